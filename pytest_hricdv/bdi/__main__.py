@@ -132,12 +132,12 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, what: str
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, summary: str
 ) -> argparse.ArgumentParser:
     return commands.add_parser(
         name,
-        help=what,
-        description=f"{what[0].upper()}{what[1:]}.",
+        help=summary,
+        description=f"{summary[0].upper()}{summary[1:]}.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -183,10 +183,10 @@ def _delay(text: str) -> int:
     return _number(text, f"a number of rounds from 0 to {MAX_JITTER}", 0, MAX_JITTER)
 
 
-def _number(text: str, what: str, least: int, most: int | None = None) -> int:
+def _number(text: str, expected: str, least: int, most: int | None = None) -> int:
     number = int(text) if text.isdecimal() else least - 1
     if number < least or (most is not None and number > most):
-        raise argparse.ArgumentTypeError(f"expected {what}, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")
     return number
 
 

@@ -15,7 +15,7 @@ from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
 
-def _found(invocation: Invocation) -> list[Term]:
+def _values_of_solutions(invocation: Invocation) -> list[Term]:
     """The first argument's value for every solution of the second."""
     agent = invocation.agent
     agent.enter_query(invocation.formula(1))
@@ -28,12 +28,12 @@ def _found(invocation: Invocation) -> list[Term]:
 
 @internal_action("findall", 3)
 def _findall(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, ListTerm(tuple(_found(invocation))))
+    return invocation.unify(2, ListTerm(tuple(_values_of_solutions(invocation))))
 
 
 @internal_action("setof", 3)
 def _setof(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, ListTerm(tuple(sorted(set(_found(invocation)), key=term_order))))
+    return invocation.unify(2, ListTerm(tuple(sorted(set(_values_of_solutions(invocation)), key=term_order))))
 
 
 @internal_action("count", 2)

@@ -21,14 +21,14 @@ def _send(invocation: Invocation) -> Outcome:
     For a custom force, the receiver needs plans. The receiver may be a list of agents, whose answers are then
     a list in the order in which they came.
     """
-    agent, given = invocation.agent, len(invocation.args)
+    agent, argument_count = invocation.agent, len(invocation.args)
     to, force = invocation.value(0), text_of(invocation.value(1))
-    if given == 3 and type(to) is Structure and not to.args:
+    if argument_count == 3 and type(to) is Structure and not to.args:
         send(agent, to.functor, force, invocation.value(2))
         return True
     receivers = [text_of(item) for item in to.items] if isinstance(to, ListTerm) else [text_of(to)]
-    waits = force in _QUESTIONS and given > 3
-    reply_to = "" if waits or given == 3 else invocation.text(3)
+    waits = force in _QUESTIONS and argument_count > 3
+    reply_to = "" if waits or argument_count == 3 else invocation.text(3)
     content = invocation.value(2)
     names = [send(agent, receiver, force, content, reply_to).name for receiver in receivers]
     if waits and names:

@@ -209,8 +209,8 @@ def _inspects(part: object) -> bool:
     if not isinstance(part, Call):
         return False
     if part.name in _FORCE_AT:
-        force = part.args[_FORCE_AT[part.name] : _FORCE_AT[part.name] + 1]
-        return not all(isinstance(each, Structure) and each.functor in _HARMLESS for each in force)
+        forces = part.args[_FORCE_AT[part.name] : _FORCE_AT[part.name] + 1]
+        return not all(isinstance(force, Structure) and force.functor in _HARMLESS for force in forces)
     action = ACTIONS.get(part.name)
     return action is not None and action.inspects
 
@@ -247,9 +247,9 @@ def check_call(call: Call) -> None:
     if action is not None and call.name in FUNCTIONS:
         limits = (min(action.least, FUNCTIONS[call.name][0]), action.most)
     if limits is None:
-        known = sorted({*ACTIONS, *FUNCTIONS})
-        near = difflib.get_close_matches(call.name, known, n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known)}"
+        names = sorted({*ACTIONS, *FUNCTIONS})
+        near = difflib.get_close_matches(call.name, names, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(names)}"
         raise BdiError(f"{call.location}: unknown internal action {call.name}; {hint}")
     least, most = limits
     if not least <= len(call.args) <= most:

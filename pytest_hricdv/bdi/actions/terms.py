@@ -104,8 +104,8 @@ def _substring(invocation: Invocation) -> Iterator[object]:
     start = text.find(part)
     while start >= 0:
         mark = len(invocation.trail)
-        found = len(invocation.args) < 3 or invocation.unify(2, Number(start))
-        if found and (len(invocation.args) < 4 or invocation.unify(3, Number(start + len(part)))):
+        start_matches = len(invocation.args) < 3 or invocation.unify(2, Number(start))
+        if start_matches and (len(invocation.args) < 4 or invocation.unify(3, Number(start + len(part)))):
             yield start
         else:
             undo(invocation.bindings, invocation.trail, mark)

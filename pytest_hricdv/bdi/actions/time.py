@@ -33,20 +33,20 @@ _AT = Structure("at")
 def _wait(invocation: Invocation) -> Outcome:
     """``.wait(Ms)``, ``.wait(Event or condition)``, ``.wait(Event or condition, Ms)``, with the time waited third."""
     agent, run = invocation.agent, invocation.agent.run
-    what = invocation.args[0]
+    awaited = invocation.args[0]
     intention = invocation.own_intention()
-    value = invocation.value(0) if _is_value(what) else what
+    value = invocation.value(0) if _is_value(awaited) else awaited
     wait = Wait(intention, run.ticks)
     if isinstance(value, Number):
         wait.deadline = run.deadline(value)
     elif isinstance(value, (String, PlanTerm)):
         wait.trigger = _trigger(invocation, value)
     else:
-        solution = first(agent, what, invocation.bindings)
+        solution = first(agent, awaited, invocation.bindings)
         if solution is not None:
             intention.top.unifier = solution
             return True
-        wait.condition = what
+        wait.condition = awaited
     if len(invocation.args) > 1:
         wait.deadline = run.deadline(invocation.number(1))
     if len(invocation.args) > 2:
@@ -99,9 +99,9 @@ def _cause(agent: AgentState, trigger: Trigger) -> bool:
     return True
 
 
-def _is_value(what: object) -> bool:
-    return isinstance(what, (Number, String, PlanTerm, Variable, Arithmetic)) or (
-        isinstance(what, Call) and is_function(what)
+def _is_value(argument: object) -> bool:
+    return isinstance(argument, (Number, String, PlanTerm, Variable, Arithmetic)) or (
+        isinstance(argument, Call) and is_function(argument)
     )
 
 

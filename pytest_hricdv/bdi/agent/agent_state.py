@@ -174,17 +174,17 @@ class AgentState:
 
     def all_intentions(self) -> list[tuple[Intention, Event | None]]:
         """All intentions, whatever they are doing or waiting for, and the goal events that wait for a plan."""
-        found: list[tuple[Intention, Event | None]] = []
-        found += [(event[2] or Intention(0), event) for event in self.events]
-        found += [(intention, None) for intention in self.intentions]
-        found += [(intention, None) for intention, _ in self.feedback]
-        found += [(wait.intention, None) for wait in self.waits]
-        found += [(intention, None) for intention in self.woken]
-        found += [(question.intention, None) for question in self.questions.values()]
-        found += [(intention, None) for intention in self.suspended]
+        intentions: list[tuple[Intention, Event | None]] = []
+        intentions += [(event[2] or Intention(0), event) for event in self.events]
+        intentions += [(intention, None) for intention in self.intentions]
+        intentions += [(intention, None) for intention, _ in self.feedback]
+        intentions += [(wait.intention, None) for wait in self.waits]
+        intentions += [(intention, None) for intention in self.woken]
+        intentions += [(question.intention, None) for question in self.questions.values()]
+        intentions += [(intention, None) for intention in self.suspended]
         if self.current is not None:
-            found.append((self.current, None))
-        return found
+            intentions.append((self.current, None))
+        return intentions
 
     def remove_intention(self, intention: Intention) -> None:
         """Remove an intention from all queues; it is neither ready nor waiting any more."""

@@ -37,8 +37,8 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
         Structure("code", (_code(agent, means),)),
         *_place(place),
     )
-    given = {annot.functor for annot in extra if isinstance(annot, Structure)}
-    annots = tuple(annot for annot in annots if annot.functor not in given)
+    replaced = {annot.functor for annot in extra if isinstance(annot, Structure)}
+    annots = tuple(annot for annot in annots if annot.functor not in replaced)
     if means.sign in ADDED_GOALS and _handle(agent, intention, len(intention.stack) - 1, annots + extra):
         return
     goal = f"{means.sign}{means.literal.without_annotations()}"
@@ -94,15 +94,15 @@ def no_applicable_plan(agent: AgentState, event: Event) -> bool:
     if len(sign) == 1:
         return False
     if sign in ADDED_GOALS:
-        known = bool(agent.library.relevant(sign, literal.key))
-        error = "no_applicable" if known else "no_relevant"
-        kind = "applicable" if known else "relevant"
+        has_relevant_plan = bool(agent.library.relevant(sign, literal.key))
+        error = "no_applicable" if has_relevant_plan else "no_relevant"
+        kind = "applicable" if has_relevant_plan else "relevant"
         message = f"no {kind} plan for {sign}{literal.without_annotations()}"
         text = f"Found a goal for which there is no {kind} plan:{sign}{literal}"
         fail_goal(agent, intention or agent.new_intention(), sign, literal, error, message, text)
     else:
-        what = f"{sign}{literal.without_annotations()}{_reason(literal)}"
-        agent.run.warn(f"{agent.name}: no applicable plan for {what}: the intention is dropped")
+        event_text = f"{sign}{literal.without_annotations()}{_reason(literal)}"
+        agent.run.warn(f"{agent.name}: no applicable plan for {event_text}: the intention is dropped")
         if intention is not None:
             agent.note_end(intention)
     return True

@@ -69,8 +69,8 @@ def _act(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
             else:
                 agent.requeue(intention)
             return
-    is_known = isinstance(written, Structure) and written.ground
-    action: Any = written if is_known else literal_of(agent, written, means.unifier)
+    is_ground = isinstance(written, Structure) and written.ground
+    action: Any = written if is_ground else literal_of(agent, written, means.unifier)
     success = agent.run.act(agent.name, action, means.plan, statement)
     agent.feedback.append((intention, success))
 
@@ -101,9 +101,9 @@ def _update_beliefs(agent: AgentState, intention: Intention, means: IntendedMean
     if statement.sign == "++":
         agent.believe(literal)
     elif statement.sign == "-":
-        found = literal if literal.ground else _first_match(agent, means, literal)
-        if found is not None and agent.beliefs.remove(found):
-            changed = found
+        deleted = literal if literal.ground else _first_match(agent, means, literal)
+        if deleted is not None and agent.beliefs.remove(deleted):
+            changed = deleted
     else:
         if statement.sign == "-+":
             _remove_first(agent, literal)
@@ -121,8 +121,8 @@ def _first_match(agent: AgentState, means: IntendedMeans, literal: Structure) ->
     if solution is None:
         return None
     means.unifier = solution
-    found = agent.value(literal, solution)
-    return found if isinstance(found, Structure) else None
+    value = agent.value(literal, solution)
+    return value if isinstance(value, Structure) else None
 
 
 def _remove_first(agent: AgentState, literal: Structure) -> None:

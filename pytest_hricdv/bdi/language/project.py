@@ -174,9 +174,9 @@ class _Reader:
         elif section.text != "classpath":
             self._ignore(section, f"section {section.text}")
 
-    def _ignore(self, token: _Token, what: str) -> None:
+    def _ignore(self, token: _Token, ignored: str) -> None:
         """Warn once that something has no effect."""
-        self._warnings.setdefault(what, f"{self._place(token)}: ignored: {what}")
+        self._warnings.setdefault(ignored, f"{self._place(token)}: ignored: {ignored}")
 
     def _agent(self, before: int) -> list[AgentEntry]:
         token = self._advance() if self._peek().kind == "string" else self._take("word", "an agent's name")
@@ -202,7 +202,7 @@ class _Reader:
         names = [name] if count == 1 else [f"{name}{number}" for number in range(1, count + 1)]
         place = self._place(token)
         beliefs, goals = options.get("beliefs", ""), options.get("goals", "")
-        return [AgentEntry(each, Path(source), place, beliefs, goals) for each in names]
+        return [AgentEntry(agent_name, Path(source), place, beliefs, goals) for agent_name in names]
 
     def _count(self, before: int) -> int:
         token = self._take("number", "the number of agents")
@@ -299,15 +299,15 @@ class _Reader:
             raise self._unexpected(f"'{text}'")
         self._advance()
 
-    def _take(self, kind: str, what: str) -> _Token:
+    def _take(self, kind: str, expected: str) -> _Token:
         if self._peek().kind != kind:
-            raise self._unexpected(what)
+            raise self._unexpected(expected)
         return self._advance()
 
     def _unexpected(self, expected: str, token: _Token | None = None) -> BdiSyntaxError:
         token = token or self._peek()
-        found = "the end of the file" if token.kind == "end" else f"'{token.text}'"
-        return self._error(f"expected {expected}, found {found}", token)
+        actual = "the end of the file" if token.kind == "end" else f"'{token.text}'"
+        return self._error(f"expected {expected}, found {actual}", token)
 
     def _place(self, token: _Token) -> Location:
         line = bisect_right(self._line_starts, token.position)

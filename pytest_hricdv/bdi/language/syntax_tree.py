@@ -48,7 +48,7 @@ def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
 
 def _valued(part: Any, value: Valuation) -> Any:
     if isinstance(part, tuple):
-        return tuple(each for item in part for each in _replacements(item, value))
+        return tuple(replacement for item in part for replacement in _replacements(item, value))
     if isinstance(part, _VALUED):
         return value(part)
     if isinstance(part, Call):

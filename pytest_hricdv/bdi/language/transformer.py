@@ -169,14 +169,14 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return items[0]
 
     def perform(self, meta: Meta, items: Children) -> Statement:
-        what = self._formula(meta, items[0])
+        formula = self._formula(meta, items[0])
         place = self._at(meta)
-        if isinstance(what, Call):
-            return InternalActionCall(what, place)
-        truth = isinstance(what, Structure) and what.functor in ("true", "false") and not what.args
-        if isinstance(what, (Structure, Variable, AnnotatedVariable)) and not truth:
-            return ExternalAction(what, place)
-        return ConditionStatement(what, place)
+        if isinstance(formula, Call):
+            return InternalActionCall(formula, place)
+        truth = isinstance(formula, Structure) and formula.functor in ("true", "false") and not formula.args
+        if isinstance(formula, (Structure, Variable, AnnotatedVariable)) and not truth:
+            return ExternalAction(formula, place)
+        return ConditionStatement(formula, place)
 
     def if_block(self, meta: Meta, items: Children) -> Statement:
         condition, then, otherwise = items

@@ -34,7 +34,7 @@ from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
 __all__ = ["CHECKS", "Check", "Finding", "lint"]
 
 
-_REMARK = re.compile(r"//\s*lint:\s*(?P<what>\w+)(?P<rest>[^\n]*)")
+_REMARK = re.compile(r"//\s*lint:\s*(?P<directive>\w+)(?P<rest>[^\n]*)")
 _BAD_REMARK = "bad-remark"
 _WHY_BAD_REMARK = "It is not read: it neither ignores a finding nor declares a percept."
 
@@ -114,7 +114,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
     """
     clear_cache()
     declared = frozenset((name, None) for name in percepts)
-    found: dict[tuple[str, Location], Finding] = {}
+    findings: dict[tuple[str, Location], Finding] = {}
     for path in paths:
         agents, closed = _agents(Path(path))
         files = dict.fromkeys(file for agent in agents for file in _files(agent))
@@ -122,14 +122,14 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
         perceived: set[tuple[str, str | None]] = set(declared)
         for file in files:
             for finding in _read_remarks(file, ignored, perceived):
-                found[finding.check, finding.location] = finding
+                findings[finding.check, finding.location] = finding
         system = System(agents, closed, frozenset(perceived))
         for check in CHECKS:
             for place, message in check.findings(system):
                 if _Ignored(place.file, place.line, check.name) not in ignored:
                     text = text_of(place.file)
-                    found.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
-    return sorted(found.values(), key=_position)
+                    findings.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
+    return sorted(findings.values(), key=_position)
 
 
 def _position(finding: Finding) -> tuple[str, int, int, str]:
@@ -149,8 +149,8 @@ def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
     for entry in project.agents:
         program = _checked(read_program(entry.source, entry.location, project.text))
         beliefs, goals = beliefs_and_goals(entry)
-        given = replace(program, beliefs=(*program.beliefs, *beliefs), goals=(*program.goals, *goals))
-        agents.append(build_model(entry.name, str(entry.source), given))
+        with_options = replace(program, beliefs=(*program.beliefs, *beliefs), goals=(*program.goals, *goals))
+        agents.append(build_model(entry.name, str(entry.source), with_options))
     return tuple(agents), True
 
 
@@ -168,19 +168,19 @@ def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, st
     """Collect the remarks of a source file; returns findings for those that cannot be read."""
     text = text_of(file)
     bad: list[Finding] = []
-    known = {check.name for check in CHECKS}
+    check_names = {check.name for check in CHECKS}
     for number, line in enumerate(text.split("\n"), start=1):
         remark = _REMARK.search(line)
         if remark is None:
             continue
         words = remark["rest"].replace(",", " ").split()
         message = ""
-        if remark["what"] == "percepts" and words:
+        if remark["directive"] == "percepts" and words:
             percepts.update((word, file) for word in words)
-        elif remark["what"] != "ignore":
+        elif remark["directive"] != "ignore":
             message = "expected 'lint: ignore NAME why' or 'lint: percepts name, ...'"
-        elif not words or words[0] not in known:
-            message = f"expected the name of a check to ignore, one of {', '.join(sorted(known))}"
+        elif not words or words[0] not in check_names:
+            message = f"expected the name of a check to ignore, one of {', '.join(sorted(check_names))}"
         elif len(words) == 1:
             message = f"expected a reason to ignore {words[0]}"
         else:

@@ -29,8 +29,8 @@ class Addition:
         key: its predicate; None for any, if a variable stands for the belief.
         source: its source; None for any.
         location: where it is added, sent or declared.
-        later: whether it is added during a run; initial beliefs are not.
-        surely: whether this agent gets it for certain: the receiver is not a variable.
+        during_run: whether it is added during a run; initial beliefs are not.
+        certain_receiver: whether this agent gets it for certain: the receiver is not a variable.
     """
 
     key: Key | None
@@ -104,27 +104,27 @@ class System:
 
     def possible_beliefs(self, agent: AgentModel) -> list[Addition]:
         """All beliefs that an agent may get: its own, those told by others, and percepts."""
-        found = list(agent.additions)
+        additions = list(agent.additions)
         for sender in self.agents:
             for message in sender.sent:
                 if message.force in ("tell", "signal") and self._reaches(message, sender, agent):
-                    found += _beliefs_told(message, SELF if sender is agent else sender.name)
+                    additions += _beliefs_told(message, SELF if sender is agent else sender.name)
                 elif message.force in ("askOne", "askAll") and sender is agent and not message.answered:
-                    found += _beliefs_told(message, None)
-        found += self._from_environment(agent)
-        return found
+                    additions += _beliefs_told(message, None)
+        additions += self._from_environment(agent)
+        return additions
 
     def _from_environment(self, agent: AgentModel) -> list[Addition]:
-        found = []
+        additions = []
         mentions = [*agent.tests, *agent.deletions]
         declared = {name for name, file in self.percepts if file in (None, agent.file)}
         for mention in mentions:
             literal, sources = mention.literal, annotated_sources(mention.literal)
             if literal.functor in declared or PERCEPT in sources:
-                found.append(Addition(literal.key, PERCEPT, mention.location))
+                additions.append(Addition(literal.key, PERCEPT, mention.location))
             if not self.closed:
-                found += [Addition(literal.key, source, mention.location) for source in sources - {SELF, PERCEPT}]
-        return found
+                additions += [Addition(literal.key, source, mention.location) for source in sources - {SELF, PERCEPT}]
+        return additions
 
     def requested_goals(self, agent: AgentModel) -> list[Mention]:
         """The goals that are sent to an agent by name or by broadcast."""

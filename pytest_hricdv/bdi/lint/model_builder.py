@@ -69,7 +69,7 @@ def _code_of(file: str) -> str:
 @lru_cache(maxsize=64)
 def _line_starts(file: str) -> tuple[int, ...]:
     text = text_of(file)
-    return (0, *(found.end() for found in re.finditer("\n", text)))
+    return (0, *(newline.end() for newline in re.finditer("\n", text)))
 
 
 def location_of(name: str, start: Location, skip: str = "") -> Location:
@@ -81,8 +81,8 @@ def location_of(name: str, start: Location, skip: str = "") -> Location:
     if skip:
         skipped = _word(skip).search(code, offset)
         offset = skipped.end() if skipped else offset
-    found = _word(name).search(code, offset)
-    return start if found is None else _location(start.file, found.start())
+    match = _word(name).search(code, offset)
+    return start if match is None else _location(start.file, match.start())
 
 
 def _location(file: str, offset: int) -> Location:
@@ -182,8 +182,8 @@ def _formula(model: AgentModel, formula: object, place: Location, skip: str, pla
         _calls(model, formula.args, place, plan)
     elif isinstance(formula, (And, Or, Not)):
         for part in children(formula):
-            for each in part if isinstance(part, tuple) else (part,):
-                _formula(model, each, place, skip, plan)
+            for operand in part if isinstance(part, tuple) else (part,):
+                _formula(model, operand, place, skip, plan)
     elif isinstance(formula, Comparison):
         _calls(model, (formula.left, formula.right), place, plan)
     elif isinstance(formula, Call):

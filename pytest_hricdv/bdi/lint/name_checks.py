@@ -62,8 +62,8 @@ def possibly_misspelled(system: System, agent: AgentModel) -> Iterator[tuple[Men
 
 def belief_suggestion(system: System, agent: AgentModel, mention: Mention) -> str | None:
     """The name of a belief of the agent that differs by one letter."""
-    known = {addition.key[1] for addition in system.possible_beliefs(agent) if addition.key is not None}
-    return one_letter_away(mention.literal.functor, known)
+    names = {addition.key[1] for addition in system.possible_beliefs(agent) if addition.key is not None}
+    return one_letter_away(mention.literal.functor, names)
 
 
 class UnmatchedDeletion:
@@ -78,20 +78,20 @@ class UnmatchedDeletion:
             held = system.possible_beliefs(agent)
             for mention in agent.deletions:
                 key = mention.literal.key
-                known = [addition for addition in held if addition.may_match(key)]
+                matching = [addition for addition in held if addition.may_match(key)]
                 named = annotated_sources(mention.literal) or frozenset({SELF})
-                if not known:
+                if not matching:
                     yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
-                elif None not in named and not any(a.may_match(key, source) for a in known for source in named):
+                elif None not in named and not any(a.may_match(key, source) for a in matching for source in named):
                     wanted = " or ".join(sorted(filter(None, named)))
                     yield (
                         mention.location,
-                        f"{predicate_text(key)} comes to {agent.name} from {_sources(known)}, never from {wanted}",
+                        f"{predicate_text(key)} comes to {agent.name} from {_sources(matching)}, never from {wanted}",
                     )
 
 
-def _sources(known: list[Addition]) -> str:
-    return " and ".join(sorted({addition.source or "any source" for addition in known}))
+def _sources(additions: list[Addition]) -> str:
+    return " and ".join(sorted({addition.source or "any source" for addition in additions}))
 
 
 class GoalWithoutPlan:
@@ -137,8 +137,8 @@ def has_plan(system: System, agent: AgentModel, mention: Mention) -> bool:
 def goal_suggestion(agent: AgentModel, mention: Mention) -> str | None:
     """The name of a goal with a plan that differs by one letter."""
     triggers = [plan.trigger for plan in agent.plans if plan.trigger.sign == "+!"]
-    known = {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}
-    return one_letter_away(mention.literal.functor, known)
+    names = {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}
+    return one_letter_away(mention.literal.functor, names)
 
 
 def _generalized(goal: Structure) -> Structure:
@@ -213,9 +213,9 @@ class UnknownAgent:
                         yield message.location, f"there is no agent {receiver}; there are {', '.join(sorted(names))}"
 
 
-def one_letter_away(name: str, known: Iterable[str]) -> str | None:
-    """A known name that differs by one letter: inserted, deleted, replaced, or swapped with the next one."""
-    return next((other for other in sorted(set(known)) if differs_by_one_letter(name, other)), None)
+def one_letter_away(name: str, candidates: Iterable[str]) -> str | None:
+    """A candidate that differs by one letter: inserted, deleted, replaced, or swapped with the next one."""
+    return next((other for other in sorted(set(candidates)) if differs_by_one_letter(name, other)), None)
 
 
 def differs_by_one_letter(name: str, other: str) -> bool:

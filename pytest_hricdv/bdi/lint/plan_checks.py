@@ -81,38 +81,38 @@ def _parts(context: Formula | None) -> tuple[Formula, ...]:
     return tuple(part for part in parts if part != Structure("true"))
 
 
-def _follows(wanted: tuple[Formula, ...], given: tuple[Formula, ...], bindings: Bindings) -> bool:
-    """Whether each of the wanted conditions is among the given ones, with consistent bindings."""
+def _follows(wanted: tuple[Formula, ...], available: tuple[Formula, ...], bindings: Bindings) -> bool:
+    """Whether each of the wanted conditions is among the available ones, with consistent bindings."""
     if not wanted:
         return True
-    for part in given:
+    for part in available:
         trial = dict(bindings)
-        if _same(wanted[0], part, trial) and _follows(wanted[1:], given, trial):
+        if _same(wanted[0], part, trial) and _follows(wanted[1:], available, trial):
             return True
     return False
 
 
-def _same(wanted: object, given: object, bindings: Bindings) -> bool:
-    """Whether a condition is equal to the given one under some bindings of the wanted one's variables."""
-    if isinstance(wanted, Comparison) and isinstance(given, Comparison):
-        sides = ((wanted.left, given.left), (wanted.right, given.right))
-        return wanted.operator == given.operator and all(_same(left, right, bindings) for left, right in sides)
-    if isinstance(wanted, Not) and isinstance(given, Not):
-        return _same(wanted.part, given.part, bindings)
-    if isinstance(wanted, (And, Or)) and isinstance(given, type(wanted)):
-        return len(wanted.parts) == len(given.parts) and all(
-            _same(left, right, bindings) for left, right in zip(wanted.parts, given.parts, strict=True)
+def _same(wanted: object, candidate: object, bindings: Bindings) -> bool:
+    """Whether a condition is equal to a candidate under some bindings of the wanted one's variables."""
+    if isinstance(wanted, Comparison) and isinstance(candidate, Comparison):
+        sides = ((wanted.left, candidate.left), (wanted.right, candidate.right))
+        return wanted.operator == candidate.operator and all(_same(left, right, bindings) for left, right in sides)
+    if isinstance(wanted, Not) and isinstance(candidate, Not):
+        return _same(wanted.part, candidate.part, bindings)
+    if isinstance(wanted, (And, Or)) and isinstance(candidate, type(wanted)):
+        return len(wanted.parts) == len(candidate.parts) and all(
+            _same(left, right, bindings) for left, right in zip(wanted.parts, candidate.parts, strict=True)
         )
-    if isinstance(wanted, Call) and isinstance(given, Call):
+    if isinstance(wanted, Call) and isinstance(candidate, Call):
         return (
-            wanted.name == given.name
+            wanted.name == candidate.name
             and wanted.name not in NONDETERMINISTIC
-            and len(wanted.args) == len(given.args)
-            and all(_same(left, right, bindings) for left, right in zip(wanted.args, given.args, strict=True))
+            and len(wanted.args) == len(candidate.args)
+            and all(_same(left, right, bindings) for left, right in zip(wanted.args, candidate.args, strict=True))
         )
-    if isinstance(wanted, (And, Or, Not, Comparison, Call)) or isinstance(given, (And, Or, Not, Comparison, Call)):
+    if isinstance(wanted, (And, Or, Not, Comparison, Call)) or isinstance(candidate, (And, Or, Not, Comparison, Call)):
         return False
-    return unify(renamed_apart(wanted, "_Earlier"), _frozen(given), bindings, [])  # type: ignore[arg-type]
+    return unify(renamed_apart(wanted, "_Earlier"), _frozen(candidate), bindings, [])  # type: ignore[arg-type]
 
 
 def _frozen(term: Term) -> Term:

@@ -84,11 +84,11 @@ class _BindingAnalysis:
         for side in (comparison.left, comparison.right):
             used = _used(side) if not unifies or isinstance(side, Arithmetic) else set()
             for variable in sorted(used - bound):
-                what = "computed with" if unifies else "compared"
+                use = "computed with" if unifies else "compared"
                 name = "_" if variable[1:].isdigit() else str(variable)
                 yield (
                     location_of(name, self._place),
-                    f"{name} has no value yet when it is {what} in {_text(comparison)}",
+                    f"{name} has no value yet when it is {use} in {_text(comparison)}",
                 )
         if unifies:
             bound.update(variables_of(comparison))
@@ -134,17 +134,17 @@ class _BindingAnalysis:
 
 def _used(term: object) -> set[Variable]:
     """The variables whose values a term needs: not those in the condition of a function such as ``.count``."""
-    found: set[Variable] = set()
+    variables: set[Variable] = set()
     pending = [term]
     while pending:
         part = pending.pop()
         if isinstance(part, Variable):
-            found.add(part)
+            variables.add(part)
         elif isinstance(part, Call) and part.name in FORMULA_ARGUMENTS:
             continue
         elif not isinstance(part, Number):
             pending.extend(children(part))
-    return found
+    return variables
 
 
 def _text(formula: Formula) -> str:

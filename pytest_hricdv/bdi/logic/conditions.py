@@ -104,13 +104,13 @@ def _literal(literal: Structure) -> Condition:
     if literal.functor in _CONSTANTS or literal.evaluable or literal.annots_tail is not None:
         return _undecided
     if literal.ground:
-        return _known(literal)
+        return _ground_literal(literal)
     if not all(map(is_ground, literal.annots)):
         return _undecided
     return _only_belief(literal)
 
 
-def _known(literal: Structure) -> Condition:
+def _ground_literal(literal: Structure) -> Condition:
     """For a ground literal."""
     key, args, annots = literal.key, literal.args, literal.annots
 

@@ -56,9 +56,9 @@ def first(agent: Reasoner, formula: Formula, bindings: Bindings) -> Bindings | N
     kind = type(formula)
     # Most contexts are propositional: those need no machine.
     if kind is Structure:
-        known = _ground_answer(agent, formula)  # type: ignore[arg-type]
-        if known is not None:
-            return bindings if known else None
+        answer = _ground_answer(agent, formula)  # type: ignore[arg-type]
+        if answer is not None:
+            return bindings if answer else None
         only = _only_candidate(agent, formula)  # type: ignore[arg-type]
         if only is not None:
             return _unified(formula, only, bindings)  # type: ignore[arg-type]
@@ -83,8 +83,8 @@ def _first_of_all(agent: Reasoner, formula: And, bindings: Bindings) -> Bindings
     parts = formula.parts
     for index, part in enumerate(parts):
         if type(part) is Structure:
-            known = _ground_answer(agent, part)
-            if known is None:
+            answer = _ground_answer(agent, part)
+            if answer is None:
                 only = _only_candidate(agent, part)
                 if only is not None:
                     extended = _unified(part, only, bindings)
@@ -93,7 +93,7 @@ def _first_of_all(agent: Reasoner, formula: And, bindings: Bindings) -> Bindings
                     bindings = extended
                     continue
                 return _first_by_machine(agent, formula, And(parts[index:]) if index else formula, bindings)
-            if not known:
+            if not answer:
                 return None
         elif isinstance(part, Not):
             if first(agent, part.part, bindings) is not None:
@@ -115,7 +115,9 @@ def _ground_answer(agent: Reasoner, literal: Structure) -> bool | None:
     bucket = agent.beliefs.bucket(literal.key)
     if not bucket:
         return literal.functor == "true" and not literal.args
-    if literal.key in agent.beliefs.open and any(isinstance(each, Rule) or not each.ground for each in bucket.values()):
+    if literal.key in agent.beliefs.open and any(
+        isinstance(entry, Rule) or not entry.ground for entry in bucket.values()
+    ):
         return None  # a newer belief with variables may be the first answer
     held = bucket.get(literal.args)
     return isinstance(held, Structure) and all(annot in held.annots for annot in literal.annots)

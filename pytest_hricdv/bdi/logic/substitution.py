@@ -173,12 +173,12 @@ def _rename_term(term: Term, renaming: Bindings) -> Term:
 
 def _free_variables(term: Term) -> list[Variable]:
     """The variables of a term in order of appearance."""
-    found: dict[Variable, None] = {}
+    variables: dict[Variable, None] = {}
     pending: list[Term | None] = [term]
     while pending:
         part = pending.pop()
         if isinstance(part, Variable):
-            found[part] = None
+            variables[part] = None
         elif isinstance(part, Structure) and not part.ground:
             pending.extend((part.annots_tail, *reversed(part.annots), *reversed(part.args)))
         elif isinstance(part, ListTerm) and not part.ground:
@@ -188,8 +188,8 @@ def _free_variables(term: Term) -> list[Variable]:
         elif isinstance(part, AnnotatedVariable):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
         elif isinstance(part, PlanTerm):
-            found.update(dict.fromkeys(sorted(variables_of(part))))
-    return list(found)
+            variables.update(dict.fromkeys(sorted(variables_of(part))))
+    return list(variables)
 
 
 def free_variables(term: Term) -> list[Variable]:

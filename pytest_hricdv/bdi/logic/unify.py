@@ -95,18 +95,18 @@ def match_annotations(
 
 
 def _match(
-    wanted: tuple[Term, ...], tail: Variable | None, given: tuple[Term, ...], bindings: Bindings, trail: Trail
+    wanted: tuple[Term, ...], tail: Variable | None, annots: tuple[Term, ...], bindings: Bindings, trail: Trail
 ) -> Iterator[bool]:
     mark = len(trail)
     if not wanted:
-        if tail is None or unify(tail, ListTerm(given), bindings, trail):
+        if tail is None or unify(tail, ListTerm(annots), bindings, trail):
             yield True
         undo(bindings, trail, mark)
         return
-    for index, annot in enumerate(given):
+    for index, annot in enumerate(annots):
         if unify(wanted[0], annot, bindings, trail):
             # The rest without the annotation used: the tail must not take it again.
-            yield from _match(wanted[1:], tail, given[:index] + given[index + 1 :], bindings, trail)
+            yield from _match(wanted[1:], tail, annots[:index] + annots[index + 1 :], bindings, trail)
         undo(bindings, trail, mark)
 
 

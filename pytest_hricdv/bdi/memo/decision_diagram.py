@@ -142,16 +142,16 @@ class ExhaustiveExploration:
             not possible.
         fold: what is of interest of the actions and plans of a segment.
         atoms: the atoms that sets are made of; nothing else is forwarded.
-        given: atoms that are in every set that counts, or in none.
+        fixed: atoms that are in every set that counts, or in none.
     """
 
     complete: Callable[[Node, frozenset[str]], bool]
     fold: Fold
     atoms: frozenset[str]
-    given: Mapping[str, bool]
+    fixed: Mapping[str, bool]
     _later: dict[Node, frozenset[str]] = field(default_factory=dict)
     """The atoms that can be queried from a node on, as far as is known."""
-    _known: dict[tuple[Node, Answers], Runs | None] = field(default_factory=dict)
+    _runs_from: dict[tuple[Node, Answers], Runs | None] = field(default_factory=dict)
     _contents: dict[Segment, Content] = field(default_factory=dict)
     _held: int = 0
 
@@ -171,89 +171,89 @@ class ExhaustiveExploration:
             # Runs that a later query distinguishes have been treated as equal: visit them again.
             self._later = later
         try:
-            return self._runs(start, self._relevant(start, self.given))
+            return self._runs(start, self._relevant(start, self.fixed))
         except NeverEndsError:
             return None
 
     def _visit(self, start: Node) -> list[Node] | None:
         """Complete the diagram for all sets of atoms; the nodes that these lead to."""
-        found: dict[Node, None] = {}
+        nodes: dict[Node, None] = {}
         visited: set[tuple[Node, Answers]] = set()
-        pending: list[tuple[Node, Mapping[str, bool]]] = [(start, self.given)]
+        pending: list[tuple[Node, Mapping[str, bool]]] = [(start, self.fixed)]
         while pending:
-            node, known = pending.pop()
-            key = (node, self._relevant(node, known))
+            node, decided = pending.pop()
+            key = (node, self._relevant(node, decided))
             if key in visited:
                 continue
             visited.add(key)
-            found[node] = None
+            nodes[node] = None
             if len(visited) > MAX_NODES:
                 raise TooLargeError
-            while (gap := self._gap(node, known)) is not None:
+            while (gap := self._gap(node, decided)) is not None:
                 if not self.complete(node, gap):
                     return None
-            for answers, edge in self._edges(node, known):
+            for answers, edge in self._edges(node, decided):
                 if isinstance(edge, Segment) and edge.then is not None:
-                    pending.append((edge.then, {**known, **answers}))
-        return list(found)
+                    pending.append((edge.then, {**decided, **answers}))
+        return list(nodes)
 
-    def _relevant(self, node: Node, known: Mapping[str, bool]) -> Answers:
+    def _relevant(self, node: Node, decided: Mapping[str, bool]) -> Answers:
         asked = self._later.get(node, frozenset())
-        return frozenset(item for item in known.items() if item[0] in asked)
+        return frozenset(item for item in decided.items() if item[0] in asked)
 
-    def _runs(self, node: Node, known: Answers) -> Runs:
-        key = (node, known)
-        if key not in self._known:
-            self._known[key] = None
-            self._known[key] = runs = self._compose(node, dict(known))
+    def _runs(self, node: Node, decided: Answers) -> Runs:
+        key = (node, decided)
+        if key not in self._runs_from:
+            self._runs_from[key] = None
+            self._runs_from[key] = runs = self._compose(node, dict(decided))
             self._held += len(runs)
             if len(runs) > MAX_RUNS or self._held > 8 * MAX_RUNS:
                 raise TooLargeError
-        found = self._known[key]
-        if found is None:
+        cached = self._runs_from[key]
+        if cached is None:
             raise NeverEndsError
-        return found
+        return cached
 
-    def _compose(self, node: Node, known: Mapping[str, bool]) -> Runs:
+    def _compose(self, node: Node, decided: Mapping[str, bool]) -> Runs:
         runs: Runs = {}
-        for answers, segment in self._edges(node, known):
+        for answers, segment in self._edges(node, decided):
             assert isinstance(segment, Segment)
             lines, bits = self._content(segment)
             chosen = frozenset(atom for atom, answer in answers.items() if answer)
-            for (after, later_bits), more in self._following(segment, {**known, **answers}).items():
+            for (after, later_bits), more in self._following(segment, {**decided, **answers}).items():
                 content, atoms = (lines + after, bits | later_bits), chosen | more
                 if content not in runs or len(atoms) < len(runs[content]):
                     runs[content] = atoms
         return runs
 
-    def _following(self, segment: Segment, known: Mapping[str, bool]) -> Runs:
+    def _following(self, segment: Segment, decided: Mapping[str, bool]) -> Runs:
         if segment.then is None:
             return {((), 0): frozenset()}
-        return self._runs(segment.then, self._relevant(segment.then, known))
+        return self._runs(segment.then, self._relevant(segment.then, decided))
 
     def _content(self, segment: Segment) -> Content:
         if segment not in self._contents:
             self._contents[segment] = self.fold(segment.actions, segment.plans)
         return self._contents[segment]
 
-    def _edges(self, node: Node, known: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Edge]]:
-        """The edges that leave a node with the known answers, each with the answers that it needs."""
+    def _edges(self, node: Node, decided: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Edge]]:
+        """The edges that leave a node under the answers decided so far, each with the answers that it needs."""
         pending: list[tuple[dict[str, bool], Edge]] = [({}, node.edge)]
         while pending:
             answers, here = pending.pop()
             if not isinstance(here, Decision):
                 yield answers, here
                 continue
-            certain = known.get(here.atom, None if here.atom in self.atoms else False)
+            certain = decided.get(here.atom, None if here.atom in self.atoms else False)
             for answer, edge in ((False, here.no), (True, here.yes)):
                 if certain is None or certain == answer:
                     pending.append(({**answers, here.atom: answer}, edge))
 
-    def _gap(self, node: Node, known: Mapping[str, bool]) -> frozenset[str] | None:
+    def _gap(self, node: Node, decided: Mapping[str, bool]) -> frozenset[str] | None:
         """Atoms for which the diagram has no edge at a node; None if it is complete there."""
-        for answers, edge in self._edges(node, known):
+        for answers, edge in self._edges(node, decided):
             if edge is None:
-                return frozenset(atom for atom, answer in {**known, **answers}.items() if answer)
+                return frozenset(atom for atom, answer in {**decided, **answers}.items() if answer)
         return None
 
     def _asked_later(self, nodes: Sequence[Node]) -> dict[Node, frozenset[str]]:

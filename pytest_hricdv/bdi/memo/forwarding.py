@@ -45,8 +45,8 @@ class _Atoms(dict[str | Structure, str]):
         self._key = key
         self._special = special
 
-    def __missing__(self, given: str | Structure) -> str:
-        self[given] = atom = self._atom(percept_of(given))
+    def __missing__(self, percept: str | Structure) -> str:
+        self[percept] = atom = self._atom(percept_of(percept))
         return atom
 
     def _atom(self, percept: Structure) -> str:
@@ -70,10 +70,10 @@ def forwarding_of(name: str, key: Key, templates: Sequence[AgentTemplate]) -> Fo
     agent = agents.get(name)
     if agent is None or key[2] != 1 or any(held == key for held, _ in agent.beliefs):
         return None
-    found = _forwarded(agent.library, key)
-    if found is None or name in found[0]:
+    forwarded = _forwarded(agent.library, key)
+    if forwarded is None or name in forwarded[0]:
         return None
-    receivers, special = found
+    receivers, special = forwarded
     for receiver in receivers:
         meaning = _meaningful_atoms(agents[receiver]) if receiver in agents else None
         if meaning is None:
@@ -85,7 +85,9 @@ def forwarding_of(name: str, key: Key, templates: Sequence[AgentTemplate]) -> Fo
 def _meaningful_atoms(receiver: AgentTemplate) -> set[str] | None:
     """The atoms that mean something to a receiver when they come; None if that is not known."""
     triggers = [plan.trigger for plan in receiver.library.plans if plan.trigger.sign == "+"]
-    if receiver.library.has_own_message_plans or not all(isinstance(each.literal, Structure) for each in triggers):
+    if receiver.library.has_own_message_plans or not all(
+        isinstance(trigger.literal, Structure) for trigger in triggers
+    ):
         return None
     believed = {functor for (_, functor, _), _ in receiver.beliefs}
     return believed | {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}

@@ -46,7 +46,7 @@ class Memo:
         self._roots: dict[tuple[str, Key, int, int], Node] = {}
         """Where runs begin, by the steering agent, its percepts' predicate, the number of atoms and the seed."""
         self._nodes: dict[Hashable, Node] = {}
-        self._known: dict[Hashable, Segments | Result] = {}
+        self._remembered: dict[Hashable, Segments | Result] = {}
         """Runs by all that they are given: their segments, or the result of executing them as a whole."""
 
     def run(
@@ -68,18 +68,18 @@ class Memo:
         self.system.show(percepts)
         perceived = environment.perceived
         key = (seed, max_rounds, *perceived)
-        known = self._known.get(key)
-        if known is None:
-            if len(self._known) >= MAX_REMEMBERED:
-                self._known.clear()
+        remembered = self._remembered.get(key)
+        if remembered is None:
+            if len(self._remembered) >= MAX_REMEMBERED:
+                self._remembered.clear()
                 self._forwarding.clear()
-            known = self._known[key] = self._find(perceived, environment, seed, max_rounds)
-        if not isinstance(known, Result):
-            result = self._joined(known)
+            remembered = self._remembered[key] = self._find(perceived, environment, seed, max_rounds)
+        if not isinstance(remembered, Result):
+            result = self._joined(remembered)
             if result.rounds < max_rounds:
                 return result
-            known = self._known[key] = self.system.run(max_rounds=max_rounds, seed=seed)
-        return _copy(known)
+            remembered = self._remembered[key] = self.system.run(max_rounds=max_rounds, seed=seed)
+        return _copy(remembered)
 
     def _find(self, perceived: Perceived, environment: Environment, seed: int, max_rounds: int) -> Segments | Result:
         case = self._case(perceived)
@@ -91,7 +91,7 @@ class Memo:
         agent: str,
         functor: str,
         atoms: Sequence[str],
-        given: Mapping[str, bool],
+        fixed: Mapping[str, bool],
         fold: Fold,
         max_rounds: int = MAX_ROUNDS,
         seed: int = 0,
@@ -102,7 +102,7 @@ class Memo:
             agent: the agent, which has to forward the atoms (see :mod:`pytest_hricdv.bdi.memo`).
             functor: of its percepts.
             atoms: the atoms that sets are made of.
-            given: atoms that are in every set that counts, or in none.
+            fixed: atoms that are in every set that counts, or in none.
             fold: of actions and executed plans of a segment, what is of interest: texts in order, and a bit set.
             max_rounds: as in :meth:`run`.
             seed: as in :meth:`run`.
@@ -140,14 +140,14 @@ class Memo:
             run = self._at(node, forwarding, chosen, environment, seed)
             return self._add(node, run, seed, max_rounds) is not None
 
-        found: Runs = {}
+        all_runs: Runs = {}
         for start, (lines, bits) in starts:
-            runs = ExhaustiveExploration(complete, fold, frozenset(atoms), given).runs(start)
+            runs = ExhaustiveExploration(complete, fold, frozenset(atoms), fixed).runs(start)
             if runs is None:
                 return None
             for (after, more), chosen in runs.items():
-                found.setdefault((lines + after, bits | more), chosen)
-        return found
+                all_runs.setdefault((lines + after, bits | more), chosen)
+        return all_runs
 
     # --- segments
 

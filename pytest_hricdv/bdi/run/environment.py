@@ -26,7 +26,7 @@ class Percepts:
         self._shown: tuple[str | Structure, ...] | None = None
         """What is perceived as it was given, as long as it is not parsed: the memo does not need that."""
 
-    def given(self) -> Collection[str | Structure]:
+    def as_given(self) -> Collection[str | Structure]:
         """What is perceived, as it was given."""
         return self._literals if self._shown is None else self._shown
 
@@ -125,7 +125,7 @@ class Environment:
 
     def clear_percepts(self, agent: str) -> None:
         """Let an agent perceive nothing."""
-        if self.percepts_of(agent).given():
+        if self.percepts_of(agent).as_given():
             self.show(agent, ())
 
     def percepts_of(self, agent: str) -> Percepts:
@@ -138,12 +138,12 @@ class Environment:
     @property
     def perceived(self) -> Perceived:
         """What agents perceive now, for those that perceive anything."""
-        found: list[str | int | Structure] = []
+        perceived: list[str | int | Structure] = []
         for agent, percepts in self._percepts.items():
-            given = percepts.given()
-            if given:
-                found += (agent, len(given), *given)
-        return tuple(found)
+            literals = percepts.as_given()
+            if literals:
+                perceived += (agent, len(literals), *literals)
+        return tuple(perceived)
 
 
 @lru_cache(maxsize=4096)

@@ -103,7 +103,7 @@ class _LatePercepts:
     def __init__(self, run: JitteredRun, percepts: Percepts) -> None:
         self._run = run
         self._percepts = percepts
-        self._known = self._newest = percepts.version
+        self._arrived = self._newest = percepts.version
         self._arrival = 0
 
     @property
@@ -119,8 +119,8 @@ class _LatePercepts:
             self._newest = newest
             self._arrival = self._run.round_of_arrival()
         if self._run.rounds >= self._arrival:
-            self._known = self._newest
-        return self._known
+            self._arrived = self._newest
+        return self._arrived
 
     def literals(self) -> Iterable[Structure]:
         """What is perceived now."""

@@ -120,7 +120,7 @@ def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
                 left = None if wait.deadline is None else wait.deadline - now
                 parts.append(f"{left} {_intention_text(agent, wait.intention)}")
     numbers: dict[str, int] = {}
-    return re.sub(r"\b_\d+\b", lambda found: f"_{numbers.setdefault(found[0], len(numbers))}", "\n".join(parts))
+    return re.sub(r"\b_\d+\b", lambda match: f"_{numbers.setdefault(match[0], len(numbers))}", "\n".join(parts))
 
 
 def _intention_text(agent: Agent, intention: Intention | None) -> str:

@@ -118,8 +118,8 @@ class MultiAgentSystem:
             raise BdiError(f"{path}: no such file") from None
         system = cls(project, read_templates(project), environment or Environment())
         if environment is None and project.environment:
-            what = f"environment {project.environment}: without a Python environment every action succeeds"
-            system._warnings += (f"{path}: ignored: {what}",)
+            ignored = f"environment {project.environment}: without a Python environment every action succeeds"
+            system._warnings += (f"{path}: ignored: {ignored}",)
         return system
 
     @property

@@ -126,8 +126,8 @@ class SystemRun:
             success = self.environment.execute(agent, action)
         except Exception as error:
             place = f"plan @{plan.label} ({statement.location})"
-            what = f"action {action} raised {type(error).__name__}: {error}"
-            raise BdiError(f"agent {agent}, {place}: {what}") from error
+            problem = f"action {action} raised {type(error).__name__}: {error}"
+            raise BdiError(f"agent {agent}, {place}: {problem}") from error
         if self.environment.changes != self._seen_changes:
             self._seen_changes = self.environment.changes
             for other in self.agents.values():
@@ -231,5 +231,5 @@ class SystemRun:
             if agent.waits or agent.questions:
                 waiting += agent.waits
                 waiting += agent.questions.values()
-        deadlines = [each.deadline for each in waiting if each.deadline is not None]
+        deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
         self.earliest_deadline = min(deadlines, default=math.inf)

@@ -91,8 +91,8 @@ class Trace:
 
     def chain_text(self, step: Step) -> str:
         """The chain of causes as text, each step indented more than its cause."""
-        chain = self.why(step)
-        return "\n".join(f"{'  ' * depth}[round {each.round}] {each.agent}: {each}" for depth, each in enumerate(chain))
+        chain = enumerate(self.why(step))
+        return "\n".join(f"{'  ' * depth}[round {link.round}] {link.agent}: {link}" for depth, link in chain)
 
     def to_json(self) -> str:
         """The steps as a JSON list of objects."""
@@ -226,14 +226,14 @@ class TracedAgent(Agent):
 
     def _note_plan(self, plan: Plan, bindings: Bindings) -> Step:
         text = f"@{plan.label} {plan.trigger}" if plan.has_label else str(plan.trigger)
-        beliefs = () if plan.context is None else self._found(plan.context, bindings)
+        beliefs = () if plan.context is None else self._context_beliefs(plan.context, bindings)
         return self.notes.note(
             self.name, "plan", text, self.cause, plan=plan.label, place=_place(plan.location), beliefs=beliefs
         )
 
-    def _found(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
+    def _context_beliefs(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
         """The beliefs that made a context true, as far as they are written in it as literals."""
-        found: list[str] = []
+        beliefs: list[str] = []
         for part in context.parts if isinstance(context, And) else (context,):
             try:
                 value = self.value(part, bindings) if isinstance(part, Structure) else None
@@ -241,8 +241,8 @@ class TracedAgent(Agent):
                 continue
             if isinstance(value, Structure) and value.key != (False, "true", 0):
                 held = self.beliefs.bucket(value.key).get(value.args)
-                found.append(str(held if isinstance(held, Structure) else value))
-        return tuple(found)
+                beliefs.append(str(held if isinstance(held, Structure) else value))
+        return tuple(beliefs)
 
 
 def _place(location: Location) -> str:
