@@ -144,6 +144,8 @@ class ActionServer(Destroyable):
         """Which goals a request means: by id, all up to a time, or all; and whether it means any that is known."""
         response = response_type()
         key, until_ns = _key(request.goal_info), _stamp_ns(request.goal_info)
+        # action_msgs/srv/CancelGoal: an id of zeros and a time of 0 say nothing. Only an id: that goal. Only a time:
+        # all up to it. Both: that goal, and all up to the time. Neither: all.
         has_key = any(key)
         if has_key and not until_ns:
             goal = self._goals.get(key)
@@ -181,6 +183,7 @@ class ActionServer(Destroyable):
         if self._keeps_ns is None or not over_ns:
             self._expiry.cancel_timer()
             return
+        # Not below 0: a result may be overdue, as nobody looks before the executor spins.
         self._expiry.change_timer_period(max(min(over_ns) + self._keeps_ns - self._clock.now_ns(), 0))
         self._expiry.reset_timer()
 

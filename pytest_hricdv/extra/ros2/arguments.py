@@ -48,7 +48,7 @@ class Arguments:
     """Whether logs are published."""
 
     def renamed(self, source: str, node: str) -> str | None:
-        """The new name of a node (`what` is "__node") or its namespace ("__ns"); None if it keeps its own."""
+        """The new name of a node (`source` is "__node") or its namespace ("__ns"); None if it keeps its own."""
         for rule in self.remappings:
             if rule.source == source and rule.node in ("", node):
                 return rule.target
@@ -64,12 +64,13 @@ def parse(arguments: Sequence[str]) -> Arguments:
         UnicodeEncodeError: one is no text.
     """
     for word in arguments:
-        word.encode()
+        word.encode()  # as the extension, which refuses what has half a surrogate pair
     parsed, unknown = Arguments(), []
     rest = list(arguments)
     is_ros = False
     while rest:
         word = rest.pop(0)
+        # Between --ros-args and --, or the end; several times, as launch files append their own.
         if not is_ros or word in (_START, _END):
             is_ros = word == _START or (is_ros and word != _END)
             continue
@@ -171,5 +172,6 @@ def _add_values(parsed: Arguments, node: str, above: str, values: Any, path: str
         if isinstance(value, yaml.MappingNode):
             _add_values(parsed, node, f"{above}{name}.", value, path)
         else:
+            # Of the node and not of its text: YAML has told numbers and texts apart already.
             read = yaml.SafeLoader("").construct_object(value, deep=True)
             parsed.parameters.append((node, f"{above}{name}", read))

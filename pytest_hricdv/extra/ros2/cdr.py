@@ -10,7 +10,7 @@ import importlib
 import struct
 from typing import Any
 
-_HEADER = b"\x00\x01\x00\x00"
+_HEADER = b"\x00\x01\x00\x00"  # CDR_LE, and two bytes of options, which are 0
 _FORMATS = {
     "boolean": "?",
     "octet": "c",
@@ -74,6 +74,7 @@ def _write_message(out: bytearray, message: Any) -> None:
 
 def _pack(out: bytearray, code: str, value: Any) -> None:
     size = struct.calcsize(code)
+    # Aligned to its own size, counted from after the header.
     out.extend(bytes(-len(out) % size))
     out.extend(struct.pack(f"<{code}", value))
 
@@ -93,7 +94,7 @@ def _write(out: bytearray, type_: Any, value: Any) -> None:
         _pack(out, "I", len(encoded) // 2)
         out.extend(encoded)
     else:
-        encoded = value.encode() + b"\x00"
+        encoded = value.encode() + b"\x00"  # the length counts the final zero; that of wide texts has none
         _pack(out, "I", len(encoded))
         out.extend(encoded)
 

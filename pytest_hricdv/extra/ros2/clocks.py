@@ -268,6 +268,7 @@ class Timer(Awaited):
         now_ns, expected_ns = self._clock.now_ns(), self._next_ns
         self._last_ns = now_ns
         self._next_ns += self._period_ns
+        # As rcl: whole periods that were missed are skipped, so that the next call is in phase with the first.
         if self._next_ns < now_ns:
             behind_ns = now_ns - self._next_ns
             skipped = -(-behind_ns // self._period_ns) if self._period_ns else 0

@@ -141,7 +141,7 @@ class Node(Destroyable):
     def get_parameters(self, parameter_class: Any) -> dict[str, Any]:
         """The parameters that the arguments give it, as objects of `rclpy`'s class."""
         parameters = {}
-        for arguments in reversed(self._arguments):
+        for arguments in reversed(self._arguments):  # its own last: later ones win
             for pattern, name, value in arguments.parameters:
                 if _matches(pattern, self.get_fully_qualified_name()):
                     kind = parameter_class.Type.from_parameter_value(value)
@@ -183,5 +183,6 @@ class Node(Destroyable):
 def _matches(pattern: str, node: str) -> bool:
     """Whether a node is meant: `*` stands for one token of its name, `**` for any number."""
     absolute = pattern if pattern.startswith("/") else f"/{pattern}"
+    # `**` first: `*` is a part of it.
     regex = re.escape(absolute).replace(r"/\*\*", r"(/\w+)*").replace(r"/\*", r"/\w+")
     return re.fullmatch(regex, node) is not None

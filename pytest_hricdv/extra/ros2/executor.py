@@ -38,6 +38,7 @@ def check_entities_when_waiting(executors: Any) -> None:
     Args:
         executors: the module `rclpy.executors`. One that lacks what this uses is left as it is.
     """
+    # Checked by name: `rclpy` changes such methods between distributions, and is slower but right without this.
     kind = getattr(executors, "Executor", None)  # the module may be in the middle of its import
     if (
         kind is not None
@@ -67,6 +68,7 @@ def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]
                 raise executors.ShutdownException
             if not self._context.ok():
                 raise executors.ExternalShutdownException
+            # Asked again: the callback before this one may have taken the group, or cancelled the timer.
             for entity, node, take in ready:
                 if self.can_execute(entity) and _is_still(entity):
                     has_work = True

@@ -257,6 +257,7 @@ def extension() -> ModuleType:
     vars(introspection)["ServiceIntrospectionState"] = IntrospectionState
     vars(made).update({**_CLASSES, **_ERRORS, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
 
+    # A distribution that is newer than this may use further names: then it says which, when it does.
     def missing(name: str) -> Any:
         raise AttributeError(f"{name} of rclpy's extension is not simulated yet")
 

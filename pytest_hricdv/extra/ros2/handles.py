@@ -26,7 +26,7 @@ def running_kernel(action: str) -> Kernel:
     """The kernel of the running node.
 
     Raises:
-        KernelError: outside of a node, where there is no virtual time to do `what` in.
+        KernelError: outside of a node, where there is no virtual time to do it in.
     """
     node = running_node()
     if node is None:
@@ -84,7 +84,7 @@ class Destroyable:
     def _let_go(self) -> None:
         """Destroy it, once, unless a block uses it."""
         if not self._uses and not self._has_let_go:
-            self._has_let_go = True
+            self._has_let_go = True  # before: destroying may use the handle itself
             self.destroy()
 
     def _is_in_its_run(self) -> bool:

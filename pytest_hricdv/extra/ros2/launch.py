@@ -93,7 +93,7 @@ class RosNode:
         return flat
 
     def _yaml(self, name: str, value: Any) -> str:
-        if isinstance(value, bool):
+        if isinstance(value, bool):  # before int, which it is, too
             return str(value).lower()
         if isinstance(value, int):
             return str(value)

@@ -52,7 +52,7 @@ _OUTCOMES = (
 
 
 class CallbackReturn(IntEnum):
-    """As `TransitionCallbackReturnType`."""
+    """As `TransitionCallbackReturnType`: the numbers of `lifecycle_msgs/msg/Transition`."""
 
     SUCCESS = 97
     FAILURE = 98

@@ -8,7 +8,7 @@ import re
 NameFault = tuple[str, int]
 """What is wrong with a name, and the index of the character that is."""
 
-_MAX_LENGTH = 255
+_MAX_LENGTH = 255  # of rmw, RMW_NODE_NAME_MAX_NAME_LENGTH
 
 
 def node_name_fault(name: str) -> NameFault | None:

@@ -28,7 +28,7 @@ def is_of_process(node: Node) -> bool:
     return _PROCESS in node.own
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False)  # a key by identity: what it is of need not be hashable
 class Variable:
     """A variable of a module, which functions of the module set; and what it is when the module has been imported."""
 
@@ -44,7 +44,7 @@ def _set_by_functions(file: str) -> frozenset[str]:
         source = Path(file).read_text(encoding="utf-8")
     except (OSError, ValueError):
         return frozenset()  # an extension module, or one without a source
-    if "global " not in source:
+    if "global " not in source:  # parsing every module of a distribution takes seconds
         return frozenset()
     declared = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Global)]
     return frozenset(name for statement in declared for name in statement.names)
@@ -121,6 +121,7 @@ class Process:
     def _leave(self) -> Body:
         for variable in self._variables:
             value = variable.module[variable.name]
+            # What it has set once is its own from then on, also while it has the initial value again.
             if value is not variable.initial or variable in self._values:
                 self._values[variable] = value
                 variable.module[variable.name] = variable.initial

@@ -8,6 +8,7 @@ from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Duration
 
+# As rmw: the longest duration, and the one before it, which stands for "what the other side can".
 INFINITE_NS = 2**63 - 1
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
@@ -15,6 +16,7 @@ INVALID_POLICY = 1
 _DURABILITY_POLICY, _DEADLINE_POLICY, _LIVELINESS_POLICY, _RELIABILITY_POLICY, _LEASE_POLICY = 2, 4, 8, 16, 256
 """As `rclpy.qos.QoSPolicyKind` numbers them."""
 
+# The numbers of rmw/types.h; 0 leaves a policy to the system.
 KEEP_LAST, KEEP_ALL = 1, 2
 RELIABLE, BEST_EFFORT = 1, 2
 TRANSIENT_LOCAL, VOLATILE = 1, 2
@@ -56,6 +58,7 @@ class Profile:
     @property
     def queue_length(self) -> int | None:
         """How many messages a queue keeps; None: all."""
+        # A depth of 0 is the system's default, which is one message at least.
         return None if self.history == KEEP_ALL else max(self.depth, 1)
 
     @property

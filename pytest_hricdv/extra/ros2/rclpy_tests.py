@@ -147,6 +147,7 @@ def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tupl
     """Whether all tests were run, and how each ended."""
     result.unlink(missing_ok=True)
     command = [sys.executable, "-m", "pytest_hricdv.ros2", "run-file", str(file), str(result), *deselected]
+    # No other plugins: this one would run `rclpy` twice in virtual time, and rclpy's tests count on none.
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S, env=environment, check=False)

@@ -95,6 +95,7 @@ class _Waiting:
             if client is None or client.missed_since_s is None or client.servers():
                 break
             is_endless = timeout_s is None or math.isinf(timeout_s)
+            # At least an instant: whoever looks for the first time now has not looked in vain yet.
             if is_endless or self.kernel.now_s - client.missed_since_s >= max(least_s, 1e-6):
                 return client.missed_since_s, f"for {_named(client)}, which nobody serves"
         return 0.0, ""

@@ -99,6 +99,7 @@ class Publisher(_Endpoint, Destroyable):
         if carrier is None:
             self._deliver(message, info)
             return
+        # A copy now, for the record, and one for each subscription: senders and callbacks change what they have.
         sent, sender = copy_message(message), self.node.get_fully_qualified_name()
         carrier.carry(sender, self.topic, "", sent, partial(self._deliver, sent, info), self._is_heard)
 
