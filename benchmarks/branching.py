@@ -17,7 +17,7 @@ from functools import partial
 
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import choose
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.run import Actions
@@ -54,11 +54,11 @@ def main() -> None:
 
 def runner() -> Callable[[Sequence[ConcreteTest], bool], float]:
     """Runs tests, as a tree or from the start; returns the CPU time (s) of all processes together."""
-    requirements = bench.requirements()
     measurement = choose(map_code(bench.testbench().code, bench.ROOT), contexts_by_test=False)
+    settings = RunSettings(bench.testbench(), bench.requirements(), measurement=measurement)
 
     def executed(test: ConcreteTest, actions: Actions) -> CaseResult:
-        return execute(bench.testbench(), requirements, test, measurement, "branching", producing=actions)
+        return execute(settings, test, "branching", producing=actions)
 
     def run(tests: Sequence[ConcreteTest], from_the_start: bool) -> float:
         before_s = cpu_s()

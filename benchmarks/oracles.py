@@ -16,7 +16,7 @@ from itertools import count
 
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
-from pytest_hricdv.execution.case import execute, oracles
+from pytest_hricdv.execution.case import RunSettings, execute, oracles
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion
 from studies.session import machine
@@ -66,7 +66,7 @@ def measured(tests: Sequence[ConcreteTest], ways: Mapping[str, tuple[Criterion, 
 def once(test: ConcreteTest, criteria: tuple[Criterion, ...], measurement: Measurement) -> float:
     """CPU time (s) of one run."""
     began_s = time.thread_time()
-    execute(bench.testbench(), criteria, test, measurement, f"{test.id} {next(RUNS)}")
+    execute(RunSettings(bench.testbench(), criteria, measurement=measurement), test, f"{test.id} {next(RUNS)}")
     return time.thread_time() - began_s
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.coverage.measurement import NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate import GenerateError
@@ -34,7 +33,6 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 __all__ = ["CaseResult", "HriCase", "HriRun"]
 
 SUITE = "handmade"
-UNMEASURED = NoMeasurement("no test of a suite")
 
 
 class HriRun:
@@ -74,13 +72,11 @@ class HriRun:
             GenerateError: a command or a parameter that the testbench does not declare, or a value that is no number.
             NodeError: a node failed; the text names it and the simulated time.
         """
-        testbench = self._context.collection.testbench
         try:
             case = self._case(test, seed, parameters)
         except GenerateError as error:
             raise GenerateError(str(error)) from None  # raised here, so that only the author's line is shown
-        requirements, known_while = self._context.requirements, self._context.known_while
-        result = execute(testbench, requirements, case.concrete, UNMEASURED, "handmade", known_while=known_while)
+        result = execute(self._context.run_settings, case.concrete)
         nodeid = self._context.shown(self._item.nodeid)
         built = build_result(case, nodeid, result, requirements=self._context.requirements)
         self._results.append((result, built))
@@ -122,7 +118,7 @@ def hri_run(request: pytest.FixtureRequest) -> HriRun:
         if CONTEXT not in config.stash:
             config.stash[CONTEXT] = RunContext(Collection(config, read_options(config)))
         context = config.stash[CONTEXT]
-        _ = context.collection.testbench, context.requirements, context.known_while
+        _ = context.run_settings
     except (pytest.UsageError, TestbenchError) as error:
         pytest.fail(f"hri_run: {error}", pytrace=False)
     return HriRun(context, request.node)

@@ -29,9 +29,11 @@ TAKEN_OVER = "a debugger took the trace function over while the code under test 
 
 
 class Measurement(Protocol):
-    """Measures one test at a time, in one greenlet or several. `reason` says why nothing can be measured, if so."""
+    """Measures one test at a time, in one greenlet or several."""
 
-    reason: str
+    @property
+    def reason(self) -> str:
+        """Why nothing can be measured; empty where it can."""
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """`body`, measured under `context` when it is run in a greenlet of its own."""
@@ -40,7 +42,7 @@ class Measurement(Protocol):
         """What `context` covered, together with what importing the code covers; None when unmeasured."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class NoMeasurement:
     """Measures nothing, and says why. A measurement of the user still records all of the code under test."""
 

@@ -7,14 +7,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.coverage.measurement import Measurement, debugger
+from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, debugger
 from pytest_hricdv.execution import faults
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.outcome import Judgement
@@ -41,6 +40,9 @@ if TYPE_CHECKING:
     from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+
+UNMEASURED = NoMeasurement("nobody asked for it")
 
 
 class Watcher(Protocol):
@@ -134,14 +136,33 @@ class CaseResult:
         return {verdict.requirement: verdict for verdict in self.verdicts}[requirement]
 
 
+@dataclass(frozen=True)
+class RunSettings:
+    """What runs are judged and measured with.
+
+    Args:
+        testbench: they are run with.
+        requirements: of the testbench, loaded, and the agent that each run is compared with, if there is one.
+        known_while: requirement -> condition under which its violations are known; others are marked as outside.
+        measurement: measures the code under test.
+    """
+
+    testbench: Testbench
+    requirements: tuple[Criterion, ...] = ()
+    known_while: Mapping[str, PastFormula] = field(default_factory=dict)
+    measurement: Measurement = UNMEASURED
+
+    def measured_by(self, measurement: Measurement) -> RunSettings:
+        """The same, with the code under test measured by another one."""
+        return RunSettings(self.testbench, self.requirements, self.known_while, measurement)
+
+
 def execute(
-    testbench: Testbench,
-    requirements: tuple[Criterion, ...],
+    settings: RunSettings,
     test: ConcreteTest,
-    measurement: Measurement,
-    context: str,
+    context: str = "",
+    *,
     filming: Callable[[Run], AbstractContextManager[None]] | None = None,
-    known_while: Mapping[str, PastFormula] = MappingProxyType({}),
     producing: Actions | None = None,
     watching: Iterable[Watcher] = (),
     begun: Callable[[CodeUnderTest], None] = lambda code: None,
@@ -149,11 +170,9 @@ def execute(
     """Run one concrete test: a pure function of the test and the code.
 
     Args:
-        requirements: of the testbench, loaded, and the agent that each run is compared with, if there is one.
-        measurement: measures the code under test.
+        settings: what the run is judged and measured with.
         context: name of this test's share of the measurement.
         filming: see `Run`.
-        known_while: requirement -> condition under which its violations are known; others are marked as outside.
         producing: produces the actions while the run goes on; the result's test has those that were taken (see
             `Run.enacted`).
         watching: who else sees the run, before what produces its actions asks them.
@@ -163,9 +182,10 @@ def execute(
         TestbenchError: the testbench's `run` returned no Outcome.
         NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
+    testbench, measurement = settings.testbench, settings.measurement
     recorder = Recorder()
-    monitors = MonitorSet(_formulas(requirements))
-    followers = _followers(requirements, test)
+    monitors = MonitorSet(_formulas(settings.requirements))
+    followers = _followers(settings.requirements, test)
     vocabulary = testbench.vocabulary()
     watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
     recorder.listeners += [MonitorFeed(each, vocabulary) for each in watchers]
@@ -196,7 +216,7 @@ def execute(
         kernel.virtual |= Ros2Overlay.VIRTUAL
     try:
         with modules.installed():
-            outcome, verdicts, record = _finished(testbench, requirements, followers, run, known_while)
+            outcome, verdicts, record = _finished(settings, followers, run)
     except Exception:
         if run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
@@ -252,21 +272,17 @@ def _followers(requirements: Sequence[Criterion], test: ConcreteTest) -> tuple[C
 
 
 def _finished(
-    testbench: Testbench,
-    requirements: tuple[Criterion, ...],
-    followers: tuple[ConformanceMonitor, ...],
-    run: Run,
-    known_while: Mapping[str, PastFormula],
+    settings: RunSettings, followers: tuple[ConformanceMonitor, ...], run: Run
 ) -> tuple[Outcome, tuple[Verdict, ...], Record]:
     """Run it to its end: what the testbench says of it, the verdicts, and the record."""
-    outcome = testbench.run(run)
+    outcome = settings.testbench.run(run)
     if not isinstance(outcome, Outcome):
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
     log = log_of(record, end_s)
-    verdicts = explained(run.monitors.finish(end_s), _formulas(requirements), log)
+    verdicts = explained(run.monitors.finish(end_s), _formulas(settings.requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
-    return outcome, tuple(_marked(verdict, known_while, log) for verdict in verdicts), record
+    return outcome, tuple(_marked(verdict, settings.known_while, log) for verdict in verdicts), record
 
 
 def log_of(record: Record, end_s: float) -> Log:

@@ -17,13 +17,11 @@ from types import FrameType
 import pytest
 from _pytest.debugging import pytestPDB
 
-from pytest_hricdv.coverage.measurement import Measurement, debugger
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.coverage.measurement import debugger
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.monitor import Criterion, PastFormula
 from pytest_hricdv.runtime.plain import Value
-from pytest_hricdv.testbench import Testbench
 
 NAME = "hri_now"
 
@@ -105,24 +103,20 @@ class Breaking:
 
     Args:
         asked: requirements.
-        testbench: of the session.
-        requirements: of the testbench, loaded.
+        settings: what runs are judged and measured with.
         files: of the code under test.
     """
 
     asked: Sequence[str]
-    testbench: Testbench
-    requirements: tuple[Criterion, ...]
+    settings: RunSettings
     files: Sequence[Path]
     _quit: BaseException | None = field(default=None, init=False)
     """What a person who quits the debugger raises: not where it stops, as it would be taken for a fault of the code."""
 
-    def run(self, test: ConcreteTest, measurement: Measurement, known_while: Mapping[str, PastFormula]) -> CaseResult:
+    def run(self, test: ConcreteTest) -> CaseResult:
         """Run a test; where it violates a requirement, once more, to stop there. Returns the first run's result."""
         counting = Events()
-        result = execute(
-            self.testbench, self.requirements, test, measurement, NAME, known_while=known_while, watching=[counting]
-        )
+        result = execute(self.settings, test, NAME, watching=[counting])
         found = first_violation(result, self.asked)
         if found is None:
             return result
@@ -133,7 +127,7 @@ class Breaking:
 
         stopping = Events(counting.last_until(found[1]), stop)
         try:
-            execute(self.testbench, self.requirements, test, measurement, NAME, watching=[stopping], begun=code.append)
+            execute(self.settings, test, NAME, watching=[stopping], begun=code.append)
         finally:
             vars(builtins).pop(NAME, None)
         if self._quit is not None:
@@ -148,7 +142,7 @@ class Breaking:
         messages: Mapping[str, Mapping[str, Value]],
         code: CodeUnderTest,
     ) -> Now:
-        topic, _, name = self.testbench.state.partition(".")
+        topic, _, name = self.settings.testbench.state.partition(".")
         return Now(
             requirement=found[0],
             time_s=found[1],

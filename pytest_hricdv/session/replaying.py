@@ -16,15 +16,14 @@ from pathlib import Path
 from msgspec import to_builtins
 
 from pytest_hricdv.coverage.code_map import CodeMap
-from pytest_hricdv.coverage.measurement import NoMeasurement
-from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
 from pytest_hricdv.extra.search.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, values_of
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
-from pytest_hricdv.monitor import Criterion, PastFormula, RequirementResult
+from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.session.suites import check_commands
@@ -32,7 +31,6 @@ from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
-UNMEASURED = NoMeasurement("not a test of the suite")
 
 
 @dataclass(frozen=True)
@@ -215,33 +213,28 @@ class Rerunning:
     """Runs tests that no suite has, and keeps the ones worth it as replay files.
 
     Args:
-        testbench: of the session.
-        requirements: of the testbench.
+        settings: of the session's runs.
         provenance: what runs depend on in this process.
         failures: keeps files.
         seeds: suite -> the seed that it was generated from.
-        known_while: requirement -> condition under which its violations are known.
     """
 
-    testbench: Testbench
-    requirements: tuple[Criterion, ...]
+    settings: RunSettings
     provenance: Provenance
     failures: Failures
     seeds: Mapping[str, int]
-    known_while: Mapping[str, PastFormula]
 
     def run(self, test: ConcreteTest) -> CaseResult | None:
         """Run a test; None where the run came to no end. What it prints goes nowhere."""
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                known = self.known_while
-                return execute(self.testbench, self.requirements, test, UNMEASURED, "rerun", known_while=known)
+                return execute(self.settings, test)
         except Exception:
             return None
 
     def is_violated(self, requirement: str, result: RequirementResult) -> bool:
         """Whether it is, and, where its violations are known under a condition only, outside of that."""
-        return result.verdict == "Failed" and (requirement not in self.known_while or result.outside)
+        return result.verdict == "Failed" and (requirement not in self.settings.known_while or result.outside)
 
     def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: ReplayOrigin) -> tuple[HriCase, str | None]:
         """Keep a test made from `case` with its result; returns it, and the name of its replay file if it has one."""
@@ -257,7 +250,7 @@ class Rerunning:
         made = HriCase(case.suite, test, case.ranges, fixed=result.test)
         path, bracket, _ = nodeid.partition(f"[{case.abstract.id}")
         new_nodeid = f"{path}[{test.id}]" if bracket else nodeid
-        built = build_result(made, new_nodeid, result, requirements=self.requirements)
+        built = build_result(made, new_nodeid, result, requirements=self.settings.requirements)
         return made, self.failures.keep(self.provenance.replay(made, built, self.seeds[case.suite], origin))
 
 

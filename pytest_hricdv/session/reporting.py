@@ -193,9 +193,7 @@ class Reporting:
     @property
     def _rerunning(self) -> Rerunning:
         context, seeds = self.context, self.aggregation.seeds
-        testbench = self.collection.testbench
-        known_while = context.known_while
-        return Rerunning(testbench, context.requirements, context.provenance, context.failures, seeds, known_while)
+        return Rerunning(context.run_settings, context.provenance, context.failures, seeds)
 
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""

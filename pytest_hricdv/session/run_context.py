@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 
@@ -11,12 +11,11 @@ import pytest
 
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
-from pytest_hricdv.execution.case import CaseResult, Watcher, execute, oracles
+from pytest_hricdv.execution.case import RunSettings, oracles
 from pytest_hricdv.extra.film.filming import Filming
 from pytest_hricdv.extra.traces.tracing import Tracing
 from pytest_hricdv.extra.verification_plan.file import Known, PlanError, load_plan
 from pytest_hricdv.extra.verification_plan.records import PlanPart
-from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,
@@ -28,7 +27,6 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.results.building import requirement_texts
 from pytest_hricdv.results.model import RequirementText
-from pytest_hricdv.run import Actions
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.replaying import Failures, Provenance
 from pytest_hricdv.session.usage import usage_error
@@ -152,7 +150,7 @@ class RunContext:
         """Films failing tests of this process; None without --hri-film."""
         if not self.options.film:
             return None
-        return Filming(self.collection.testbench, self.requirements, self.options.report)
+        return Filming(self.run_settings, self.options.report)
 
     @cached_property
     def tracing(self) -> Tracing | None:
@@ -160,19 +158,12 @@ class RunContext:
         asked = self.options.mcap
         if not asked:
             return None
-        return Tracing(self.collection.testbench, self.requirements, self.options.report, every=asked == "all")
+        return Tracing(self.run_settings, self.options.report, every=asked == "all")
 
-    def execute(
-        self,
-        test: ConcreteTest,
-        measurement: Measurement,
-        context: str,
-        producing: Actions | None = None,
-        watching: Iterable[Watcher] = (),
-    ) -> CaseResult:
-        """Run a test as the session judges it; see `pytest_hricdv.execution.case.execute`."""
-        bench, known_while = self.collection.testbench, self.known_while
-        return execute(bench, self.requirements, test, measurement, context, None, known_while, producing, watching)
+    @cached_property
+    def run_settings(self) -> RunSettings:
+        """What the session's runs are judged with; unmeasured."""
+        return RunSettings(self.collection.testbench, self.requirements, self.known_while)
 
     def shown(self, nodeid: str) -> str:
         """The node id relative to the folder where pytest was started."""

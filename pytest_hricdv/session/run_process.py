@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report import explanation
@@ -90,9 +90,10 @@ def _told(context: RunContext, order: Order, *, with_record: bool) -> RunTold:
 
 def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
     """The run, and why there is none."""
+    settings = context.run_settings.measured_by(context.measurement)
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            return context.execute(case.concrete, context.measurement, f"hricdv|{nodeid}"), ""
+            return execute(settings, case.concrete, f"hricdv|{nodeid}"), ""
     except Exception as error:
         cause = error.__cause__ or error
         return None, f"{type(cause).__name__}: {cause}"

@@ -31,7 +31,6 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 
 ATTRIBUTE = "hricdv"
 NO_REASON = "xfail without a reason"
-ELSEWHERE = NoMeasurement("it is measured on the first engine")
 
 
 class RerunInfo(TypedDict):
@@ -114,18 +113,19 @@ class Running:
 
     def _checked(self, test: ConcreteTest, result: CaseResult) -> CaseResult:
         """The result, beside that on the second engine where engines check each other."""
-        second, known_while = self.collection.second_testbench, self.context.known_while
+        second = self.collection.second_testbench
         if second is None:
             return result
-        beside = execute(second, self.context.requirements, test, ELSEWHERE, "engine", known_while=known_while)
-        return dataclasses.replace(result, beside=beside)
+        on_second = dataclasses.replace(self.context.run_settings, testbench=second)
+        return dataclasses.replace(result, beside=execute(on_second, test))
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.context.measurement
         try:
             if self.options.stop_at:
                 return self._stopped(case.concrete)
-            return self._checked(case.concrete, self.context.execute(case.concrete, self._used, f"hricdv|{nodeid}"))
+            settings = self.context.run_settings.measured_by(self._used)
+            return self._checked(case.concrete, execute(settings, case.concrete, f"hricdv|{nodeid}"))
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
@@ -139,8 +139,8 @@ class Running:
         from pytest_hricdv.session.breaking import Breaking  # it loads pdb
 
         files = [file.path for file in self.context.code.files]
-        breaking = Breaking(self.options.stop_at, self.collection.testbench, self.context.requirements, files)
-        return breaking.run(test, self._used, self.context.known_while)
+        settings = self.context.run_settings.measured_by(self._used)
+        return Breaking(self.options.stop_at, settings, files).run(test)
 
     def _require_check(self, case: HriCase) -> None:
         if case.result is None:

@@ -99,7 +99,7 @@ class _Instead:
 
         config._do_configure()  # as pytest's own --help does: the testbench may need what conftest files set up
         context = config.stash[CONTEXT]  # the session has a suite
-        _ = context.collection.testbench, context.requirements, context.known_while
+        _ = context.run_settings
         self._work(context)
         os._exit(0)
 

@@ -10,8 +10,8 @@ from itertools import count
 from pathlib import Path
 
 import conftest
-from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.coverage.measurement import Measurement
+from pytest_hricdv.execution.case import UNMEASURED, CaseResult, RunSettings, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.generate.context import GenerationContext
@@ -24,7 +24,6 @@ ROOT = Path(conftest.__file__).parent
 RUNS = count(1)
 """Numbers the runs of this process: each has its own share of a measurement."""
 
-UNMEASURED = NoMeasurement("not of interest here")
 LONGEST_S = conftest.LIMIT_S + 10.0 + 10.0
 """Limit of a run, a deadline that is open then, and one more that a reading in that time opens."""
 
@@ -85,7 +84,7 @@ def run(test: ConcreteTest, measurement: Measurement = UNMEASURED, engine: str =
     """Run one test, as the plugin does; on the first physics engine that is installed if none is named."""
     context = f"{test.id} {next(RUNS)}"
     table = replace(testbench(), engine=engine)
-    return execute(table, requirements(), test, measurement, context, known_while=known_while())
+    return execute(RunSettings(table, requirements(), known_while(), measurement), test, context)
 
 
 def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:

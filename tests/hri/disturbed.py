@@ -7,7 +7,8 @@ from functools import cache
 
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
-from pytest_hricdv.execution.case import CaseResult, execute, oracles
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, oracles
+from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.monitor import Criterion
@@ -45,17 +46,13 @@ def criteria() -> tuple[Criterion, ...]:
 def judged(test: ConcreteTest, measurement: Measurement = bench.UNMEASURED) -> CaseResult:
     """Run one test, and judge it by requirements and model."""
     context = f"{test.id} {next(bench.RUNS)}"
-    return execute(bench.testbench(), criteria(), test, measurement, context, known_while=bench.known_while())
+    settings = RunSettings(bench.testbench(), criteria(), bench.known_while(), measurement)
+    return execute(settings, test, context)
 
 
 def unknown_violations(result: CaseResult) -> str:
     """The ids of the requirements that are violated, beyond what is known of them."""
-    known = bench.known_while()
-    return " ".join(
-        verdict.requirement
-        for verdict in result.verdicts
-        if any(each.outside or verdict.requirement not in known for each in verdict.violations)
-    )
+    return " ".join(undeclared_violations(result, bench.known_while()))
 
 
 @cache

@@ -11,7 +11,7 @@ from controller import deciding, finishing, machine
 from controller.ports import LegReady, TurnDone
 from controller.robot import Robot
 from controller.settings import Settings
-from pytest_hricdv.execution.case import execute, oracles
+from pytest_hricdv.execution.case import RunSettings, execute, oracles
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
 from tests.hri import bench
@@ -28,7 +28,7 @@ def oracle() -> tuple[Criterion, ...]:
 
 def judged(test: ConcreteTest) -> Verdict:
     """The verdict MODEL of a run."""
-    return execute(bench.testbench(), oracle(), test, bench.UNMEASURED, test.id).verdict("MODEL")
+    return execute(RunSettings(bench.testbench(), oracle()), test).verdict("MODEL")
 
 
 @pytest.mark.parametrize(

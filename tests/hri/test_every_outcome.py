@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from controller.journal import DISCARDED, NO_HUMAN_READY, OUTCOMES, SENSING_TIMEOUT
-from pytest_hricdv.execution.case import execute
+from pytest_hricdv.execution.case import RunSettings, execute
 from sim.turns import SENSORS
 from tests.hri import bench
 from tests.hri.disturbed import Line, concrete
@@ -40,6 +40,6 @@ def disturbed(pose: str, outcome: str) -> list[Line]:
 def test_a_leg_ends_in_each_way_whatever_the_person_plans(pose: str) -> None:
     for outcome in OUTCOMES:
         test = concrete(disturbed(pose, outcome), sensing_timeout_s=20.0)
-        result = execute(bench.testbench(), (), test, bench.UNMEASURED, test.id)
+        result = execute(RunSettings(bench.testbench()), test)
         boredom = "bored" if pose == "none" else "not_bored"
         assert list(result.outcome.cross["handover"]) == [("1", boredom, pose, outcome)]

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import abstract_from, concretize
 from pytest_hricdv.online.chooser import (
@@ -64,13 +64,13 @@ def lived(seed: int, chooser: Chooser, fidelity: str = "kinematic") -> tuple[Cas
     bench_, agent = table(fidelity), OnlineAgent(role(), chooser)
     empty = concretize(AbstractTest(f"online-{seed}", "online", "a life", (), (), seed=seed), bench_.commands)
     actions = OnlineActions(agent, bench_.commands)
-    return execute(bench_, (), empty, bench.UNMEASURED, empty.id, producing=actions, watching=[agent]), agent
+    return execute(RunSettings(bench_), empty, producing=actions, watching=[agent]), agent
 
 
 def replayed(result: CaseResult, fidelity: str = "kinematic") -> CaseResult:
     """The test that was recorded, run again."""
     test = concretize(abstract_from(result.test, "a life"), table(fidelity).commands)
-    return execute(table(fidelity), (), test, bench.UNMEASURED, test.id)
+    return execute(RunSettings(table(fidelity)), test)
 
 
 class Wish:

@@ -7,16 +7,19 @@ from dataclasses import replace
 
 import pytest
 
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, abstract_from, concretize
 from pytest_hricdv.run import Actions, Run
 from sim.engine import SimulationError
 from tests.hri import bench
 
 
+def kinematic() -> RunSettings:
+    return RunSettings(replace(bench.testbench(), fidelity="kinematic"), bench.requirements())
+
+
 def produced(test: ConcreteTest, producing: Actions) -> CaseResult:
-    kinematic = replace(bench.testbench(), fidelity="kinematic")
-    return execute(kinematic, bench.requirements(), test, bench.UNMEASURED, test.id, producing=producing)
+    return execute(kinematic(), test, producing=producing)
 
 
 def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() -> None:
@@ -35,9 +38,7 @@ def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() 
 
     stored = concretize(abstract_from(found.test, "produced"), bench.testbench().concretization)
     again = produced(stored, lambda run: iter(run.test.actions))
-    fixed = execute(
-        replace(bench.testbench(), fidelity="kinematic"), bench.requirements(), stored, bench.UNMEASURED, "fixed"
-    )
+    fixed = execute(kinematic(), stored)
     assert again.record.sha256 == fixed.record.sha256 == found.record.sha256
     assert fixed.outcome == found.outcome
     assert fixed.cross == found.cross

@@ -11,7 +11,7 @@ import pytest
 
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.closing.branching import Leaf, may_fork
 from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -31,10 +31,10 @@ def concrete(lines: Sequence[str], seed: int) -> ConcreteTest:
 
 def runner(fidelity: str) -> TreeRunner[CaseResult]:
     """Runs tests on two processes; what is loaded once has been loaded, so that no fork has to."""
-    table, measured = bench.testbench().simulated(fidelity), measurement()
+    table = RunSettings(bench.testbench().simulated(fidelity), bench.requirements(), measurement=measurement())
 
     def executed(test: ConcreteTest, actions: Actions) -> CaseResult:
-        return execute(table, bench.requirements(), test, measured, "tree", producing=actions)
+        return execute(table, test, "tree", producing=actions)
 
     executed(concrete(["tell leg"], seed=1), lambda run: iter(run.test.actions))
     return TreeRunner(executed, _facts, 2, 60.0)

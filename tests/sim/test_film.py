@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.case import CaseResult, RunSettings
 from pytest_hricdv.extra.film import film
 from pytest_hricdv.extra.film.filming import FOLDER, Filming
 from pytest_hricdv.extra.film.recorder import ALARM
@@ -56,7 +56,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Filmed]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(film, "SHORTEST_STEP_S", 2.0)
         patch.setattr(film, "SLOW_AFTER_S", 0.5)
-        yield Filmed(result, Filming(bench.testbench(), bench.requirements(), folder).film(result), folder)
+        yield Filmed(result, Filming(RunSettings(bench.testbench(), bench.requirements()), folder).film(result), folder)
 
 
 def skin(pixels: NDArray[np.int16]) -> int:

@@ -18,7 +18,7 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.execution.case import CaseResult, Watcher
+from pytest_hricdv.execution.case import CaseResult, Watcher, execute
 from pytest_hricdv.extra.closing.branching import Leaf
 from pytest_hricdv.extra.closing.lived_run import LivedRun, role_of
 from pytest_hricdv.extra.closing.observation import Observation, observe
@@ -145,7 +145,8 @@ class _Serving:
             self._lived = LivedRun(self._role, self._collection.testbench.commands, test.seed, weights)
             actions, watching = self._lived.actions, [self._lived.agent]
         with contextlib.redirect_stdout(io.StringIO()):
-            return self._context.execute(test, self._context.measurement, "closing", actions, watching)
+            settings = self._context.run_settings.measured_by(self._context.measurement)
+            return execute(settings, test, "closing", producing=actions, watching=watching)
 
     def _told(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
         return encode(self._observed(tests[leaf.number], leaf))

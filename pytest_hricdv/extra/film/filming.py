@@ -13,12 +13,11 @@ from itertools import chain
 from pathlib import Path
 
 from pytest_hricdv._base.atomic_file import temporary_path
-from pytest_hricdv.coverage.measurement import NoMeasurement
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.film.film import Film, Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
-from pytest_hricdv.monitor import Criterion, MonitorSet, Verdict
+from pytest_hricdv.monitor import MonitorSet, Verdict
 from pytest_hricdv.report.explanation import violation
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import FilmResult
@@ -29,8 +28,6 @@ FOLDER = "films"
 
 FILMS_EACH = 5
 """Maximum number of filmed failures of each requirement in a process: a film takes far longer than its test."""
-
-UNMEASURED = NoMeasurement("a replay for its film")
 
 
 def check(testbench: Testbench) -> None:
@@ -48,14 +45,12 @@ class Filming:
     """Films the failures of one process.
 
     Args:
-        testbench: one that `check` passed.
-        requirements: of the testbench.
+        settings: of the session's runs, with a testbench that `check` passed.
         folder: of the report; films go into a folder inside.
     """
 
-    def __init__(self, testbench: Testbench, requirements: tuple[Criterion, ...], folder: Path) -> None:
-        self._testbench = testbench
-        self._requirements = requirements
+    def __init__(self, settings: RunSettings, folder: Path) -> None:
+        self._settings = settings
         self._folder = folder
         self._filmed: Counter[str] = Counter()
 
@@ -80,12 +75,13 @@ class Filming:
             return _without(f"not filmed: {type(error).__name__}: {error}")
 
     def _replay(self, result: CaseResult, path: Path) -> FilmResult:
-        assert self._testbench.film is not None
+        declared = self._settings.testbench.film
+        assert declared is not None
         path.parent.mkdir(parents=True, exist_ok=True)
         film = video(path)
         try:
-            film_run = FilmRun(self._testbench.film, result, film)
-            again = execute(self._testbench, self._requirements, result.test, UNMEASURED, "film", film_run.rolling)
+            film_run = FilmRun(declared, result, film)
+            again = execute(self._settings, result.test, filming=film_run.rolling)
             if film_run.recorder is None:
                 raise TestbenchError("the testbench's run did not call run.go")
             film.finish()

@@ -18,8 +18,7 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.coverage.measurement import NoMeasurement
-from pytest_hricdv.execution.case import CaseResult, HriCase
+from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.extra.mutation.faulty_import import FaultyImport
@@ -36,7 +35,6 @@ from pytest_hricdv.session.serving import in_session, limit_time, preload, sessi
 SILENCE = 30
 """A mutant that gives no sign of life for so many times the processor time of a run waits for what never comes."""
 
-UNMEASURED = NoMeasurement("a mutant")
 _ADDRESS = re.compile(r"\b0x[0-9a-f]+")
 
 
@@ -194,7 +192,7 @@ class _Trying:
     def _run(self, name: str, context: RunContext) -> None:
         test = self._job.tests[name]
         try:
-            result = context.execute(test.concrete, UNMEASURED, "mutant")
+            result = execute(context.run_settings, test.concrete)
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
             return

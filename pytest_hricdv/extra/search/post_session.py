@@ -146,7 +146,7 @@ class PostSession:
 
     def shrink(self, results: Iterable[TestResult]) -> list[TestResult]:
         """Shrink the shortest failure of each requirement; returns the results, with what they were shrunk to."""
-        requirements = {requirement.id: requirement for requirement in self.rerunning.requirements}
+        requirements = {requirement.id: requirement for requirement in self.rerunning.settings.requirements}
         by_nodeid = {result.nodeid: result for result in results}
         for name, failed in shortest_failures(by_nodeid.values(), requirements.values()).items():
             if not self.interrupted:
@@ -169,7 +169,8 @@ class PostSession:
             if self.interrupted:
                 break
             self.interrupted = record.ended == "interrupted"
-            tolerated = requirement.id in self.options.known and requirement.id not in self.rerunning.known_while
+            conditions = self.rerunning.settings.known_while
+            tolerated = requirement.id in self.options.known and requirement.id not in conditions
             if record.status == "violated" and (self.options.strict or not tolerated):
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
             if made is not None and self.options.shrink and not self.interrupted:
@@ -179,7 +180,7 @@ class PostSession:
 
     def _searched(self, results: list[TestResult]) -> Iterator[Searched]:
         """Search for each requirement: here one after the other, on a cluster several at a time."""
-        remote, requirements = self.remote, self.rerunning.requirements
+        remote, requirements = self.remote, self.rerunning.settings.requirements
         judged = None if remote is None else remote.run
         searching = Searching(self.rerunning, self.chosen, self.options.seed, judged)
 

@@ -9,16 +9,12 @@ from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from pytest_hricdv.coverage.measurement import NoMeasurement
-from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.film.scene import ObservedWorld, SceneChange
-from pytest_hricdv.monitor import Criterion
 from pytest_hricdv.results.model import TestResult, TraceResult
-from pytest_hricdv.testbench import Run, Testbench, TestbenchError
+from pytest_hricdv.testbench import Run, TestbenchError
 
 FOLDER = "traces"
-
-UNMEASURED = NoMeasurement("a replay for its trace")
 
 SCENE_PERIOD_US = 50_000
 """Shapes are looked at twenty times a second: films of viewers look smooth, and files stay small."""
@@ -34,15 +30,14 @@ class Tracing:
     """Writes the traces of one process.
 
     Args:
-        testbench: whose tests are run.
-        requirements: of the testbench.
+        settings: of the session's runs.
         folder: of the report; traces go into a folder inside.
         every: also those of tests that did not fail.
     """
 
-    def __init__(self, testbench: Testbench, requirements: tuple[Criterion, ...], folder: Path, *, every: bool) -> None:
-        self._testbench = testbench
-        self._requirements = requirements
+    def __init__(self, settings: RunSettings, folder: Path, *, every: bool) -> None:
+        self._settings = settings
+        self._testbench = settings.testbench
         self._folder = folder
         self._every = every
 
@@ -80,7 +75,7 @@ class Tracing:
                 again.kernel.world = observed[0]
             yield
 
-        again = execute(self._testbench, self._requirements, run.test, UNMEASURED, "trace", observing)
+        again = execute(self._settings, run.test, filming=observing)
         same = again.record.sha256 == run.record.sha256
         note = "" if same else f"the scene is of a replay that differs from the run (record {again.record.sha256})"
         return observed[0].changes if observed else (), note
