@@ -60,7 +60,8 @@ def _upgraded_test(test: dict[str, Any]) -> dict[str, Any]:
     renamed = {NEW_KEYS.get(key, key): value for key, value in test.items()}
     if renamed["timeline"] is not None:
         renamed["timeline"] = {NEW_KEYS.get(key, key): value for key, value in renamed["timeline"].items()}
-    return renamed
+    # The text of a failure had another word for the outcomes of interactions, too.
+    return renamed | {"failure": test["failure"].replace("\nturns:   ", "\noutcome: ")}
 
 
 def differences(stored: Any, now: Any, where: str = "") -> Iterator[str]:

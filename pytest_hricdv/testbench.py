@@ -91,7 +91,7 @@ class Outcome:
 
     Args:
         ended: why it ended, for instance "table done".
-        outcomes: how each turn ended, in order.
+        outcomes: how each interaction ended, in order.
         skipped_s: simulated seconds for which the physics was not stepped.
         cross: the bins that the run hit, by the name of the declared cross product: one bin for each coordinate, but
             none for those that are named after a requirement.

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
-from pytest_hricdv.coverage.greenlet_tracing import kept_to_this_greenlet
+from pytest_hricdv.coverage.greenlet_settrace import kept_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import import_bits
 
 if TYPE_CHECKING:

@@ -27,13 +27,13 @@ class Situation:
     Args:
         time_s: simulated time.
         state: the state that the code under test has reported last; empty where there is none.
-        turn: the number of the interaction, from 1; 0 before the first one, and where nothing tells interactions apart.
+        interaction: its number, from 1; 0 before the first one, and where nothing tells interactions apart.
         taken: the commands so far, disturbances among them.
     """
 
     time_s: float
     state: str
-    turn: int
+    interaction: int
     taken: tuple[str, ...]
 
 
@@ -53,11 +53,11 @@ class Decision:
 
 
 class Choice(NamedTuple):
-    """What was chosen: after how many commands, in which state of the code, in which turn, about what, and what."""
+    """What was chosen: after how many commands, in which state of the code and interaction, about what, and what."""
 
     taken: int
     state: str
-    turn: int
+    interaction: int
     about: str
     option: str
 
@@ -69,11 +69,11 @@ class Chooser(Protocol):
         """One of the options."""
 
 
-ANY_TURN = -1
+ANY_INTERACTION = -1
 ANY_STATE = ""
 
 Weight = tuple[str, int, str, str, float]
-"""State of the code, turn, what is decided, option, and how much likelier it is than an option of weight 1."""
+"""State of the code, interaction, what is decided, option, and how much likelier it is than an option of weight 1."""
 
 
 class WeightedChooser:
@@ -84,7 +84,8 @@ class WeightedChooser:
 
     Args:
         seed: of its random stream.
-        weights: of options; those for state and turn come before those for the turn, and these before those for any.
+        weights: of options; those for state and interaction come before those for the interaction, and these before
+            those for any.
     """
 
     def __init__(self, seed: int, weights: Iterable[Weight] = ()) -> None:
@@ -103,7 +104,8 @@ class WeightedChooser:
 
     def _weight(self, decision: Decision, option: str) -> float:
         situation = decision.situation
-        for place in ((situation.state, situation.turn), (ANY_STATE, situation.turn), (ANY_STATE, ANY_TURN)):
+        number = situation.interaction
+        for place in ((situation.state, number), (ANY_STATE, number), (ANY_STATE, ANY_INTERACTION)):
             if (weight := self._weights.get((*place, decision.about, option))) is not None:
                 return weight
         if decision.about == ACT:

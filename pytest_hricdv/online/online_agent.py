@@ -224,13 +224,13 @@ class OnlineAgent:
             alternatives = ", ".join(map(repr, options))
             raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {alternatives}")
         if chosen != NONE or about not in (GOAL, DISTURBANCE):
-            self.choices.append(Choice(len(self.taken), situation.state, situation.turn, about, chosen))
+            self.choices.append(Choice(len(self.taken), situation.state, situation.interaction, about, chosen))
         return chosen
 
     def _situation(self) -> Situation:
         commands = [line for line in self.taken if line not in self._role.disturbances]
-        turn = max((len([*planned(commands)]) for planned in self._role.planned), default=0)
-        return Situation(self._run.now_s, self._state, turn, tuple(self.taken))
+        interaction = max((len([*planned(commands)]) for planned in self._role.planned), default=0)
+        return Situation(self._run.now_s, self._state, interaction, tuple(self.taken))
 
     @property
     def plans(self) -> tuple[str, ...]:

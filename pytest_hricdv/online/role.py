@@ -16,7 +16,7 @@ from pytest_hricdv.monitor import RequirementError, Vocabulary
 from pytest_hricdv.online.declaration import Online, OnlineError
 
 Planned = Callable[[Sequence[str]], Iterable[object]]
-"""What each interaction of a script plans (see `CrossProduct`)."""
+"""What each interaction of an abstract test plans (see `CrossProduct`)."""
 
 
 @dataclass(frozen=True)

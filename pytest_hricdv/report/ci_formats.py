@@ -7,7 +7,7 @@ from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.extra.mutation import view as mutation_view
 from pytest_hricdv.report import behaviour_view, totals
-from pytest_hricdv.report.explanation import instructions_of, violation
+from pytest_hricdv.report.explanation import instructions_of, violation_line
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -125,8 +125,8 @@ def _head(report: Report) -> Iterator[str]:
         yield f"\n**FAILED** {_escaped(text)}"
     for text in report.gates.improved if report.gates else ():
         yield f"\nBetter: {_escaped(text)}"
-    if told := behaviour_view.sentence(report):
-        yield f"\nBehaviour: {_escaped(told)}"
+    if sentence := behaviour_view.sentence(report):
+        yield f"\nBehaviour: {_escaped(sentence)}"
     if report.mutation is not None:
         yield f"\nFaults: {_escaped(mutation_view.headline(report.mutation))}"
 
@@ -139,10 +139,10 @@ def _requirements(report: Report) -> Iterator[str]:
         yield "|---|---:|---:|---:|---:|---:|"
         for row in totals.requirement_rows(report, suite):
             failed = f"**{row.failed}**" if row.failed and not row.tolerated else str(row.failed)
-            known = f" known: {_escaped(row.known_note)}" if row.failed and row.known else ""
+            note = f" known: {_escaped(row.known_note)}" if row.failed and row.known else ""
             margin = "" if row.margin is None else _escaped(margin_text(row.margin, row.unit, ".3g"))
             name = _escaped(f"{row.name} {row.title}")
-            yield f"| {name} | {row.passed} | {failed}{known} | {row.nc} | {row.triggers} | {margin} |"
+            yield f"| {name} | {row.passed} | {failed}{note} | {row.nc} | {row.triggers} | {margin} |"
         yield ""
     if report.suites:
         yield "NC: not checked, because nothing in the run triggered the requirement."
@@ -191,12 +191,13 @@ def _failures(report: Report) -> Iterator[str]:
 def _failure(report: Report, test: TestResult) -> Iterator[str]:
     failed = (name for name, result in test.requirements.items() if result.verdict == "Failed")
     names = sorted(failed, key=by_requirement)
-    what = ", ".join([*names, *(["fault"] if test.faults else [])]) or "in error"
-    yield f"<details><summary><b>{_escaped(test.id)}</b>: {_escaped(what)}</summary>"
+    causes = ", ".join([*names, *(["fault"] if test.faults else [])]) or "in error"
+    yield f"<details><summary><b>{_escaped(test.id)}</b>: {_escaped(causes)}</summary>"
     yield ""
     for name in names:
-        for found in test.requirements[name].violations[:1]:
-            yield f"- {_escaped(name)} {_escaped(violation(found, report.units or {}, margin_unit(report, name)))}"
+        unit = margin_unit(report, name)
+        for violation in test.requirements[name].violations[:1]:
+            yield f"- {_escaped(name)} {_escaped(violation_line(violation, report.units or {}, unit))}"
     yield from (f"- {_escaped(fault)}" for fault in test.faults)
     if not (names or test.faults):
         yield from (f"- {_escaped(line)}" for line in test.failure.strip().splitlines()[:1])
@@ -207,12 +208,12 @@ def _failure(report: Report, test: TestResult) -> Iterator[str]:
 
 
 def _gaps(report: Report) -> Iterator[str]:
-    found = totals.gaps(report)
-    if not found:
+    gaps = totals.gaps(report)
+    if not gaps:
         return
     yield "<details><summary>Not covered</summary>"
     yield ""
-    for gap in found:
+    for gap in gaps:
         yield f"- {_escaped(gap.place)} {gap.kind}: {_escaped(fit(', '.join(gap.items), _MAX_GAP_COLUMNS))}"
     yield ""
     yield "</details>"
@@ -244,8 +245,9 @@ def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Itera
         if not failed:
             continue
         worst = min(failed, key=lambda test: (test.requirements[name].margin or 0.0, test.id))
-        violations = sorted(worst.requirements[name].violations, key=lambda each: not each.outside)
-        first = [violation(each, report.units or {}, margin_unit(report, name)) for each in violations[:1]]
+        violations = sorted(worst.requirements[name].violations, key=lambda violation: not violation.outside)
+        unit = margin_unit(report, name)
+        first = [violation_line(violation, report.units or {}, unit) for violation in violations[:1]]
         lines = [report.requirements[name].title, f"worst is {worst.id}", *first, *instructions_of(report, worst)]
         yield _annotation(worst.nodeid, f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
 
@@ -253,11 +255,11 @@ def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Itera
 def _test_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
     errors = [(test, test.failure.strip().splitlines()[:1]) for test in report.tests if test.outcome == "error"]
     faults = [(test, test.faults) for test in report.tests if test.faults]
-    for found, what in ((errors, "in error"), (faults, "with a fault")):
-        if found:
-            first, texts = found[0]
+    for tests, ended in ((errors, "in error"), (faults, "with a fault")):
+        if tests:
+            first, texts = tests[0]
             lines = [f"first is {first.id}", *texts, *instructions_of(report, first)]
-            yield _annotation(first.nodeid, f"{plural(len(found), 'test')} {what}", "\n".join(lines), places)
+            yield _annotation(first.nodeid, f"{plural(len(tests), 'test')} {ended}", "\n".join(lines), places)
 
 
 def _gate_annotations(report: Report) -> Iterator[str]:

@@ -84,35 +84,30 @@ def aborted(
 
 
 def course(test: TestResult) -> str:
-    """What happened in a run, whether it failed or not: verdicts, turns, and what the human did."""
+    """What happened in a run, whether it failed or not: verdicts, outcomes, and what the human did."""
     lines = [f"{name} {test.requirements[name].verdict} ({counts(test.requirements[name])})" for name in _names(test)]
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
 
 
-def violation(found: Violation, units: Mapping[str, str], unit: str = "") -> str:
+def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
     """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
 
     Args:
-        found: a violation of the report.
+        violation: of the report.
         units: signal -> unit, as far as known.
         unit: of the margin.
     """
-    parts = []
-    if found.trigger_s is not None:
-        parts.append(f"triggered at {seconds(found.trigger_s)}")
-    if found.time_s is not None:
-        parts.append(f"violated at {seconds(found.time_s)}")
-    text = ", ".join(parts) or "violated"
-    if found.values:
-        names = sorted(found.values, key=natural)
+    text = f"triggered at {seconds(violation.trigger_s)}, violated at {seconds(violation.time_s)}"
+    if violation.values:
+        names = sorted(violation.values, key=natural)
         text += ": " + ", ".join(
-            f"{name} = {quantity(found.values[name])} {units.get(name, '')}".rstrip() for name in names
+            f"{name} = {quantity(violation.values[name])} {units.get(name, '')}".rstrip() for name in names
         )
-    if found.text:
-        text += f": {found.text}"
-    if found.margin is not None:
-        text += f" (margin {margin_text(found.margin, unit)})"
-    return f"{text}; not known under this condition" if found.outside else text
+    if violation.text:
+        text += f": {violation.text}"
+    if violation.margin is not None:
+        text += f" (margin {margin_text(violation.margin, unit)})"
+    return f"{text}; not known under this condition" if violation.outside else text
 
 
 def counts(result: RequirementResult) -> str:
@@ -128,14 +123,14 @@ def counts(result: RequirementResult) -> str:
     return f"{triggers}: {text}" if text else triggers
 
 
-def nearest_miss(found: NearestMiss) -> str:
+def nearest_miss(miss: NearestMiss) -> str:
     """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
-    shown = ", ".join(found.missing[:_MAX_MISSING])
-    if len(found.missing) > _MAX_MISSING:
-        shown += f" and {len(found.missing) - _MAX_MISSING} more"
-    text = f"only {shown} was missing" if len(found.missing) == 1 else f"{shown} were missing"
-    distance = f", by {quantity(found.distance)}" if found.distance is not None else ""
-    return f"nearest at {seconds(found.time_s)}: {text}{distance}"
+    shown = ", ".join(miss.missing[:_MAX_MISSING])
+    if len(miss.missing) > _MAX_MISSING:
+        shown += f" and {len(miss.missing) - _MAX_MISSING} more"
+    text = f"only {shown} was missing" if len(miss.missing) == 1 else f"{shown} were missing"
+    distance = f", by {quantity(miss.distance)}" if miss.distance is not None else ""
+    return f"nearest at {seconds(miss.time_s)}: {text}{distance}"
 
 
 def generate_command(nodeid: str, suite: str, seed: int, options: Sequence[str] = ()) -> str:
@@ -205,8 +200,9 @@ def _requirement(
     if texts and texts.source:
         yield f"  source      {_one_line(texts.source)}"
     unit = unit_of(texts.text, units) if texts else ""
-    for found in sorted(result.violations, key=lambda each: not each.outside)[:_MAX_VIOLATIONS]:
-        yield f"  {violation(found, units, unit)}"
+    outside_first = sorted(result.violations, key=lambda violation: not violation.outside)
+    for violation in outside_first[:_MAX_VIOLATIONS]:
+        yield f"  {violation_line(violation, units, unit)}"
     if len(result.violations) > _MAX_VIOLATIONS:
         yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"
     yield f"  {counts(result)}{_worst_margin(result, unit)}"
@@ -237,15 +233,15 @@ def _other_requirements(test: TestResult, failed: Sequence[str]) -> Iterator[str
 
 def _course(test: TestResult) -> Iterator[str]:
     if test.outcomes:
-        yield f"turns:   {', '.join(test.outcomes)}"
+        yield f"outcome: {', '.join(test.outcomes)}"
     ended = f": {test.ended}" if test.ended else ""
     yield f"ended:   after {seconds(test.sim_s)} simulated{ended}"
 
 
 def _first_violation_s(test: TestResult, requirements: Sequence[str]) -> float | None:
     """When the first violation of these requirements was."""
-    violations = [each for name in requirements for each in test.requirements[name].violations]
-    return min((each.time_s for each in violations if each.time_s is not None), default=None)
+    violations = (violation for name in requirements for violation in test.requirements[name].violations)
+    return min((violation.time_s for violation in violations), default=None)
 
 
 def _actions(test: TestResult, until_s: float | None = None) -> Iterator[str]:

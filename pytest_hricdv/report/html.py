@@ -146,7 +146,9 @@ def _context(report: Report) -> dict[str, Any]:
         "trend": changes(report.history),
         "failure_groups": failure_groups(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
-        "violation": lambda name, found: explanation.violation(found, report.units or {}, margin_unit(report, name)),
+        "violation": lambda name, violation: explanation.violation_line(
+            violation, report.units or {}, margin_unit(report, name)
+        ),
         "nearest_miss": explanation.nearest_miss,
         "margin": lambda name, value: margin_text(value, margin_unit(report, name)),
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),

@@ -171,8 +171,10 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
         "counts": explanation.counts(result),
         "margin": "" if result.margin is None else margin_text(result.margin, unit) + at,
         "miss": explanation.nearest_miss(result.nearest_miss) if result.nearest_miss else "",
-        "violations": [explanation.violation(each, report.units or {}, unit) for each in result.violations],
-        "times": [each.time_s for each in result.violations if each.time_s is not None],
+        "violations": [
+            explanation.violation_line(violation, report.units or {}, unit) for violation in result.violations
+        ],
+        "times": [violation.time_s for violation in result.violations],
     }
 
 

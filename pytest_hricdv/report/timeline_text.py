@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.explanation import violation
+from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.results.model import TestResult
 
 _SENDER_COLUMNS = 10
@@ -23,8 +23,8 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
         return "no timeline: the run was not completed\n"
     events = [*_messages(test), *_actions(test), *_violations(test, units), (test.timeline.end_s, "", test.ended)]
     lines = (
-        f"{time_s:9.3f}  {who:{_SENDER_COLUMNS}}  {what}".rstrip()
-        for time_s, who, what in sorted(events, key=lambda event: event[0])
+        f"{time_s:9.3f}  {sender:{_SENDER_COLUMNS}}  {event}".rstrip()
+        for time_s, sender, event in sorted(events, key=lambda event: event[0])
     )
     return "".join(f"{visible(line)}\n" for line in lines)
 
@@ -43,5 +43,5 @@ def _actions(test: TestResult) -> Iterator[tuple[float, str, str]]:
 
 def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[float, str, str]]:
     for name, result in test.requirements.items():
-        for found in result.violations:
-            yield found.time_s or 0.0, name, f"FAILED {violation(found, units)}"
+        for violation in result.violations:
+            yield violation.time_s, name, f"FAILED {violation_line(violation, units)}"

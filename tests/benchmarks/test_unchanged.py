@@ -15,8 +15,20 @@ def report(schema: int, **test: Any) -> dict[str, Any]:
     return {"schema": f"hricdv-report/{schema}", "wall_s": float(schema), "tests": [test]}
 
 
-OLD = report(1, legs=["released"], frozen_s=2.5, timeline={"end_s": 9.0, "attempts": {"R1": "1-2!"}})
-NEW = report(2, outcomes=["released"], skipped_s=2.5, timeline={"end_s": 9.0, "triggers": {"R1": "1-2!"}})
+OLD = report(
+    1,
+    legs=["released"],
+    frozen_s=2.5,
+    timeline={"end_s": 9.0, "attempts": {"R1": "1-2!"}},
+    failure="R1 Failed\nturns:   released",
+)
+NEW = report(
+    2,
+    outcomes=["released"],
+    skipped_s=2.5,
+    timeline={"end_s": 9.0, "triggers": {"R1": "1-2!"}},
+    failure="R1 Failed\noutcome: released",
+)
 
 
 def stored(folder: Path, data: dict[str, Any]) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import abstract_from, concretize
 from pytest_hricdv.online.chooser import (
+    ANY_INTERACTION,
     ANY_STATE,
-    ANY_TURN,
     DISTURBANCE,
     GOAL,
     NONE,
@@ -45,8 +45,8 @@ def role() -> Role:
 
 def weights(goal: float, disturbance: float) -> list[Weight]:
     """The same weight for all goals, and for all disturbances."""
-    goals: list[Weight] = [(ANY_STATE, ANY_TURN, GOAL, each, goal) for each in role().goals]
-    return [*goals, *((ANY_STATE, ANY_TURN, DISTURBANCE, line, disturbance) for line in role().disturbances)]
+    goals: list[Weight] = [(ANY_STATE, ANY_INTERACTION, GOAL, each, goal) for each in role().goals]
+    return [*goals, *((ANY_STATE, ANY_INTERACTION, DISTURBANCE, line, disturbance) for line in role().disturbances)]
 
 
 def restless() -> list[Weight]:

@@ -9,8 +9,8 @@ from typing import Any
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
+from tests.monitor.logged_run import TICK_S, LoggedRun, Value
 from tests.monitor.reference import Summary, in_order
-from tests.monitor.trace import TICK_S, Trace, Value
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Logged:
     fields: Mapping[str, Value]
 
 
-def log_of(trace: Trace, shift_s: float = 0.0) -> Log:
+def log_of(trace: LoggedRun, shift_s: float = 0.0) -> Log:
     """The trace as it would have been recorded."""
     signals: dict[str, tuple[list[float], list[Any]]] = {}
     messages = []
@@ -36,14 +36,14 @@ def log_of(trace: Trace, shift_s: float = 0.0) -> Log:
     return Log(signals, messages, trace.last * TICK_S + shift_s)
 
 
-def run(formula: Formula, trace: Trace, shift_s: float = 0.0, shows: tuple[str, ...] = ()) -> Verdict:
+def run(formula: Formula, trace: LoggedRun, shift_s: float = 0.0, shows: tuple[str, ...] = ()) -> Verdict:
     """The verdict of a monitor that is fed the trace."""
     monitors = MonitorSet([Requirement("R", "", "", "", formula, shows)])
     [verdict] = feed_trace(monitors, trace, shift_s)
     return verdict
 
 
-def feed_trace(monitors: MonitorSet, trace: Trace, shift_s: float = 0.0) -> tuple[Verdict, ...]:
+def feed_trace(monitors: MonitorSet, trace: LoggedRun, shift_s: float = 0.0) -> tuple[Verdict, ...]:
     """The verdicts of monitors that are fed the whole trace."""
     for tick, instant in sorted(trace.instants.items()):
         time_s = tick * TICK_S + shift_s

@@ -25,8 +25,8 @@ from pytest_hricdv.monitor.formula import (
     TimeSince,
 )
 from pytest_hricdv.monitor.vocabulary import is_optional
+from tests.monitor.logged_run import TICK_S, first_position, tick_of
 from tests.monitor.reference_past import PastEvaluator
-from tests.monitor.trace import TICK_S, first_position, tick_of
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The reference evaluator of what is about the present and the past: every operator as its definition.
 
-A formula is a list with one truth value per position of a run (see `tests.monitor.trace`).
+A formula is a list with one truth value per position of a run (see `tests.monitor.logged_run`).
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from pytest_hricdv.monitor.formula import (
     TimeBetween,
     TimeSince,
 )
-from tests.monitor.trace import TICK_S, Instant, Trace, Value, first_position, tick_of
+from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value, first_position, tick_of
 
 
 class PastEvaluator:
     """Truth and distance of formulas, at the positions of one run."""
 
-    def __init__(self, trace: Trace) -> None:
+    def __init__(self, trace: LoggedRun) -> None:
         self.trace = trace
         self.end = first_position(trace.last)
         # One more position: an edge right after the last instant is true at that instant. It is not judged itself.

@@ -40,7 +40,7 @@ from pytest_hricdv.monitor.formula import (
     Since,
     Term,
 )
-from tests.monitor.trace import TICK_S, Instant, Trace
+from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 
 Samples = dict[str, list[float]]
 
@@ -56,7 +56,7 @@ class Counts:
     pending: int
 
 
-def judge(formula: Formula, trace: Trace) -> Counts:
+def judge(formula: Formula, trace: LoggedRun) -> Counts:
     """The counts of a run by rtamt."""
     kinds = names_of((formula.antecedent, *conditions(formula.response)))
     topics = topics_of((formula.antecedent, *conditions(formula.response)))
@@ -100,7 +100,7 @@ def _counts(triggers: int, failures: int, pending: int) -> Counts:
 # --- a run as samples
 
 
-def sampled(trace: Trace, names: list[str], topics: list[str]) -> Samples:
+def sampled(trace: LoggedRun, names: list[str], topics: list[str]) -> Samples:
     """One value per tick: signals and fields keep theirs, a topic is 1 at the tick of a message, else -1."""
     samples: Samples = {variable: [] for variable in (*map(_variable, (*names, *topics)), "tick")}
     values: dict[str, float] = {}

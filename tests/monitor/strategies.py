@@ -39,21 +39,21 @@ from pytest_hricdv.monitor.formula import (
     TimeBetween,
     TimeSince,
 )
-from tests.monitor.trace import TICK_S, Instant, Trace
+from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 
 Signals = Mapping[str, st.SearchStrategy[Any]]
 Messages = Mapping[str, st.SearchStrategy[dict[str, Any]]]
 
 
 @st.composite
-def traces(draw: st.DrawFn, signals: Signals, messages: Messages, last: int = 14, busy: int = 0) -> Trace:
+def traces(draw: st.DrawFn, signals: Signals, messages: Messages, last: int = 14, busy: int = 0) -> LoggedRun:
     """Runs of up to some more than `last` ticks, at `busy` of which at least something is fed."""
     first = Instant({name: draw(values) for name, values in signals.items()}, _messages(draw, messages))
     instants = {0: first}
     for tick in draw(st.lists(st.integers(1, last), unique=True, min_size=busy).map(sorted)):
         changed = draw(st.lists(st.sampled_from(sorted(signals)), unique=True, max_size=3)) if signals else []
         instants[tick] = Instant({name: draw(signals[name]) for name in changed}, _messages(draw, messages))
-    return Trace(instants, draw(st.integers(max(instants), last + 4)))
+    return LoggedRun(instants, draw(st.integers(max(instants), last + 4)))
 
 
 def _messages(draw: st.DrawFn, messages: Messages) -> tuple[tuple[str, dict[str, Any]], ...]:

@@ -18,10 +18,10 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.monitor.build import equal, field, on
 from pytest_hricdv.monitor.formula import PastFormula
+from tests.monitor.logged_run import TICK_S, LoggedRun
 from tests.monitor.logs import Logged, feed_trace, log_of
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import pasts, small_traces
-from tests.monitor.trace import TICK_S, Trace
 from tests.monitor.vocabulary import SMALL, Update, feed, requirement
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
@@ -40,7 +40,7 @@ def changes(text: str, updates: list[Update], end_s: float) -> Changes:
 
 @given(condition=pasts, trace=small_traces)
 @RUNS
-def test_a_random_condition_has_the_truth_of_the_reference(condition: PastFormula, trace: Trace) -> None:
+def test_a_random_condition_has_the_truth_of_the_reference(condition: PastFormula, trace: LoggedRun) -> None:
     truth = ReferenceEvaluator(trace).truth(condition)
     monitors, calls = MonitorSet(), Changes()
     monitor = monitors.watch(condition, lambda time_s, holds: calls.append((time_s, holds)))

@@ -9,10 +9,10 @@ from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.antecedent import conjunct_outcomes
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
+from tests.monitor.logged_run import LoggedRun
 from tests.monitor.logs import log_of
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.trace import Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 SEARCHES = settings(suppress_health_check=[HealthCheck.too_slow])
@@ -29,19 +29,19 @@ def test_a_message_is_there_for_an_instant_and_a_field_has_no_value_before_it() 
     }
 
 
-def agrees(formula: Formula, trace: Trace) -> None:
+def agrees(formula: Formula, trace: LoggedRun) -> None:
     outcomes = conjunct_outcomes(formula.antecedent, log_of(trace))
     assert outcomes == ReferenceEvaluator(trace).outcomes(formula.antecedent)
 
 
 @given(formula=formulas, trace=small_traces)
 @SEARCHES
-def test_a_random_formula_has_the_outcomes_of_the_reference(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_has_the_outcomes_of_the_reference(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace)
 
 
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
-def test_the_case_study_has_the_outcomes_of_the_reference(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_has_the_outcomes_of_the_reference(watched: Requirement, trace: LoggedRun) -> None:
     agrees(watched.formula, trace)

@@ -9,16 +9,16 @@ from msgspec.structs import replace
 
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.formula import Formula
+from tests.monitor.logged_run import Instant, LoggedRun
 from tests.monitor.logs import run, summary
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.trace import Instant, Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
 
 
-def agrees(formula: Formula, trace: Trace, shows: tuple[str, ...] = ()) -> None:
+def agrees(formula: Formula, trace: LoggedRun, shows: tuple[str, ...] = ()) -> None:
     assert summary(run(formula, trace, shows=shows)) == ReferenceEvaluator(trace).judge(formula, shows)
 
 
@@ -28,7 +28,7 @@ def agrees(formula: Formula, trace: Trace, shows: tuple[str, ...] = ()) -> None:
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @RUNS
-def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trace: LoggedRun) -> None:
     agrees(watched.formula, trace)
 
 
@@ -37,13 +37,13 @@ def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trac
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace)
 
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_shown_signals_have_the_values_of_the_reference(formula: Formula, trace: Trace) -> None:
+def test_shown_signals_have_the_values_of_the_reference(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace, shows=("x", "y"))
 
 
@@ -52,7 +52,7 @@ def test_shown_signals_have_the_values_of_the_reference(formula: Formula, trace:
 
 @given(formula=formulas, trace=small_traces, shift_s=st.sampled_from([0.1, 17.3, 299.999999999]))
 @RUNS
-def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: Trace, shift_s: float) -> None:
+def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: LoggedRun, shift_s: float) -> None:
     here, there = run(formula, trace), run(formula, trace, shift_s)
     assert there == replace(
         here,
@@ -70,33 +70,33 @@ def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: Tra
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_what_a_requirement_does_not_read_changes_nothing(formula: Formula, trace: Trace) -> None:
+def test_what_a_requirement_does_not_read_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
     noise = Instant({"unread": True}, (("unread_topic", {"value": 1.0}),))
     noisy = {
         tick: Instant({**instant.signals, **noise.signals}, instant.messages + noise.messages)
         for tick in range(trace.last + 1)
         for instant in [trace.instants.get(tick, Instant())]
     }
-    assert run(formula, Trace(noisy, trace.last)) == run(formula, trace)
+    assert run(formula, LoggedRun(noisy, trace.last)) == run(formula, trace)
 
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_a_finer_sampling_of_the_same_signals_changes_nothing(formula: Formula, trace: Trace) -> None:
+def test_a_finer_sampling_of_the_same_signals_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
     values: dict[str, float | bool] = {}
     finer = {}
     for tick in range(trace.last + 1):
         instant = trace.instants.get(tick, Instant())
         values.update(instant.signals)
         finer[tick] = Instant(dict(values), instant.messages)
-    assert run(formula, Trace(finer, trace.last)) == run(formula, trace)
+    assert run(formula, LoggedRun(finer, trace.last)) == run(formula, trace)
 
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_the_order_of_updates_at_one_instant_changes_nothing(formula: Formula, trace: Trace) -> None:
+def test_the_order_of_updates_at_one_instant_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
     reversed_order = {
         tick: Instant(dict(reversed(list(instant.signals.items()))), instant.messages)
         for tick, instant in trace.instants.items()
     }
-    assert run(formula, Trace(reversed_order, trace.last)) == run(formula, trace)
+    assert run(formula, LoggedRun(reversed_order, trace.last)) == run(formula, trace)

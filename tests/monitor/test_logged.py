@@ -13,10 +13,10 @@ from hypothesis import HealthCheck, given, settings
 
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, evaluate, explained
 from pytest_hricdv.monitor.formula import Formula
+from tests.monitor.logged_run import LoggedRun
 from tests.monitor.logs import Logged, log_of, run, summary
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.trace import Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, SMALL, Update, judge, requirement
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
@@ -32,27 +32,27 @@ def evaluated(formula: Formula, log: Log, shows: tuple[str, ...] = ()) -> Verdic
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @RUNS
-def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trace: LoggedRun) -> None:
     assert summary(evaluated(watched.formula, log_of(trace))) == ReferenceEvaluator(trace).judge(watched.formula)
 
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: LoggedRun) -> None:
     verdict = evaluated(formula, log_of(trace), SHOWN)
     assert summary(verdict) == ReferenceEvaluator(trace).judge(formula, SHOWN)
 
 
 @given(formula=formulas, trace=small_traces)
 @RUNS
-def test_a_run_that_starts_late_is_judged_as_by_monitors_that_are_fed(formula: Formula, trace: Trace) -> None:
+def test_a_run_that_starts_late_is_judged_as_by_monitors_that_are_fed(formula: Formula, trace: LoggedRun) -> None:
     watched, log = [Requirement("R", "", "", "", formula, SHOWN)], log_of(trace, 299.999999999)
     assert evaluate(watched, log) == explained([run(formula, trace, 299.999999999, SHOWN)], watched, log)
 
 
 @given(trace=table_traces)
 @RUNS
-def test_requirements_that_are_judged_together_have_the_verdicts_of_each_alone(trace: Trace) -> None:
+def test_requirements_that_are_judged_together_have_the_verdicts_of_each_alone(trace: LoggedRun) -> None:
     log, watched = log_of(trace), [R1, R2, R3, R4, R5]
     assert evaluate(watched, log) == tuple(verdict for each in watched for verdict in evaluate([each], log))
 

@@ -14,10 +14,10 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.logged import explained
 from pytest_hricdv.monitor.verdict import NearestMiss
+from tests.monitor.logged_run import TICK_S, LoggedRun
 from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.reference import ReferenceEvaluator
 from tests.monitor.strategies import formulas, small_traces, table_traces
-from tests.monitor.trace import TICK_S, Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, requirement
 
 Series = tuple[Sequence[float], Sequence[float]]
@@ -96,7 +96,7 @@ def test_only_requirements_that_were_never_triggered_are_explained() -> None:
 SEARCHES = settings(suppress_health_check=[HealthCheck.too_slow])
 
 
-def agrees(formula: Formula, trace: Trace) -> None:
+def agrees(formula: Formula, trace: LoggedRun) -> None:
     assume(run(formula, trace).vacuous)
     miss = nearest_miss(formula.antecedent, log_of(trace))
     tick, missing, distance = ReferenceEvaluator(trace).nearest_miss(formula.antecedent)
@@ -108,12 +108,12 @@ def agrees(formula: Formula, trace: Trace) -> None:
 
 @given(formula=formulas, trace=small_traces)
 @SEARCHES
-def test_a_random_formula_has_the_nearest_miss_of_the_reference(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_has_the_nearest_miss_of_the_reference(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace)
 
 
 @pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
 @given(trace=table_traces)
 @settings(SEARCHES, max_examples=15, suppress_health_check=list(HealthCheck))
-def test_the_case_study_has_the_nearest_miss_of_the_reference(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_has_the_nearest_miss_of_the_reference(watched: Requirement, trace: LoggedRun) -> None:
     agrees(watched.formula, trace)

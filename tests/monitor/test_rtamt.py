@@ -34,6 +34,7 @@ from pytest_hricdv.monitor.formula import (
     Rise,
     Since,
 )
+from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 from tests.monitor.logs import run
 from tests.monitor.strategies import (
     MESSAGES,
@@ -45,7 +46,6 @@ from tests.monitor.strategies import (
     traces,
     windows,
 )
-from tests.monitor.trace import TICK_S, Instant, Trace
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5
 
 pytest.importorskip("rtamt", reason="the oracle has no release for this Python")
@@ -55,7 +55,7 @@ from tests.monitor import rtamt_oracle
 QUICK = settings(suppress_health_check=list(HealthCheck))
 
 
-def agrees(formula: Formula, trace: Trace) -> None:
+def agrees(formula: Formula, trace: LoggedRun) -> None:
     assume(trace.last > 0)  # rtamt cannot evaluate a single sample
     verdict = run(formula, trace)
     ours = rtamt_oracle.Counts(verdict.verdict, verdict.triggers, verdict.passes, verdict.failures, verdict.pending)
@@ -87,7 +87,7 @@ case_study = pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda
 @case_study
 @given(trace=table_traces)
 @QUICK
-def test_the_case_study_is_judged_as_by_rtamt(watched: Requirement, trace: Trace) -> None:
+def test_the_case_study_is_judged_as_by_rtamt(watched: Requirement, trace: LoggedRun) -> None:
     agrees(watched.formula, trace)
 
 
@@ -157,16 +157,16 @@ formulas = st.builds(Formula, lasting, responses) | st.builds(Formula, events, r
 
 
 @st.composite
-def settled_traces(draw: st.DrawFn) -> Trace:
-    trace: Trace = draw(traces(SIGNALS, MESSAGES, busy=draw(st.sampled_from([0, 6]))))
+def settled_traces(draw: st.DrawFn) -> LoggedRun:
+    trace: LoggedRun = draw(traces(SIGNALS, MESSAGES, busy=draw(st.sampled_from([0, 6]))))
     instants = dict(trace.instants)
     for tick, is_settled in ((0, False), (1, True)):
         instant = instants.get(tick, Instant())
         instants[tick] = Instant({**instant.signals, "settled": is_settled}, instant.messages)
-    return Trace(instants, max(trace.last, 1))
+    return LoggedRun(instants, max(trace.last, 1))
 
 
 @given(formula=formulas, trace=settled_traces())
 @QUICK
-def test_a_random_formula_is_judged_as_by_rtamt(formula: Formula, trace: Trace) -> None:
+def test_a_random_formula_is_judged_as_by_rtamt(formula: Formula, trace: LoggedRun) -> None:
     agrees(formula, trace)

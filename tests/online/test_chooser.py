@@ -1,4 +1,4 @@
-"""The chooser by weights: seeded, in proportion, with those for its state and turn first."""
+"""The chooser by weights: seeded, in proportion, with those for its state and interaction first."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 from pytest_hricdv.online.chooser import (
     ACT,
+    ANY_INTERACTION,
     ANY_STATE,
-    ANY_TURN,
     GOAL,
     NONE,
     Decision,
@@ -31,8 +31,8 @@ def chosen(
 
 
 def everywhere(about: str, **weights: float) -> list[Weight]:
-    """Weights of options in any state and turn."""
-    return [(ANY_STATE, ANY_TURN, about, option, weight) for option, weight in weights.items()]
+    """Weights of options in any state and interaction."""
+    return [(ANY_STATE, ANY_INTERACTION, about, option, weight) for option, weight in weights.items()]
 
 
 def test_the_same_seed_chooses_the_same_and_another_seed_something_else() -> None:

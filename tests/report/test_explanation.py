@@ -33,7 +33,7 @@ def test_failure_says_what_when_by_how_much_and_how_to_run_it_again() -> None:
     assert "triggered at 41.2 s, violated at 51.5 s: hand_distance = 0.03 m (margin -0.02 s)" in text
     assert "2 triggers: 1 passed, 1 failed; worst margin -0.02 s at 51.5 s" in text
     assert "others:  R2 Passed, R3 Passed, R4 Passed" in text
-    assert f"turns:   {', '.join(test.outcomes)}" in text
+    assert f"outcome: {', '.join(test.outcomes)}" in text
     assert f"abstract test {test.id}, own seed {test.seed}" in text
     assert "  tell leg\n  receivesignal\n" in text
     assert text.endswith(f'run it again:\n  pytest "{test.nodeid}" --hri-suite=rl --hri-seed=7')
@@ -77,7 +77,7 @@ def test_a_requirement_without_texts_has_its_name() -> None:
 def test_an_unchecked_requirement_is_explained() -> None:
     text = failure(_failing("R3", unchecked=["R1"]), REQUIREMENTS, seed=0)
     assert "R1 NC, R2 Passed, R4 Passed (NC: not checked, nothing triggered it)" in text
-    assert "         R1 nearest at 41.2 s: only reading.pressure was missing\nturns:" in text
+    assert "         R1 nearest at 41.2 s: only reading.pressure was missing\noutcome:" in text
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_an_error_shows_its_own_text() -> None:
     text = "RuntimeError: the world was torn down\n  by the test"
     test = replace(_failing(), outcome="error", failure=text, requirements={})
     text = failure(test, {}, seed=0)
-    assert text.startswith("RuntimeError: the world was torn down\n  by the test\n\nturns:")
+    assert text.startswith("RuntimeError: the world was torn down\n  by the test\n\noutcome:")
 
 
 def test_faults_are_told_beside_what_failed_and_what_was_done_up_to_them() -> None:
@@ -130,7 +130,7 @@ def test_many_violations_and_actions_are_cut_with_their_number() -> None:
 def test_a_test_that_never_ran_still_has_a_text() -> None:
     test = replace(_failing(), outcome="not-run", requirements={}, outcomes=(), abstract=())
     text = failure(test, {}, seed=0)
-    assert "turns:" not in text
+    assert "outcome:" not in text
     assert "  nothing" in text
 
 

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.rng import pick
-from pytest_hricdv.online.chooser import ANY_STATE, ANY_TURN, DISTURBANCE, GOAL, NONE, Choice, Weight
+from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, DISTURBANCE, GOAL, NONE, Choice, Weight
 from pytest_hricdv.online.role import Role
 
 NAME = "online"
@@ -85,7 +85,7 @@ class OnlineWay:
         for state, about in dict.fromkeys([*known, *self._statistics.places]):
             for turn in range(len(aims) + 1):
                 yield state, turn, about, aims[max(turn - 1, 0) :][:1]
-        yield from ((state, ANY_TURN, about, aims) for state, about in known)
+        yield from ((state, ANY_INTERACTION, about, aims) for state, about in known)
 
     def _weights(
         self, archive: Archive, state: str, turn: int, about: str, aims: Sequence[Point], surprises: Mapping[str, float]

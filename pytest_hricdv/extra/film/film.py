@@ -51,7 +51,7 @@ class Film:
 
     Args:
         camera: makes a camera in the world of a run (`run.kernel.world`).
-        moments: the key frames besides violation and end, in their order within a turn: title -> the message, or the
+        moments: the key frames besides violation and end, in the order of an interaction: title -> the message, or the
             bool signal that becomes true, after which the frame is taken.
         state: the message and field with the robot's state, for instance "state.name"; empty: not shown.
         period_s: pictures are taken at multiples of this. Use the world's control period: the run then stops for
@@ -125,10 +125,10 @@ class Schedule:
 def key_moments(
     moments: Mapping[str, str], events: Sequence[tuple[float, str]], violation_s: float | None, end_s: float
 ) -> list[Moment]:
-    """The key frames of one turn, in the order of time: of the turn with the first violation, else of the first one.
+    """The key frames of one interaction, in the order of time: the one with the first violation, else the first one.
 
     Args:
-        moments: shown -> the event that it comes with, in the order in which they come in a turn.
+        moments: shown -> the event that it comes with, in the order in which they come in an interaction.
         events: of the run, as (time in s, name), in the order of time.
         violation_s: when the first violation was, if there was one.
         end_s: the end of the run.
@@ -137,7 +137,7 @@ def key_moments(
     after_s, until_s = 0.0, end_s
     for shown, event in moments.items():
         times = [time_s for time_s, name in events if name == event]
-        if not frames:  # a turn lasts from one such event to the next
+        if not frames:  # an interaction lasts from one such event to the next
             begun = [time_s for time_s in times if violation_s is None or time_s <= violation_s]
             first_s = begun[0 if violation_s is None else -1] if begun else None
             if first_s is not None:

@@ -18,7 +18,7 @@ from pytest_hricdv.extra.film.film import Film, Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import MonitorSet, Verdict
-from pytest_hricdv.report.explanation import violation
+from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
@@ -170,12 +170,12 @@ def _events(record: Record) -> list[tuple[float, str]]:
 def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
     alarms = [
         Alarm(
-            violated.time_s,
+            violation.time_s,
             verdict.requirement,
-            f"{verdict.requirement} {violation(violated, {})}",
+            f"{verdict.requirement} {violation_line(violation, {})}",
         )
         for verdict in verdicts
-        for violated in verdict.violations
+        for violation in verdict.violations
     ]
     return sorted(alarms, key=lambda alarm: alarm.time_s)
 

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.online_way import AIMS, COMMANDS, LIKELIEST, SURPRISES, OnlineWay
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.online.chooser import ANY_TURN, DISTURBANCE, GOAL, NONE, Choice
+from pytest_hricdv.online.chooser import ANY_INTERACTION, DISTURBANCE, GOAL, NONE, Choice
 from tests.online import toy
 
 OPEN: Point = ("bin", "cup", "hot", "nod")
@@ -50,9 +50,11 @@ def test_a_proposal_has_no_commands_and_weights_for_all_that_can_be_chosen(way: 
     [proposal] = way.propose(archive_of(), 1, Random(1))
     assert (proposal.draft.lines, proposal.way) == ((), "online")
     known = weights(proposal)
-    assert [key[-1] for key in known if key[:3] == ("", ANY_TURN, "taste")] == [*TASTES]
+    assert [key[-1] for key in known if key[:3] == ("", ANY_INTERACTION, "taste")] == [*TASTES]
     assert {key[-1] for key in known if key[2] == GOAL} == {NONE, "fetch", "thank"}
-    assert {key[1] for key in known} == {ANY_TURN, 0, 1, 2, 3}, "a turn for each aim, and what comes before the first"
+    assert {key[1] for key in known} == {ANY_INTERACTION, 0, 1, 2, 3}, (
+        "one for each aim, and what comes before the first"
+    )
 
 
 @pytest.mark.parametrize("commands", [0, 1, 10])
@@ -86,7 +88,7 @@ def test_what_makes_an_open_point_likelier_is_likelier(way: OnlineWay) -> None:
     [proposal] = way.propose(archive, 1, Random(1))
     assert proposal.targets == (OPEN,)
     known = weights(proposal)
-    for place in (("Pouring", 1), ("", 1), ("", ANY_TURN)):
+    for place in (("Pouring", 1), ("", 1), ("", ANY_INTERACTION)):
         assert known[(*place, "taste", "likes_hot")] > known[(*place, "taste", "likes_cold")]
 
 

@@ -22,7 +22,7 @@ class Instant:
 
 
 @dataclass(frozen=True)
-class Trace:
+class LoggedRun:
     """A logged run: tick -> its updates; tick 0 updates every signal."""
 
     instants: Mapping[int, Instant]
