@@ -37,7 +37,8 @@ lint: $(VENV)/.installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest_hricdv.bdi lint models_bdi/table_assembly.mas2j
-	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/tests.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end
@@ -70,13 +71,13 @@ pictures: $(VENV)/.installed
 	$(BIN)/python -m studies.screenshots
 
 docs: $(VENV)/.installed
-	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_build
+	$(BIN)/python -m sphinx --builder html --fail-on-warning --quiet docs docs/_build
 
 dist: $(VENV)/.installed
 	rm -rf dist
 	$(BIN)/python -m build
-	$(BIN)/twine check --strict dist/*
-	$(BIN)/pyroma --min=10 .
+	$(BIN)/python -m twine check --strict dist/*
+	$(BIN)/python -m pyroma --min=10 --skip-tests=AuthorEmail dist/*.tar.gz
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

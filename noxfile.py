@@ -6,6 +6,8 @@ runs the same commands there. What follows `--` is handed on to pytest.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import nox
 
 nox.options.default_venv_backend = "venv"
@@ -42,4 +44,13 @@ def lint(session: nox.Session) -> None:
     session.run("mypy")
     session.run("lint-imports")
     session.run("python", "-m", "pytest_hricdv.bdi", "lint", "models_bdi/table_assembly.mas2j")
-    session.run("check-jsonschema", "--builtin-schema", "vendor.github-workflows", ".github/workflows/tests.yml")
+    workflows = sorted(str(path) for path in Path(".github/workflows").glob("*.yml"))
+    session.run("check-jsonschema", "--builtin-schema", "vendor.github-workflows", *workflows)
+    session.run("check-jsonschema", "--builtin-schema", "vendor.citation-file-format", "CITATION.cff")
+
+
+@nox.session
+def docs(session: nox.Session) -> None:
+    """The documentation as a site; a warning is an error."""
+    install(session)
+    session.run("python", "-m", "sphinx", "--builder", "html", "--fail-on-warning", "--quiet", "docs", "docs/_build")
