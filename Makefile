@@ -71,7 +71,7 @@ pictures: $(VENV)/.installed
 	$(BIN)/python -m studies.screenshots
 
 docs: $(VENV)/.installed
-	$(BIN)/python -m sphinx --builder html --fail-on-warning --quiet docs docs/_build
+	$(BIN)/python -m sphinx --builder html --fresh-env --fail-on-warning --quiet docs docs/_build
 
 dist: $(VENV)/.installed
 	rm -rf dist
