@@ -14,7 +14,7 @@ from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, concretize
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, abstract_from, concretize
 from pytest_hricdv.generate.suite_files import parse_tests
 from pytest_hricdv.report import explanation
 from pytest_hricdv.results.building import build_result
@@ -104,9 +104,8 @@ class HriRun:
     def _case(self, test: str | Iterable[str] | ConcreteTest, seed: int, parameters: Mapping[str, float]) -> HriCase:
         ranges = self._context.collection.testbench.commands
         if isinstance(test, ConcreteTest):
-            lines = tuple(action.command for action in test.actions)
-            abstract = AbstractTest(test.id, test.suite, "given", (), lines, seed=test.seed)
-            return HriCase(test.suite, abstract, ranges, fixed=_with(test, parameters, ranges))
+            concrete = _with(test, parameters, ranges)
+            return HriCase(test.suite, abstract_from(concrete, "given", keeps_id=True), ranges, fixed=concrete)
         abstract = _parsed(test, seed, ranges)
         return HriCase(SUITE, abstract, ranges, fixed=_with(concretize(abstract, ranges), parameters, ranges))
 

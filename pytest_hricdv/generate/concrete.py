@@ -227,18 +227,19 @@ def values_of(test: ConcreteTest) -> Values:
     return {number: dict(parameters) for number, parameters in numbered.items() if parameters}
 
 
-def abstract_from(test: ConcreteTest, target: str, name: str = "") -> AbstractTest:
-    """The abstract test that concretizes to this concrete one, so that a run whose actions were produced online can be
-    stored and run again as any other test.
+def abstract_from(test: ConcreteTest, target: str, *, name: str = "", keeps_id: bool = False) -> AbstractTest:
+    """The abstract test that concretizes to this concrete one, so that a run whose actions were produced online, or
+    changed by a search, can be stored and run again as any other test.
 
-    All its parameters are chosen values; its id comes from its content, as that of a draft. It comes from no beliefs.
+    All its parameters are chosen values. It comes from no beliefs.
 
     Args:
         test: with the actions that were taken.
-        target: what the test is to exercise, in a few words; part of the id.
+        target: what the test is to exercise, in a few words.
         name: a title for people; may be empty.
+        keeps_id: has the id of the concrete test; otherwise one from target and content, as a draft has.
     """
     lines, values = tuple(action.command for action in test.actions), values_of(test)
     code = content_digest(test.suite, (), lines, test.seed, 0, values)
-    name_of_test = id_of_test(test.suite, target, code[:8])
-    return AbstractTest(name_of_test, test.suite, target, (), lines, seed=test.seed, name=name, values=values)
+    test_id = test.id if keeps_id else id_of_test(test.suite, target, code[:8])
+    return AbstractTest(test_id, test.suite, target, (), lines, seed=test.seed, name=name, values=values)

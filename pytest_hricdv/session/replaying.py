@@ -19,7 +19,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
 from pytest_hricdv.extra.search.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
 from pytest_hricdv.generate.abstract import slug
-from pytest_hricdv.generate.concrete import ConcreteTest, values_of
+from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.generate.suite import Generation, Suite
@@ -238,15 +238,8 @@ class Rerunning:
 
     def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: ReplayOrigin) -> tuple[HriCase, str | None]:
         """Keep a test made from `case` with its result; returns it, and the name of its replay file if it has one."""
-        test = replace(
-            case.abstract,
-            id=result.test.id,
-            target=f"{origin.requirement} {origin.how}",
-            beliefs=(),
-            plans={},
-            lines=tuple(action.command for action in result.test.actions),
-            values=values_of(result.test),
-        )
+        target, name = f"{origin.requirement} {origin.how}", case.abstract.name
+        test = abstract_from(result.test, target, name=name, keeps_id=True)
         made = HriCase(case.suite, test, case.ranges, fixed=result.test)
         path, bracket, _ = nodeid.partition(f"[{case.abstract.id}")
         new_nodeid = f"{path}[{test.id}]" if bracket else nodeid

@@ -173,12 +173,13 @@ def test_a_sampler_without_bounds_takes_any_finite_value() -> None:
 @given(st.integers(0, 2**63 - 1))
 def test_a_concrete_test_as_an_abstract_one_concretizes_to_itself(seed: int) -> None:
     drawn = concretize(replace(TEST, seed=seed), CONCRETIZATION)
-    stored = abstract_from(drawn, "found online", "a title")
+    stored = abstract_from(drawn, "found online", name="a title")
     assert concretize(stored, CONCRETIZATION) == replace(drawn, id=stored.id)
     assert (stored.suite, stored.seed, stored.lines, stored.name) == ("s", seed, COMMANDS, "a title")
     assert stored.id.startswith("s-found-online-")
     other = replace(drawn, run={"sensing_timeout_s": 11.0})
     assert abstract_from(other, "found online").id != stored.id
+    assert concretize(abstract_from(drawn, "the same", keeps_id=True), CONCRETIZATION) == drawn
 
 
 def test_repeated_commands_and_variants_differ() -> None:

@@ -16,8 +16,7 @@ from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.extra.cluster.identity import identity
 from pytest_hricdv.extra.cluster.service import Service
-from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import ConcreteTest, values_of
+from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.session import run_process
@@ -65,9 +64,7 @@ class RemoteRuns:
 
 
 def _order(test: ConcreteTest) -> Order:
-    lines = tuple(action.command for action in test.actions)
-    abstract = AbstractTest(test.id, "search", "search", (), lines, seed=test.seed, values=values_of(test))
-    return Order((0, 0), "search", 0, test.id, abstract.to_data())
+    return Order((0, 0), test.suite, 0, test.id, abstract_from(test, "search", keeps_id=True).to_data())
 
 
 @contextmanager

@@ -23,8 +23,7 @@ from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.extra.mutation.faulty_import import FaultyImport
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
-from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.results.baseline import behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.building import build_result
@@ -229,9 +228,7 @@ def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
 
 def _behaviour(test: TrialTest, result: CaseResult, context: RunContext) -> Behaviour:
     concrete, ranges = test.concrete, context.collection.testbench.commands
-    lines = tuple(action.command for action in concrete.actions)
-    abstract = AbstractTest(concrete.id, test.suite, "mutant", (), lines, seed=concrete.seed)
-    case = HriCase(test.suite, abstract, ranges, fixed=concrete)
+    case = HriCase(test.suite, abstract_from(concrete, "mutant", keeps_id=True), ranges, fixed=concrete)
     return behaviour_of(build_result(case, concrete.id, result, requirements=context.requirements))
 
 
