@@ -60,6 +60,7 @@ def _settle(invocation: Invocation, succeeded: bool) -> bool:
             agent.events.remove(event)
         if intention is invocation.intention:
             invocation.held = True
+        # Where the goal is further down in the intention as well, the outermost one is settled, and this one with it.
         if not waiting or event is None or _pursues(intention, goal):
             drop_goal(agent, intention, goal, succeeded)
         elif succeeded:

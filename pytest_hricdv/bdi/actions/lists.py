@@ -89,6 +89,7 @@ def _reverse(invocation: Invocation) -> Outcome:
 @internal_action("shuffle", 2)
 def _shuffle(invocation: Invocation) -> Outcome:
     items = list(invocation.items(0))
+    # By hand (Fisher and Yates), so that all chance comes from the run's own stream.
     for last in range(len(items) - 1, 0, -1):
         other = int(invocation.agent.run.draw() * (last + 1))
         items[last], items[other] = items[other], items[last]

@@ -204,7 +204,7 @@ def inspects_intentions(program: Program) -> bool:
 
 def _inspects(part: object) -> bool:
     if isinstance(part, PlanTerm):
-        # A plan or body may be sent or executed.
+        # A plan or body may be sent or executed, with anything in it.
         return True
     if not isinstance(part, Call):
         return False
@@ -248,6 +248,7 @@ def check_call(call: Call) -> None:
         limits = (min(action.least, FUNCTIONS[call.name][0]), action.most)
     if limits is None:
         names = sorted({*ACTIONS, *FUNCTIONS})
+        # Below difflib's own 0.6 (chosen): for a name that is wrong for certain, a far guess beats the whole list.
         near = difflib.get_close_matches(call.name, names, n=3, cutoff=0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(names)}"
         raise BdiError(f"{call.location}: unknown internal action {call.name}; {hint}")

@@ -135,6 +135,7 @@ def _term2string(invocation: Invocation) -> Outcome:
 
 
 def _round(value: float) -> float:
+    # As java.lang.Math.round: halves go up, also those below 0. Python's round goes to the even neighbour.
     return math.floor(value + 0.5)
 
 
@@ -151,6 +152,7 @@ def _real(function: Callable[[float], float]) -> Callable[[float], float]:
 
 
 def _log(x: float) -> float:
+    # As in Java; Python raises.
     return -math.inf if x == 0.0 else math.log(x)
 
 

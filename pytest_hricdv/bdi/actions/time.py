@@ -74,9 +74,9 @@ def _at(invocation: Invocation) -> Outcome:
         raise EvaluationError(f"{invocation.call}: argument 2 is not an event but {event}", WRONG)
     trigger = _trigger(invocation, event)
     delay_ms = float(when[1] or 0) * _UNITS_MS[unit]
-    if not delay_ms:
+    if not delay_ms:  # also the call that is left to do when the time has come
         return _cause(agent, trigger)
-    # An intention of its own, whose first statement it waits at.
+    # An intention of its own: it waits at its first statement, and its second one is the event, then due at once.
     later = InternalActionCall(Call(".at", (String("now"), event), place), place)
     plan = Plan("_at", Trigger("+", _AT), None, (later, later), place, builtin=True)
     intention = agent.new_intention()

@@ -49,6 +49,7 @@ class Agent(AgentState):
         Raises:
             BdiError: the agent cannot go on.
         """
+        # In Jason's order: sense, read a message, deliberate on an event, act.
         self.busy_waiting = False
         if self.woken:
             woken, self.woken = self.woken, []
@@ -131,6 +132,7 @@ class Agent(AgentState):
                 self.end_wait(wait)
                 self.resume(wait.intention)
         for name, question in list(self.questions.items()):
+            # A question to several agents has several names: all are removed with the first.
             if name in self.questions and question.deadline is not None and question.deadline <= now:
                 self._end_question(question)
 
@@ -202,6 +204,7 @@ class Agent(AgentState):
                     if applicable is None:
                         applicable = ask(self, plan.context, unifier)  # type: ignore[arg-type]
                 except (EvaluationError, ArithmeticError, ValueError) as error:
+                    # As if it did not hold: a mistake in one context does not keep the other plans from being tried.
                     self.run.warn(f"{self.name}: context of plan @{plan.label} ({plan.location}): {error}")
                     continue
                 if not applicable:
@@ -216,7 +219,7 @@ class Agent(AgentState):
     def _intend(self, means: IntendedMeans, intention: Intention | None) -> IntendedMeans:
         if intention is None:
             intention = self.new_intention()
-        elif intention.stack and intention.stack[-1].literal.key is means.literal.key:
+        elif intention.stack and intention.stack[-1].literal.key is means.literal.key:  # equal keys are one object
             intention.optimize_tail_recursion(means.sign)
         intention.stack.append(means)
         self.intentions.append(intention)
@@ -274,4 +277,5 @@ class Agent(AgentState):
             return False
         # What the plan waits for may have come after the plan was selected.
         selected_now = self._busy_wait_tick == self.run.ticks
+        # A rule may draw a random number or read the clock: then waiting may end without anything from outside.
         return selected_now and not self.beliefs.open and self.library.depends_on_beliefs_only(means.literal.key)

@@ -98,11 +98,12 @@ class AgentState:
 
     def go_on(self, intention: Intention) -> None:
         """The statement of an intention is done: make the intention ready for the next one."""
-        if not intention.stack:
+        if not intention.stack:  # its outermost goal was declared achieved
             self.note_end(intention)
             return
         means = intention.stack[-1]
         means.pc += 1
+        # The common case first: a plan that is not at its end, while nobody suspends anything.
         if means.pc < len(means.body) and not self.suspending:
             self.intentions.append(intention)
         else:
@@ -112,6 +113,7 @@ class AgentState:
 
     def resume(self, intention: Intention) -> None:
         """What an intention waited for has come: it is ready for the next statement, if any, in its turn."""
+        # A plan that is at its end now is ended in the intention's next turn, not here as by `go_on`.
         means = intention.stack[-1]
         means.pc += 1
         if means.blocks:
@@ -214,7 +216,7 @@ class AgentState:
 
     def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
         """Let the intentions go on in the next cycle that wait for an event like this one."""
-        for wait in list(self.waits):
+        for wait in list(self.waits):  # a copy: those that are over are removed
             if wait.is_for(sign, literal):
                 self.end_wait(wait)
                 self.woken.append(wait.intention)

@@ -48,7 +48,7 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
 
 def _error_message(error: str, message: str, means: IntendedMeans) -> str:
     """The error message that a plan for the failure gets: Jason's, where that is known."""
-    if error in ("ia_failed", "action_failed"):
+    if error in ("ia_failed", "action_failed"):  # Jason's is empty for these
         return ""
     if error == "test_goal_failed":
         return f"Failed to test '{'; '.join(map(str, means.body[means.pc :]))}'"
@@ -145,7 +145,7 @@ def fail_goal(
 def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[Term, ...]) -> bool:
     """Post the failure event of the topmost goal that has a plan for it; its plans so far are given up."""
     stack = intention.stack
-    for depth in range(start, -1, -1):
+    for depth in range(start, -1, -1):  # the innermost goal first
         means = stack[depth]
         handler = "-" + means.sign[1:]
         if agent.library.relevant(handler, means.literal.key):

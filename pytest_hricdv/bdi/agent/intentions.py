@@ -119,6 +119,8 @@ class Intention:
         Args:
             sign: of the event of that goal; its predicate is that of the plan's goal.
         """
+        # Only where nothing is left to do after the goal, neither in this plan nor in an enclosing block, and where no
+        # variable of its own goal is still to be bound for a caller.
         top = self.stack[-1]
         if (
             sign == "+!"

@@ -60,7 +60,7 @@ def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: 
     if to not in agent.run.agents:
         raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")
     if not is_ground(content):
-        # The receiver's plans may have variables of the same names.
+        # The receiver's plans may have variables of the same names as the sender's.
         renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}
         content = substitute_only(content, renaming) if renaming else content
     agent.run.messages += 1

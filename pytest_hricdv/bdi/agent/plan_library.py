@@ -99,6 +99,7 @@ def _option(plan: Plan) -> Option:
 def _match(trigger: Trigger) -> Match:
     wanted = trigger.literal
 
+    # Which way to match is decided once, when the plan is first relevant, not for each event.
     def match(literal: Structure) -> Bindings | None:
         bindings: Bindings = {}
         return bindings if unify(wanted, literal, bindings, []) else None

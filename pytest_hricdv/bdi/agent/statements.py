@@ -156,6 +156,7 @@ def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Stru
         literal = literal_of(agent, term, means.unifier)
     if not literal.ground:
         for variable in free_variables(literal):
+            # Another plan may have a variable of this name; one that is fresh already is known by its name here.
             if not agent.run.is_fresh(variable):
                 means.unifier[variable] = agent.fresh()
         literal = literal_of(agent, literal, means.unifier)
@@ -187,6 +188,7 @@ def _if(agent: AgentState, intention: Intention, means: IntendedMeans, statement
 
 def _while(agent: AgentState, intention: Intention, means: IntendedMeans, statement: While) -> None:
     """Enter the block again if the condition holds, or leave the loop."""
+    # `means.loop` says that this is not the first iteration; it is taken away, for the body may have a loop of its own.
     loop, means.loop = means.loop or Loop(statement, means.unifier, deque()), None
     # What was bound in the last iteration is not bound any more.
     solution = first(agent, statement.condition, loop.outer)

@@ -28,7 +28,7 @@ def number_text(value: float) -> str:
     if value == math.floor(value) and abs(value) <= 2.0**63:
         # Jason casts to a Java long, whose greatest value is one less than 2**63.
         return str(min(int(value), 2**63 - 1))
-    if 1e-3 <= abs(value) < 1e7:
+    if 1e-3 <= abs(value) < 1e7:  # java.lang.Double.toString has no exponent in this range
         return repr(value)
     mantissa, exponent = _scientific(value)
     return f"{mantissa}E{exponent}"
@@ -36,6 +36,7 @@ def number_text(value: float) -> str:
 
 def _scientific(value: float) -> tuple[str, int]:
     """Shortest mantissa with at least one decimal, and the exponent, as Java writes them."""
+    # The shortest text that is read back as the same double; 17 significant digits always are (IEEE 754).
     for digits in range(17):
         text = f"{value:.{digits}e}"
         if float(text) == value:
@@ -58,8 +59,10 @@ def _power(x: float, y: float) -> float:
     try:
         return math.pow(x, y)
     except OverflowError:
+        # Python raises where Java has an infinity; only an odd power of a negative number is a negative one.
         return -math.inf if x < 0.0 and y % 2.0 == 1.0 else math.inf
     except ValueError:
+        # 0 to a negative power, or a root of a negative number.
         return math.inf if x == 0.0 else math.nan
 
 

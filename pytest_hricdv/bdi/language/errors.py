@@ -28,7 +28,7 @@ class BdiError(InputError):
 
 
 _SHOWN = 160
-"""Characters of a source line that an error message shows."""
+"""Characters of a source line that an error message shows: two lines of a terminal with 80 columns (chosen)."""
 
 
 class BdiSyntaxError(BdiError):

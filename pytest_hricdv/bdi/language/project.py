@@ -26,9 +26,9 @@ _SECTIONS = frozenset(
     {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
 )
 MAX_AGENTS = 10_000
-"""Most agents of a project, each copy counted."""
+"""Most agents of a project, each copy counted (chosen): so many load in a second; `#99999999` would exhaust memory."""
 _MAX_FOLDERS = 100
-"""Most folders of a source path: each agent's source is searched for in all of them."""
+"""Most folders of a source path (chosen): each agent's source is searched for in all of them."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
 _SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
 _DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
@@ -101,7 +101,7 @@ def _read(where: str, text: str, sign: str) -> Program:
 
 def _parts(text: str) -> list[str]:
     """The parts between the commas that are outside brackets and strings."""
-    commas, depth, quoted = [-1], 0, False
+    commas, depth, quoted = [-1], 0, False  # the first part begins after an imagined comma
     for place, character in enumerate(text):
         quoted ^= character == '"'
         depth += 0 if quoted else (character in "([") - (character in ")]")
@@ -207,6 +207,7 @@ class _Reader:
     def _count(self, before: int) -> int:
         token = self._take("number", "the number of agents")
         digits = token.text.lstrip("0") or "0"
+        # int() itself refuses texts of more than 4,300 digits, without a place in the file.
         if not digits.isdigit() or len(digits) > 9 or not 1 <= int(digits) <= MAX_AGENTS - before:
             most = f"{MAX_AGENTS}" if not before else f"{MAX_AGENTS - before} more, {MAX_AGENTS} together"
             raise self._error(f"expected a whole number of agents from 1 to {most}, found '{token.text[:20]}'", token)
@@ -288,6 +289,7 @@ class _Reader:
 
     def _advance(self) -> _Token:
         token = self._tokens[self._next]
+        # The last token, the end, is never passed: whoever reads on sees the end again, and reports it.
         self._next = min(self._next + 1, len(self._tokens) - 1)
         return token
 

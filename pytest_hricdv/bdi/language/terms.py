@@ -115,6 +115,7 @@ class Structure:
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
+        # Different hashes decide at once; they are computed once for each term, the comparison below walks through it.
         if not isinstance(other, Structure) or self.key != other.key or hash(self) != hash(other):
             return False
         return self.args == other.args and self.annots == other.annots and self.annots_tail == other.annots_tail
@@ -154,6 +155,7 @@ class ListTerm:
         self.items: tuple[Term, ...] = items
         self.tail: Term | None = tail
         if isinstance(tail, ListTerm):
+            # One form for each list, so that `[a|[b]]` equals `[a,b]`.
             self.items, self.tail = items + tail.items, tail.tail
         self.ground = (self.tail is None or is_ground(self.tail)) and all(map(is_ground, self.items))
         self.evaluable = not self.ground and any(map(is_evaluable, self.items))
@@ -278,7 +280,7 @@ def is_name(term: Term) -> bool:
     return isinstance(term, Structure) and not term.args and not term.annots and not term.negated and term.ground
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=4096)  # more than there are agents: one object for each, which is compared by identity first
 def source(agent: str) -> Structure:
     """The annotation ``source(agent)``."""
     return Structure("source", (Structure(agent),))

@@ -228,6 +228,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def minus(self, meta: Meta, items: Children) -> Term:
         operand = self._term(meta, items[0])
+        # A negative number is a constant, which matches without being computed.
         return Number(-operand) if isinstance(operand, Number) else Arithmetic("-", (operand,))
 
     def number(self, meta: Meta, items: Children) -> Term:
@@ -266,6 +267,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         negation, token, annotations = items
         name = str(token)
         if name == "_":
+            # Each is a variable of its own, numbered from 1 (see `FIRST_FRESH` of the runs).
             self._anonymous += 1
             name = f"_{self._anonymous}"
         annots, tail = annotations or ((), None)

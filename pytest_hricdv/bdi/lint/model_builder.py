@@ -53,7 +53,7 @@ FORMULA_ARGUMENTS = {
 """The index of the argument of an internal action that is a condition."""
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # each finding asks for its file again; most projects have fewer files
 def text_of(file: str) -> str:
     """The text of a source file; empty if there is no such file."""
     path = Path(file)

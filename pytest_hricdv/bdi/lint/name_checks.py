@@ -11,7 +11,7 @@ from pytest_hricdv.bdi.logic.substitution import renamed_apart
 from pytest_hricdv.bdi.logic.unify import unify
 
 SHORTEST = 3
-"""Minimum length of a name: shorter ones differ by one letter too often."""
+"""Minimum length of a name (chosen): shorter ones, as ``go`` and ``do``, differ by one letter too often."""
 
 
 class UnknownBelief:
@@ -226,6 +226,7 @@ def differs_by_one_letter(name: str, other: str) -> bool:
     left, right = name[start:], other[start:]
     if any(rest[:1].isdigit() for rest in (left, right)):
         return False
+    # In this order: another letter, one too many, one too few, two that are swapped.
     return (
         left[1:] == right[1:]
         or left[1:] == right

@@ -57,6 +57,7 @@ def _conjunction(formula: And) -> Condition:
 
     def condition(agent: Reasoner, bindings: Bindings) -> bool | None:
         for decide, rest in parts:
+            # The bindings are changed in place: where a part fails, nobody looks at them any more.
             decided = decide(agent, bindings)
             if not decided:
                 return decided if decided is False else ask(agent, rest, bindings)
@@ -89,6 +90,7 @@ def _propositions(literals: tuple[Structure, ...]) -> Condition:
 
 
 def _negation(formula: Not) -> Condition:
+    # What a negated part binds on its way to failing must not be seen outside; a ground literal binds nothing.
     part, decide = formula.part, condition_of(formula.part)
     copies = not (isinstance(part, Structure) and part.ground)
 
@@ -155,6 +157,7 @@ def _only_belief(literal: Structure) -> Condition:
 
 def _has_annotations(belief: Structure, annots: tuple[Term, ...]) -> bool:
     """Whether a belief has all of these ground annotations."""
+    # Most are equal, as `[source(self)]`: tuples of the same objects are compared fast.
     return belief.annots == annots or all(annot in belief.annots for annot in annots)
 
 

@@ -17,9 +17,11 @@ from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, subst
 from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, undo, unify
 
 MAX_CHOICES = 50_000
-"""Open choices of one query; a rule that calls itself for ever reaches it in a fraction of a second."""
+"""Open choices of one query (chosen): a recursion over a list has one for each item, and a rule that only calls itself
+reaches this in two seconds."""
 MAX_NESTED_QUERIES = 60
-"""Queries within queries, through ``not`` and ``.findall``: bounded by Python's stack."""
+"""Queries within queries: Python's stack of 1,000 frames is exhausted at 325 through ``not``, at 121 through
+``.findall``."""
 
 
 class Reasoner(Protocol):
@@ -99,7 +101,7 @@ def _first_of_all(agent: Reasoner, formula: And, bindings: Bindings) -> Bindings
             if first(agent, part.part, bindings) is not None:
                 return None
         elif isinstance(part, Comparison):
-            if part.operator[0] == "=":
+            if part.operator[0] == "=":  # `=` and `=..` bind variables, and the bindings given stay as they are
                 bindings = dict(bindings)
             if not compare(part, bindings, [], agent.function):
                 return None
@@ -125,6 +127,7 @@ def _ground_answer(agent: Reasoner, literal: Structure) -> bool | None:
 
 def _only_candidate(agent: Reasoner, literal: Structure) -> Structure | None:
     """The one belief that can answer a query, in one way at most; None if it takes the machine."""
+    # An expression is evaluated by the machine first; a tail takes the annotations that are left over.
     bucket = agent.beliefs.bucket(literal.key)
     if len(bucket) != 1 or literal.evaluable or literal.annots_tail is not None:
         return None
@@ -142,7 +145,7 @@ def _unified(literal: Structure, belief: Structure, bindings: Bindings) -> Bindi
     trail: Trail = []
     for left, right in zip(literal.args, belief.args, strict=True):
         if type(left) is Variable and left not in extended and is_ground(right):
-            extended[left] = right
+            extended[left] = right  # most arguments: without the calls of unify
         elif not unify(left, right, extended, trail):
             return None
     return extended if all(annot in belief.annots for annot in literal.annots) else None
@@ -166,6 +169,7 @@ def solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bin
         else:
             goal, rest = goals
             if isinstance(goal, And):
+                # The parts go on the stack of goals, so that a long conjunction needs no frames of Python's.
                 for part in reversed(goal.parts):
                     rest = (part, rest)
                 goals = rest
@@ -184,6 +188,7 @@ def solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bin
                 choices.append((_alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
         while choices:
             alternatives, mark = choices[-1]
+            # Also what a failed goal has bound before it failed: unify and compare leave that to this place.
             undo(env, trail, mark)
             try:
                 goals = next(alternatives)
@@ -257,6 +262,7 @@ def _with_annotations(
     literal: Structure, annots: tuple[Term, ...], goals: Goals, env: Bindings, trail: Trail, mark: int
 ) -> Iterator[Goals]:
     """Go on once for each way the annotations match; each way binds anew what was bound since ``mark``."""
+    # All ways first: a suspended generator would have to find the bindings as it left them.
     ways = [
         [(variable, env[variable]) for variable in trail[mark:]] for _ in match_annotations(literal, annots, env, trail)
     ]
@@ -272,6 +278,7 @@ def _with_annotations(
 def _by_rule(
     agent: Reasoner, literal: Structure, rule: Rule, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
 ) -> Iterator[Goals]:
+    # New variables in each use: a rule that calls itself has those of its caller still bound.
     renaming: Bindings = {variable: agent.fresh() for variable in rule.variables}
     renamed.update(renaming.values())  # type: ignore[arg-type]
     head = substitute_only(rule.head, renaming) if renaming else rule.head

@@ -30,6 +30,7 @@ Functions = Callable[[Call, Bindings], Term]
 
 def walk(term: Term, bindings: Bindings) -> Term:
     """What a variable stands for in the end; any other term as it is."""
+    # Chains of variables arise where rules call rules; they are short, and shortening them would need undoing.
     while type(term) is Variable:
         value = bindings.get(term)
         if value is None:

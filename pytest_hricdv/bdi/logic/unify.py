@@ -57,6 +57,7 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
 
 
 def _bind(variable: Variable, value: Term, bindings: Bindings, trail: Trail) -> bool:
+    # Neither a ground term nor another variable can contain this one: most bindings need no walk through the term.
     if not is_ground(value) and type(value) is not Variable and occurs(variable, value, bindings):
         return False
     bindings[variable] = value
@@ -84,6 +85,8 @@ def _unify_structures(pattern: Structure, target: Structure, bindings: Bindings,
             return False
     if not pattern.annots and pattern.annots_tail is None:
         return True
+    # Only a query goes on with the other ways. The generator is dropped where it has yielded, before it would undo the
+    # bindings of this way: so they stay.
     return next(match_annotations(pattern, target.annots, bindings, trail), False)
 
 
@@ -116,6 +119,7 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
         return False
     if not next(match_annotations(pattern, target.annots, bindings, trail), False):
         return False
+    # The variable stands for the literal with the annotations that the pattern does not name.
     used = {substitute(annot, bindings, no_functions) for annot in pattern.annots}
     rest = target.with_annotations(tuple(a for a in target.annots if a not in used))
     if isinstance(value, Variable):
@@ -170,6 +174,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
 
 
 def _valued(term: Term) -> Term:
+    # An expression without value is no term: `X = Y + 1` must not bind X to the expression.
     if isinstance(term, Arithmetic):
         raise EvaluationError(f"{term} has no value: a variable in it is not bound")
     return term

@@ -27,11 +27,17 @@ _CUT = "cut"
 _UNCERTAIN = "uncertain"
 """How a run has ended that other runs must not rely on."""
 _SHORTEST = 3
-"""The least rounds of a segment: what begins is often seen beginning in the round after, too."""
+"""The least rounds of a segment: what begins is often seen beginning in the round after, too.
+
+Only speed depends on this and the next two. For 600 random belief sets of the table (`random_sets(600, 3)` of
+`tests/bdi/memo/test_memo.py`), 13,965 of 105,944 rounds are executed; with 1 to 10 here, 13,959 to 14,375; with 30,
+42,726.
+"""
 _LONG = 100
-"""Rounds after which a segment may end in the middle of what the receiver does."""
+"""Rounds after which a segment may end in the middle of what the receiver does: from 20 to 1,000 nothing changes."""
 _QUIET_BEFORE = 10
-"""Rounds without progress that a segment may begin after."""
+"""Rounds without progress that a segment may begin after. It has to be less than :data:`QUIET_ROUNDS`; from 1 to 20 it
+changes 12 of the 13,965 rounds, with 39 no run can be divided."""
 
 
 class RecordingRun(SystemRun):

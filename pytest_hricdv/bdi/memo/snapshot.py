@@ -51,7 +51,7 @@ class _Identity:
 def snapshot(agent: Agent, now: int) -> AgentSnapshot | None:
     """The state of an agent at a tick of the virtual clock; None if it cannot be compared with others."""
     if agent.questions or agent.woken or agent.suspended or agent.suspending:
-        return None
+        return None  # rare; and questions go by the numbers of messages, which are different in every run
     return AgentSnapshot(
         frozenset(agent.beliefs.content()),
         tuple([(message.sender, message.force, message.content, message.reply_to) for message in agent.mailbox]),

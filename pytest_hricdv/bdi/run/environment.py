@@ -146,7 +146,7 @@ class Environment:
         return tuple(perceived)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=4096)  # far more than the percepts of a model, which are shown again in each of thousands of runs
 def percept_of(literal: str | Structure) -> Structure:
     """A literal as it is perceived, with ``source(percept)``.
 

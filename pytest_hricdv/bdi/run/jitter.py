@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.system_run import SystemRun
 
 MAX_JITTER = 1000
-"""Rounds that something may be late at most."""
+"""Rounds that something may be late at most: 100 ms of virtual time (chosen; a run of the table has 177 rounds)."""
 
 
 class JitteredRun(SystemRun):
@@ -34,6 +34,7 @@ class JitteredRun(SystemRun):
     def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
         super().__init__(environment, seed, goal)
         self._jitter = jitter
+        # A stream of its own: agents draw the same random numbers whatever the delays.
         self._chance = random.Random(f"jitter {seed}")
         self._under_way: list[tuple[int, str, Message]] = []
         self._last_arrivals: dict[tuple[str, str], int] = {}
@@ -84,6 +85,7 @@ class JitteredRun(SystemRun):
             return False
         self.order = agents
         if not super().do_round():
+            # Nobody acts while something is under way: the round counts all the same, or it would never arrive.
             self.rounds += 1
         # While something is under way, agents that only repeat themselves may yet have reason to stop.
         self.progress += expecting

@@ -11,7 +11,11 @@ from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Variable
 
 QUIET_ROUNDS = 40
-"""Rounds without progress after which the mental states are compared in every round."""
+"""Rounds without progress after which the mental states are compared in every round.
+
+Chosen: from 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
+those that end in a livelock take so many rounds more or fewer.
+"""
 
 
 class LivelockDetector:
@@ -119,6 +123,7 @@ def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
             for wait in agent.waits:
                 left = None if wait.deadline is None else wait.deadline - now
                 parts.append(f"{left} {_intention_text(agent, wait.intention)}")
+    # Each iteration makes new variables: without numbers of their own, no state would ever come again.
     numbers: dict[str, int] = {}
     return re.sub(r"\b_\d+\b", lambda match: f"_{numbers.setdefault(match[0], len(numbers))}", "\n".join(parts))
 

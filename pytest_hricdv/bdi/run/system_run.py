@@ -21,7 +21,8 @@ from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector
 
 FIRST_FRESH = 100_000
-"""Variables made in a run are numbered from here, those of the sources from 1."""
+"""Variables made in a run are numbered from here, those of the sources from 1 (chosen: so many need 300 kB of
+source)."""
 
 
 class SystemRun:
@@ -93,7 +94,7 @@ class SystemRun:
 
     def draw(self) -> float:
         """The next random number, from 0 inclusive to 1 exclusive."""
-        if self._random is None:
+        if self._random is None:  # only for models that draw: learning makes thousands of runs of others
             self._random = random.Random(self._seed)
         self.progress += 1
         return self._random.random()
@@ -128,6 +129,7 @@ class SystemRun:
             place = f"plan @{plan.label} ({statement.location})"
             problem = f"action {action} raised {type(error).__name__}: {error}"
             raise BdiError(f"agent {agent}, {place}: {problem}") from error
+        # Within a run only actions change percepts: agents are woken here, and need not look in each round.
         if self.environment.changes != self._seen_changes:
             self._seen_changes = self.environment.changes
             for other in self.agents.values():

@@ -199,7 +199,7 @@ class TracedAgent(Agent):
         step = self._note_event(sign, literal, cause)
         before = len(self.events)
         super().post(sign, literal, intention)
-        if len(self.events) > before:
+        if len(self.events) > before:  # an event that no plan is relevant for is not added
             self._events[id(self.events[-1])] = step
 
     def post_goal(self, goal: Structure) -> None:
