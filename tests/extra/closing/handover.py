@@ -45,7 +45,7 @@ TURN = ("ask", "look", "pull", "ready")
 
 
 def planned(commands: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """For each request: how many parts are asked for in the whole script, and the pose."""
+    """For each request: how many parts are asked for in the whole test, and the pose."""
     asked = str(commands.count("ask"))
     poses = ["" for command in commands if command == "ask"]
     number = -1
@@ -58,7 +58,7 @@ def planned(commands: Sequence[str]) -> tuple[tuple[str, str], ...]:
 
 
 def exploration() -> Exploration:
-    """All pool."""
+    """All tests."""
     runs, bits = [], SPACE.bits
     for count in PARTS:
         for poses in product(POSES, repeat=count):
