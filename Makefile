@@ -68,6 +68,7 @@ campaign: $(VENV)/.installed
 	$(BIN)/python -m pytest_hricdv.campaign report --state=hri-campaign.db --output=hri-campaign --page=docs/campaign.md
 
 pictures: $(VENV)/.installed
+	$(BIN)/python -m studies.architecture
 	$(BIN)/python -m studies.screenshots
 
 docs: $(VENV)/.installed

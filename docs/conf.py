@@ -14,7 +14,7 @@ author = "The pytest-hricdv developers"
 copyright = author
 repository_url = _PROJECT["urls"]["Source"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "studies.site"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "studies.site.extension"]
 exclude_patterns = ["_build"]
 
 myst_heading_anchors = 4  # links to sections, with the anchors that GitHub makes

@@ -1,4 +1,4 @@
-"""The map of the code in docs/how-it-works.md leads to functions and classes that exist."""
+"""Places in the code that pages name, as `file: name`, are there; the map of the code has ten behaviours."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ SECTION = "## Map of the code"
 PLACE = re.compile(r"`([\w/]+\.py): ([\w.]+)`")
 
 
-def places() -> list[tuple[str, str]]:
-    """File and name of each place in the map."""
-    text = (DOCS / "how-it-works.md").read_text(encoding="utf-8")
-    return PLACE.findall(text.partition(f"{SECTION}\n")[2].partition("\n## ")[0])
+def places() -> list[tuple[str, str, str]]:
+    """Each place that a page names: the page, the file, and the name in it."""
+    pages = sorted([*DOCS.glob("*.md"), *DOCS.parent.glob("*.md")])
+    return [(page.name, *place) for page in pages for place in PLACE.findall(page.read_text(encoding="utf-8"))]
 
 
 def defined(file: Path) -> set[str]:
@@ -40,8 +40,8 @@ def test_the_map_has_ten_behaviours() -> None:
     assert sum(bool(PLACE.search(line)) for line in rows.splitlines()) == 10
 
 
-@pytest.mark.parametrize(("file", "name"), places(), ids=lambda part: part.rpartition("/")[2])
-def test_each_place_in_the_map_exists(file: str, name: str) -> None:
+@pytest.mark.parametrize(("page", "file", "name"), places(), ids=lambda part: part.rpartition("/")[2])
+def test_each_place_that_a_page_names_exists(page: str, file: str, name: str) -> None:
     path = DOCS.parent / file
-    assert path.is_file(), f"docs/how-it-works.md names {file}, which does not exist"
-    assert name in defined(path), f"docs/how-it-works.md names {name}, which {file} does not define"
+    assert path.is_file(), f"{page} names {file}, which does not exist"
+    assert name in defined(path), f"{page} names {name}, which {file} does not define"
