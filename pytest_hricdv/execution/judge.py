@@ -18,7 +18,7 @@ FunctionEnd = Literal["returned", "raised", "xfailed"]
 """How pytest saw a test function end; xfailed: by a mark or a call of the author, or by what the judge had raised."""
 
 
-class EngineDifference(Protocol):
+class Discrepancy(Protocol):
     """Something that came out otherwise on a second physics engine."""
 
     @property
@@ -38,7 +38,7 @@ def judge_run(
     result: CaseResult | None,
     known: Mapping[str, str],
     *,
-    differences: Sequence[EngineDifference] = (),
+    differences: Sequence[Discrepancy] = (),
     mismatch: str = "",
 ) -> Judgement:
     """Judge a run.
@@ -100,7 +100,7 @@ def _judge_engines(
     beside: CaseResult,
     undeclared: tuple[str, ...],
     known: Container[str],
-    differences: Sequence[EngineDifference],
+    differences: Sequence[Discrepancy],
 ) -> Judgement | None:
     """The judgement where the engine decides; None where it does not, as where the same violation is on both.
 

@@ -7,7 +7,6 @@ import datetime
 import shutil
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from msgspec import structs
@@ -30,8 +29,8 @@ from pytest_hricdv.results.baseline import (
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.gates import THRESHOLDS, Threshold, ThresholdError, parse_threshold
-from pytest_hricdv.results.judgement import Judgement, gates_of, judge
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
 from pytest_hricdv.results.model import GateResult, Report
 
@@ -124,12 +123,12 @@ def _merge(options: argparse.Namespace) -> int:
         (str(path), carrying.renamed(report, folder))
         for path, folder, report in zip(options.reports, folders, loaded, strict=True)
     ]
-    merged, judgement = _judged(merge(reports), options)
-    merged = structs.replace(merged, gates=GateResult(**vars(judgement)))
+    merged, checked = _judged(merge(reports), options)
+    merged = structs.replace(merged, gates=checked)
     carrying.copy()
     write(merged, options.output)
     print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")
-    return _printed(merged, judgement, options.output)
+    return _printed(merged, checked, options.output)
 
 
 def _gate(options: argparse.Namespace) -> int:
@@ -176,19 +175,19 @@ def _minimal(options: argparse.Namespace) -> int:
     return OK
 
 
-def _printed(report: Report, judgement: Judgement, folder: Path) -> int:
+def _printed(report: Report, checked: GateResult, folder: Path) -> int:
     """Says what a session says at its end."""
     for line in (*terminal.summary(report, folder, shutil.get_terminal_size().columns), *terminal.findings(report)):
         print(line.text)
     print(f"expected {expected(report)}, merged {report.reported}")
-    for text in judgement.improved:
+    for text in checked.improved:
         print(visible(text))
-    for text in judgement.failed:
+    for text in checked.failed:
         print(visible(f"FAILED {text}"))
-    return FAILED if judgement.failed else OK
+    return FAILED if checked.failed else OK
 
 
-def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, Judgement]:
+def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:
     """Check a report against all gates, and compare it; write the baseline where that was asked for."""
     missing = expected(report) - report.reported
     failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
@@ -208,12 +207,12 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, Judgem
         allowed=allowed,
         fail_on_change=options.fail_on_change,
     )
-    judgement = judge(report, gates, compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
+    checked = check_gates(report, gates, compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
     if options.update_baseline and missing > 0:
         failed.append(f"{options.baseline} was not updated: tests are missing")
     elif options.update_baseline:
         write_baseline(baseline_of(report, old), options.baseline)
-    return report, replace(judgement, failed=(*failed, *judgement.failed))
+    return report, structs.replace(checked, failed=(*failed, *checked.failed))
 
 
 def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:

@@ -6,7 +6,6 @@ import importlib
 import importlib.util
 import os
 from collections.abc import Set
-from dataclasses import replace
 from functools import cached_property
 
 import pytest
@@ -26,8 +25,8 @@ from pytest_hricdv.results.baseline import (
 )
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.codec import ReportError
-from pytest_hricdv.results.judgement import Judgement, judge
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.gate_check import check_gates
+from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.fingerprint import fingerprint
@@ -218,7 +217,7 @@ class GateCheck:
         except BaselineError as error:
             raise usage_error(f"--hri-baseline: {error}") from None
 
-    def judge(self, report: Report, *, whole: bool) -> Judgement:
+    def judge(self, report: Report, *, whole: bool) -> GateResult:
         """Check the report of a completed session against gates and baseline; write the baseline if asked to.
 
         Args:
@@ -226,10 +225,10 @@ class GateCheck:
         """
         options = self.options
         if not options.update_baseline:
-            return judge(report, options.gates, self._baseline, options.today, whole=whole)
-        found = judge(report, options.gates, None, options.today, whole=whole)
+            return check_gates(report, options.gates, self._baseline, options.today, whole=whole)
+        checked = check_gates(report, options.gates, None, options.today, whole=whole)
         problem = self._update(report, whole=whole)
-        return replace(found, failed=(*found.failed, problem)) if problem else found
+        return structs.replace(checked, failed=(*checked.failed, problem)) if problem else checked
 
     def _update(self, report: Report, *, whole: bool) -> str:
         """Write the baseline; returns why it was not written, or an empty text."""

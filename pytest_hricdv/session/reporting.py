@@ -30,7 +30,7 @@ from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
-from pytest_hricdv.results.model import GatePolicy, GateResult, ModelSource, Report, RerunOptions, TestResult
+from pytest_hricdv.results.model import GatePolicy, ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.origin import origin
@@ -323,7 +323,7 @@ class Reporting:
         self.problems += self.aggregation.losses()
         if self.options.shard is not None:
             return report
-        judgement = self._gate_check.judge(report, whole=self._is_whole)
-        self.problems += judgement.failed
-        gates = GateResult(failed=tuple(self.problems), improved=judgement.improved, differences=judgement.differences)
+        checked = self._gate_check.judge(report, whole=self._is_whole)
+        self.problems += checked.failed
+        gates = msgspec.structs.replace(checked, failed=tuple(self.problems))
         return msgspec.structs.replace(report, gates=gates)

@@ -27,13 +27,13 @@ from pytest_hricdv.session.serving import END, UNWARNED, in_session, introduce, 
 
 
 @dataclass(frozen=True)
-class Job:
+class SessionArguments:
     """The first line that is sent: the arguments of pytest."""
 
     arguments: tuple[str, ...]
 
 
-class Order(msgspec.Struct, frozen=True):
+class RunRequest(msgspec.Struct, frozen=True):
     """A run to do: its key, suite, pytest item and abstract test, and the seed that its suite was generated from."""
 
     key: tuple[int, int]
@@ -43,14 +43,14 @@ class Order(msgspec.Struct, frozen=True):
     data: dict[str, Any]
 
 
-class Task(msgspec.Struct, frozen=True):
-    """A further line: runs to do, in order; `records`: tell their records, too."""
+class RunBatch(msgspec.Struct, frozen=True):
+    """A further line: runs to do, in order; `records`: reply with their records, too."""
 
-    orders: tuple[Order, ...]
+    requests: tuple[RunRequest, ...]
     records: bool = False
 
 
-class RunTold(msgspec.Struct, frozen=True):
+class RunReply(msgspec.Struct, frozen=True):
     """What became of a run.
 
     Args:
@@ -72,20 +72,20 @@ def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[byte
         importlib.import_module(name)
     introduce(context, write)
     for line in messages:
-        task = msgspec.json.decode(line, type=Task)
-        for order in task.orders:
-            write(encode(_told(context, order, with_record=task.records)).encode())
+        batch = msgspec.json.decode(line, type=RunBatch)
+        for request in batch.requests:
+            write(encode(_reply(context, request, with_record=batch.records)).encode())
         write(END)
 
 
-def _told(context: RunContext, order: Order, *, with_record: bool) -> RunTold:
+def _reply(context: RunContext, request: RunRequest, *, with_record: bool) -> RunReply:
     commands, sampling = context.collection.testbench.commands, context.options.sampling
-    case = HriCase(order.suite, AbstractTest.from_data(order.data), commands, sampling)
-    result, failure = _executed(context, case, order.nodeid)
-    built = _built(context, case, order, result, failure)
-    replay = context.provenance.replay(case, built, order.suite_seed).to_json() if built.leaves_evidence else ""
+    case = HriCase(request.suite, AbstractTest.from_data(request.data), commands, sampling)
+    result, failure = _executed(context, case, request.nodeid)
+    built = _built(context, case, request, result, failure)
+    replay = context.provenance.replay(case, built, request.suite_seed).to_json() if built.leaves_evidence else ""
     record = tuple(events(result.record)) if with_record and result is not None else ()
-    return RunTold(order.key, built, replay, record)
+    return RunReply(request.key, built, replay, record)
 
 
 def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
@@ -99,12 +99,14 @@ def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResu
         return None, f"{type(cause).__name__}: {cause}"
 
 
-def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult | None, failure: str) -> TestResult:
+def _built(
+    context: RunContext, case: HriCase, request: RunRequest, result: CaseResult | None, failure: str
+) -> TestResult:
     judgement = judge_run(result, context.known)
     ending = Ending(outcome=judgement.outcome, wall_s=0.0, failure=failure or judgement.reason)
     built = build_result(
         case,
-        order.nodeid,
+        request.nodeid,
         result,
         code=context.code,
         requirements=context.requirements,
@@ -119,7 +121,7 @@ def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult 
         context.texts,
         known=context.known,
         units=context.collection.testbench.units,
-        seed=order.suite_seed,
+        seed=request.suite_seed,
         suite=context.options.suites,
         rerun_options=context.options.again,
     )
@@ -128,23 +130,23 @@ def _built(context: RunContext, case: HriCase, order: Order, result: CaseResult 
 
 def events(record: Record) -> Iterator[str]:
     """All that the hash of a record is over, in the order of time, a line each."""
-    found: list[tuple[float, str]] = [
-        (each.time_s, f"{each.sender} {each.topic} {json.dumps(dict(each.fields), sort_keys=True)}")
-        for each in record.messages
+    timed: list[tuple[float, str]] = [
+        (message.time_s, f"{message.sender} {message.topic} {json.dumps(dict(message.fields), sort_keys=True)}")
+        for message in record.messages
     ]
     for name in sorted([*record.signals, *record.texts]):
         times, values = record.signals[name] if name in record.signals else record.texts[name]
-        found += [(time_s, f"{name} = {value!r}") for time_s, value in zip(times, values, strict=True)]
-    found.sort(key=lambda each: each[0])
-    return (f"{time_s!r} s: {text}" for time_s, text in found)
+        timed += [(time_s, f"{name} = {value!r}") for time_s, value in zip(times, values, strict=True)]
+    timed.sort(key=lambda event: event[0])
+    return (f"{time_s!r} s: {text}" for time_s, text in timed)
 
 
 def main() -> None:
-    """Serve: the first line of standard input is a `Job`, the others are tasks."""
+    """Serve: the first line of standard input is `SessionArguments`, the others are batches."""
     preload()
     with session() as (messages, write):
-        job = msgspec.json.decode(messages.readline(), type=Job)
-        status = in_session((*job.arguments, *UNWARNED), lambda context: _serve(context, messages, write))
+        start = msgspec.json.decode(messages.readline(), type=SessionArguments)
+        status = in_session((*start.arguments, *UNWARNED), lambda context: _serve(context, messages, write))
     sys.exit(status or 1)
 
 

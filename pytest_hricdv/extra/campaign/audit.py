@@ -18,7 +18,7 @@ from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.cluster.cluster import Lost, Question
 from pytest_hricdv.extra.cluster.service import Answer, WorkerName
-from pytest_hricdv.session.run_process import RunTold
+from pytest_hricdv.session.run_process import RunReply
 
 PERCENT = 1.0
 """Share of the runs that are done again. Chosen: it costs a hundredth of the time, and in a campaign of 6,560 runs a
@@ -65,8 +65,8 @@ def _asked(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Quest
             yield question, answer
 
 
-def _runs(answer: Answer) -> list[RunTold]:
-    return [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
+def _runs(answer: Answer) -> list[RunReply]:
+    return [msgspec.json.decode(line, type=RunReply) for line in answer.lines]
 
 
 def _parting(execution: Execution, key: RunKey, there: str) -> str:

@@ -31,7 +31,7 @@ from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.cluster import connected
 from pytest_hricdv.report import files, terminal
-from pytest_hricdv.results.judgement import gates_of, judge
+from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.model import GateResult, Report
 
 OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
@@ -175,12 +175,12 @@ def report(options: argparse.Namespace) -> int:
         if not store.counts().stored:
             raise CampaignError(f"{options.state}: no run is stored yet: there is nothing to report")
         made, problem = campaign_report(store, now, options.most, options.output)
-    judgement = judge(
+    checked = check_gates(
         made, gates_of(made, fail_on_nc=True), None, datetime.datetime.now(datetime.UTC).date(), whole=True
     )
     failed = [problem] if problem else []
-    failed += [*_failures(made), *judgement.failed]
-    made = structs.replace(made, gates=GateResult(failed=tuple(failed), improved=judgement.improved))
+    failed += [*_failures(made), *checked.failed]
+    made = structs.replace(made, gates=GateResult(failed=tuple(failed), improved=checked.improved))
     files.write(made, options.output)
     for line in terminal.summary(made, options.output, shutil.get_terminal_size().columns):
         print(line.text)

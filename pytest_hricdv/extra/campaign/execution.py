@@ -14,7 +14,7 @@ from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question
 from pytest_hricdv.extra.cluster.service import Answer, Service
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session import run_process
-from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
+from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 
 TASK_RUNS = 20
 """Runs of a task: seconds of work, so that handing it out costs nothing, and little is done again when it is lost."""
@@ -57,7 +57,7 @@ class Execution:
         """What workers are asked."""
         planned = self.plan.planned
         directory = "." if self.archive else planned.root
-        job = msgspec.json.encode(Job(planned.arguments))
+        job = msgspec.json.encode(SessionArguments(planned.arguments))
         return Service(run_process.__name__, job, directory, planned.project, self.run_s)
 
     def run(self) -> None:
@@ -89,13 +89,13 @@ class Execution:
     def question(self, task: Sequence[RunKey], *, avoid: str = "", records: bool = False) -> Question:
         """What is asked for these runs."""
         key = digest(sorted(self.plan.planned.project.items()), [self.plan.name(run) for run in task], records, avoid)
-        orders = tuple(self._order(run) for run in task)
-        return Question(key[:24], msgspec.json.encode(Task(orders, records)), avoid)
+        requests = tuple(self._request(run) for run in task)
+        return Question(key[:24], msgspec.json.encode(RunBatch(requests, records)), avoid)
 
-    def _order(self, key: RunKey) -> Order:
+    def _request(self, key: RunKey) -> RunRequest:
         run = self.plan.run(key)
         seeds = {suite.name: suite.seed for suite in self.plan.declared.suites}
-        return Order(key, run.suite, seeds[run.suite], run.nodeid, run.test.to_data())
+        return RunRequest(key, run.suite, seeds[run.suite], run.nodeid, run.test.to_data())
 
     def _taken(self, task: list[RunKey], answer: Answer | Lost) -> Iterable[list[RunKey]]:
         """Stores what came back; returns the tasks that are to be done again."""
@@ -104,7 +104,7 @@ class Execution:
                 self.store.add_lost(task[0], answer.reason)
                 return ()
             return ([key] for key in task)
-        ran = [msgspec.json.decode(line, type=RunTold) for line in answer.lines]
+        ran = [msgspec.json.decode(line, type=RunReply) for line in answer.lines]
         for run in ran:
             self.store.add(run.key, run.result, run.replay, answer.worker)
         left = [key for key in task if key not in {run.key for run in ran}]

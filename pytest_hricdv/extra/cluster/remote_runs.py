@@ -21,7 +21,7 @@ from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.run_process import Job, Order, RunTold, Task
+from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 from pytest_hricdv.session.serving import arguments_of
 
 RUN_S = 120.0
@@ -51,10 +51,10 @@ class RemoteRuns:
             KeyboardInterrupt: it is over.
             ClusterError: the scheduler is gone, or no worker can run it.
         """
-        question = Question(digest(test.to_json())[:24], msgspec.json.encode(Task((_order(test),))))
+        question = Question(digest(test.to_json())[:24], msgspec.json.encode(RunBatch((_request(test),))))
         for _, answer in self.cluster.answers(self.service, deque([question]), self.archive, self._check):
             if not isinstance(answer, Lost) and answer.lines:
-                result = msgspec.json.decode(answer.lines[0], type=RunTold).result
+                result = msgspec.json.decode(answer.lines[0], type=RunReply).result
                 return None if result.outcome == "error" else result.requirements[requirement]
         return None
 
@@ -63,8 +63,8 @@ class RemoteRuns:
             raise KeyboardInterrupt
 
 
-def _order(test: ConcreteTest) -> Order:
-    return Order((0, 0), test.suite, 0, test.id, abstract_from(test, "search", keeps_id=True).to_data())
+def _request(test: ConcreteTest) -> RunRequest:
+    return RunRequest((0, 0), test.suite, 0, test.id, abstract_from(test, "search", keeps_id=True).to_data())
 
 
 @contextmanager
@@ -80,7 +80,7 @@ def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[Rem
     archive = code_archive.pack(root) if options.send_code else b""
     directory = here.relative_to(root) if options.send_code else here
     project = identity(root, context.provenance.code).project
-    job = msgspec.json.encode(Job(arguments_of(config)))
+    job = msgspec.json.encode(SessionArguments(arguments_of(config)))
     service = Service(run_process.__name__, job, str(directory), project, RUN_S)
     with connected(Address.parse(options.address), say) as cluster:
         yield RemoteRuns(cluster, service, archive)

@@ -1,10 +1,9 @@
-"""Judges a report by gates and a baseline: what fails the session, and what improved."""
+"""Checks a report against gates and a baseline: what fails the session, and what improved."""
 
 from __future__ import annotations
 
 import datetime
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 from pytest_hricdv.coverage.gaps import nearest_miss
 from pytest_hricdv.results.baseline import Baseline
@@ -13,18 +12,8 @@ from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import percentages
-from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.gates import MUTANTS, THRESHOLDS, Exemption, Gates, Threshold
-from pytest_hricdv.results.model import GatePolicy, Report
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What fails a session, and what improved, a sentence each; and all differences from the baseline."""
-
-    failed: tuple[str, ...] = ()
-    improved: tuple[str, ...] = ()
-    differences: tuple[Difference, ...] = ()
+from pytest_hricdv.results.model import GatePolicy, GateResult, Report
 
 
 def gates_of(
@@ -78,7 +67,9 @@ def _day(text: str) -> datetime.date | None:
         raise ReportError(f"an exemption of the report: {error}") from None
 
 
-def judge(report: Report, gates: Gates, baseline: Baseline | None, today: datetime.date, *, whole: bool) -> Judgement:
+def check_gates(
+    report: Report, gates: Gates, baseline: Baseline | None, today: datetime.date, *, whole: bool
+) -> GateResult:
     """Check a report against gates, and compare it with a baseline where there is one.
 
     Args:
@@ -95,7 +86,7 @@ def judge(report: Report, gates: Gates, baseline: Baseline | None, today: dateti
     differences = () if baseline is None else compare(report, baseline, whole=whole)
     failed += [each.text for each in differences if each.worse]
     improved += [each.text for each in differences if not each.worse]
-    return Judgement(tuple(failed), tuple(improved), differences)
+    return GateResult(failed=tuple(failed), improved=tuple(improved), differences=differences)
 
 
 def is_whole(report: Report) -> bool:
