@@ -16,4 +16,4 @@ def _validator(package: str, name: str) -> jsonschema.Draft202012Validator:
 
 
 REPORT = _validator("pytest_hricdv.results", "report-2.schema.json")
-REPLAY = _validator("pytest_hricdv.extra.search", "replay-1.schema.json")
+REPLAY = _validator("pytest_hricdv.results", "replay-1.schema.json")

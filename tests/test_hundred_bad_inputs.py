@@ -17,7 +17,6 @@ import pytest
 
 from pytest_hricdv.bdi import BdiError, MultiAgentSystem
 from pytest_hricdv.extra.search import replay
-from pytest_hricdv.extra.search.replay import ReplayError
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext
@@ -27,6 +26,7 @@ from pytest_hricdv.generate.suite_files import Files
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements
 from pytest_hricdv.results.baseline import BaselineError, read_baseline
 from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.replay import ReplayError
 from tests.generate.toy import LAMPS
 from tests.plugin import project
 

@@ -13,7 +13,6 @@ from random import Random
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_program, parse_term
 from pytest_hricdv.bdi.run.system import MultiAgentSystem
-from pytest_hricdv.extra.search.replay import Replay, ReplayError
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.concrete import ConcreteTest, expand
@@ -39,6 +38,7 @@ from pytest_hricdv.results.gates import (
     parse_threshold,
 )
 from pytest_hricdv.results.merging import MergeError, merge
+from pytest_hricdv.results.replay import Replay, ReplayError
 from studies.session import ROOT, start
 from tests.generate.toy import LAMPS
 from tests.plugin import project

@@ -30,7 +30,7 @@ from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.gate_check import check_gates, gates_of
-from pytest_hricdv.results.gates import THRESHOLDS, Threshold, ThresholdError, parse_threshold
+from pytest_hricdv.results.gates import Threshold, ThresholdError, parse_threshold, threshold_kinds
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
 from pytest_hricdv.results.model import GateResult, Report
 
@@ -88,7 +88,7 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
         type=_threshold,
         default=[],
         metavar="KIND=PCT",
-        help=f"KIND: {', '.join(THRESHOLDS)}",
+        help=f"KIND: {', '.join(threshold_kinds())}",
     )
     add(
         "--fail-on-nc",

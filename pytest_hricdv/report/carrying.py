@@ -11,9 +11,9 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from pytest_hricdv._base import atomic_file
-from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
 from pytest_hricdv.report.files import refused
 from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.results.section import report_sections, test_sections
 
 FOLDERS = ("failures", "films", "traces")
 """Folders inside of a report."""
@@ -42,14 +42,17 @@ class Carrying:
 
     def _files(self) -> Iterator[Path]:
         for source in self.sources:
-            for name in FOLDERS:
+            for name in (*FOLDERS, *(section.folder for section in test_sections() if section.folder)):
                 yield from sorted(path for path in (source / name).glob("*") if path.is_file())
 
     def renamed(self, report: Report, source: Path) -> Report:
         """A report with the names that its files will have."""
         names = _Names(self, source)
-        search = {name: names.of_search(each) for name, each in report.search.items()}
-        return replace(report, tests=tuple(map(names.of_test, report.tests)), search=search)
+        report = replace(report, tests=tuple(map(names.of_test, report.tests)))
+        for section in report_sections():
+            if section.rename is not None:
+                report = section.put(report, section.rename(section.of(report), names))
+        return report
 
     def copy(self) -> None:
         """Copy the files.
@@ -81,34 +84,29 @@ class _Names:
     source: Path
 
     def of_test(self, test: TestResult) -> TestResult:
+        for section in test_sections():
+            if section.rename is not None:
+                test = section.put(test, section.rename(section.of(test), self))
         film = test.film and replace(
-            test.film, video=self._file(1, test.film.video), strip=self._file(1, test.film.strip)
+            test.film, video=self.file("films", test.film.video), strip=self.file("films", test.film.strip)
         )
         return replace(
             test,
             film=film,
             trace=test.trace
-            and replace(test.trace, file=self._file(2, test.trace.file), bag=self._file(2, test.trace.bag)),
-            replay=self._replay(test.replay),
-            shrunk={name: self._of_shrunk(each) for name, each in test.shrunk.items()},
+            and replace(test.trace, file=self.file("traces", test.trace.file), bag=self.file("traces", test.trace.bag)),
+            replay=self.replay(test.replay),
             repeats=tuple(map(self.of_test, test.repeats)),
         )
 
-    def _of_shrunk(self, shrunk: ShrunkTest) -> ShrunkTest:
-        return replace(shrunk, replay=self._replay(shrunk.replay))
-
-    def of_search(self, search: SearchResult) -> SearchResult:
-        shrunk = search.shrunk and self._of_shrunk(search.shrunk)
-        return replace(search, replay=self._replay(search.replay), shrunk=shrunk)
-
-    def _replay(self, name: str | None) -> str | None:
+    def replay(self, name: str | None) -> str | None:
         """As it is given to pytest: relative to the folder where that is started."""
         path = self.source / FOLDERS[0] / Path(name or "").name
         return os.path.relpath(self.carrying.target / self.carrying.name(path)) if name and path.is_file() else name
 
-    def _file(self, folder: int, name: str | None) -> str | None:
-        """Of that one of `FOLDERS`, relative to the report."""
-        path = self.source / FOLDERS[folder] / Path(name or "").name
+    def file(self, folder: str, name: str | None) -> str | None:
+        """Of a file in a folder, relative to the report."""
+        path = self.source / folder / Path(name or "").name
         if name and path.is_file():
             return self.carrying.name(path)
         return name and Path(os.path.relpath(self.source / name, self.carrying.target)).as_posix()

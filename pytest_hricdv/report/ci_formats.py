@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
-from pytest_hricdv.extra.mutation import view as mutation_view
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation_line
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit
+from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 MAX_ANNOTATIONS = 10
@@ -107,8 +107,7 @@ def junit_suite_properties(report: Report) -> tuple[tuple[str, str], ...]:
     pairs += [("hri.failed_gate", text) for text in totals.failed_gates(report)]
     if report.changes is not None:
         pairs.append(("hri.behave_otherwise", len(report.changes.changed)))
-    if report.mutation is not None:
-        pairs.append(("hri.mutants", mutation_view.score_text(report.mutation.total)))
+    pairs += [pair for view in views() for pair in view.properties(report)]
     return _text_pairs(pairs)
 
 
@@ -127,8 +126,8 @@ def _head(report: Report) -> Iterator[str]:
         yield f"\nBetter: {_escaped(text)}"
     if sentence := behaviour_view.sentence(report):
         yield f"\nBehaviour: {_escaped(sentence)}"
-    if report.mutation is not None:
-        yield f"\nFaults: {_escaped(mutation_view.headline(report.mutation))}"
+    for view in views():
+        yield from (f"\n{_escaped(text)}" for text in view.markdown(report))
 
 
 def _requirements(report: Report) -> Iterator[str]:

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from typing import Any, Literal
+from importlib.resources.abc import Traversable
+from typing import Any, Literal, get_args
 from urllib.parse import quote
 
 import jinja2
 from markupsafe import Markup
-from msgspec import to_builtins
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.extra.campaign import view as campaign_view
 from pytest_hricdv.extra.closing import view as closing_view
-from pytest_hricdv.extra.mutation import view as mutation_view
-from pytest_hricdv.extra.trend.records import changes
-from pytest_hricdv.extra.verification_plan import view as plan_view
 from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_view, tests_view, totals, waivers_view
 from pytest_hricdv.report.failure_groups import failure_groups
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_view import requirement_view, triggers_over_time
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
+from pytest_hricdv.report.view import PageSection, Place, views
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -40,13 +38,13 @@ _SCRIPTS = (
     "tests",
     "requirement",
     "suites",
-    "trend",
     "closure",
     "cross",
     "sources",
     "timeline",
     "behaviour",
     "test",
+    "pages",
     "main",
 )
 _STYLES = ("theme", "layout", "parts", "views")
@@ -74,7 +72,7 @@ def page(report: Report) -> tuple[str, dict[str, str]]:
 def _environment() -> jinja2.Environment:
     """One for all pages: it keeps the compiled templates, which take longer to compile than to fill in."""
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("pytest_hricdv", "report/page"),
+        loader=jinja2.ChoiceLoader([jinja2.PackageLoader("pytest_hricdv", "report/page"), _loader_of_parts()]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         finalize=_finalize,
@@ -94,6 +92,22 @@ def _environment() -> jinja2.Environment:
         coded=_coded,
     )
     return environment
+
+
+def _loader_of_parts() -> jinja2.BaseLoader:
+    """Finds the template `PART/NAME` in the folder `page` of a part."""
+    names = [view.name for view in views() if _folder_of(view.name).is_dir()]
+    return jinja2.PrefixLoader({name: jinja2.PackageLoader(f"pytest_hricdv.extra.{name}", "page") for name in names})
+
+
+def _folder_of(part: str) -> Traversable:
+    return files("pytest_hricdv").joinpath("extra", part, "page")
+
+
+def _sections(report: Report) -> dict[Place, list[PageSection]]:
+    """What parts show on the page, by place."""
+    shown = [section for view in views() if (section := view.section(report)) is not None]
+    return {place: [section for section in shown if section.place == place] for place in get_args(Place)}
 
 
 def _finalize(value: object) -> object:
@@ -139,11 +153,9 @@ def _context(report: Report) -> dict[str, Any]:
         "failing": [test for test in report.tests if test.fails or test.outcome == "not-run"],
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
-        "mutation": mutation_view.page(report),
+        "sections": _sections(report),
         "closing": closing_view.page(report),
         "campaign": campaign_view.page(report),
-        "plan": plan_view.page(report),
-        "trend": changes(report.history),
         "failure_groups": failure_groups(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda name, violation: explanation.violation_line(
@@ -153,7 +165,7 @@ def _context(report: Report) -> dict[str, Any]:
         "margin": lambda name, value: margin_text(value, margin_unit(report, name)),
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
         "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],
-        "scripts": Markup("\n".join(_asset(f"{name}.js") for name in _SCRIPTS)),
+        "scripts": Markup("\n".join(_scripts())),
         "data": Markup(_json(_data(report, names))),
     }
 
@@ -161,30 +173,41 @@ def _context(report: Report) -> dict[str, Any]:
 def _data(report: Report, names: list[str]) -> dict[str, Any]:
     """Plain data for the page's scripts."""
     curves = [{"closure": closure_curves(suite), "learning": learning_curve(suite)} for suite in report.suites]
-    return tests_view.index(report) | {
-        "outcomeWords": {outcome: totals.outcome_word(outcome) for outcome in OUTCOMES},
-        "outcomeStyles": {outcome: totals.outcome_style(outcome) for outcome in OUTCOMES},
-        "outcomeLabel": report.outcome_label,
-        "packSize": tests_view.TESTS_PER_PACK,
-        "curves": curves,
-        "triggers": [triggers_over_time(report, name) for name in names],
-        "marginUnits": [margin_unit(report, name) for name in names],
-        "units": report.units or {},
-        "sampledWhile": report.sampled_while,
-        "state": report.state,
-        "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
-        "cross": heat_maps(report),
-        "history": to_builtins(report.history),
-        "minimal": minimal_suite(report),
-        "closing": closing_view.curves(report),
-        "changes": behaviour_view.index(report),
-    }
+    return (
+        tests_view.index(report)
+        | {
+            "outcomeWords": {outcome: totals.outcome_word(outcome) for outcome in OUTCOMES},
+            "outcomeStyles": {outcome: totals.outcome_style(outcome) for outcome in OUTCOMES},
+            "outcomeLabel": report.outcome_label,
+            "packSize": tests_view.TESTS_PER_PACK,
+            "curves": curves,
+            "triggers": [triggers_over_time(report, name) for name in names],
+            "marginUnits": [margin_unit(report, name) for name in names],
+            "units": report.units or {},
+            "sampledWhile": report.sampled_while,
+            "state": report.state,
+            "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
+            "cross": heat_maps(report),
+            "minimal": minimal_suite(report),
+            "closing": closing_view.curves(report),
+            "changes": behaviour_view.index(report),
+        }
+        | {key: value for view in views() for key, value in view.data(report).items()}
+    )
 
 
 def _json(value: object) -> str:
     """JSON that can stand in a script element: nothing in it ends the element or begins a comment."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False, sort_keys=True)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _scripts() -> Iterator[str]:
+    """Those of the parts are before the last one of the core, which begins to show the page."""
+    yield from (_asset(f"{name}.js") for name in _SCRIPTS[:-1])
+    for view in views():
+        yield from (_folder_of(view.name).joinpath(f"{name}.js").read_text(encoding="utf-8") for name in view.scripts)
+    yield _asset(f"{_SCRIPTS[-1]}.js")
 
 
 @cache

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.extra.search.records import SearchResult
 from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.margin import NO_TEXT, margin_unit
 from pytest_hricdv.report.totals import known
+from pytest_hricdv.report.view import RequirementNote, views
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
 
 SHOWN = 25
@@ -35,7 +35,7 @@ class RequirementView:
         triggers: over all tests.
         tight: tests that passed with the least margins.
         near_misses: tests that did not trigger it, by how near they came.
-        searched: the result of a search for a violation; None if there was none.
+        notes: of optional parts.
         unit: of its margin; empty where that is not known.
     """
 
@@ -50,7 +50,7 @@ class RequirementView:
     failures: tuple[Judged, ...]
     tight: tuple[Judged, ...]
     near_misses: tuple[Missed, ...]
-    searched: SearchResult | None
+    notes: tuple[RequirementNote, ...]
     unit: str
 
 
@@ -72,7 +72,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
         failures=tuple(sorted(by_verdict["Failed"], key=_margin)[:SHOWN]),
         tight=tuple(sorted(tight, key=_margin)[:SHOWN]),
         near_misses=tuple(sorted(near_misses, key=_nearness)[:SHOWN]),
-        searched=report.search.get(name),
+        notes=tuple(note for view in views() if (note := view.of_requirement(report, name)) is not None),
         unit=margin_unit(report, name),
     )
 

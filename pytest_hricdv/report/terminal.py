@@ -10,17 +10,12 @@ from pytest_hricdv.coverage.records import CodeCoverage
 from pytest_hricdv.extra.campaign import view as campaign_view
 from pytest_hricdv.extra.closing import view as closing_view
 from pytest_hricdv.extra.engines import view as engines_view
-from pytest_hricdv.extra.mutation import view as mutation_view
-from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
-from pytest_hricdv.extra.verification_plan import view as plan_view
 from pytest_hricdv.report import behaviour_view, totals
-from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
     and_more,
-    by_requirement,
     fit,
     labelled,
     listing,
@@ -33,22 +28,15 @@ from pytest_hricdv.report.formatting import (
     width,
     wrap,
 )
-from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_lines import requirement_lines
+from pytest_hricdv.report.view import views
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
 _MAX_FAULTS = 3
-_MAX_ACTIONS = 14
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
-_SHRINKING_ENDED = {
-    "done": "",
-    "runs": "; the budget of runs is used up, a shorter test may exist",
-    "seconds": "; the budget of time is used up, a shorter test may exist",
-    "interrupted": "; interrupted, a shorter test may exist",
-}
 
 
 def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) -> str:
@@ -98,16 +86,15 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines += [*uncovered, Line("")] if uncovered else []
     changed = list(behaviour_view.lines(report, width))
     lines += [*changed, Line("")] if changed else []
-    mutants = list(mutation_view.lines(report))
-    lines += [*mutants, Line("")] if mutants else []
+    for view in views():
+        shown = list(view.lines(report, width))
+        lines += [*shown, Line("")] if shown else []
     engines = list(engines_view.lines(report, width))
     lines += [*engines, Line("")] if engines else []
     closing = list(closing_view.lines(report))
     lines += [*closing, Line("")] if closing else []
     campaign = list(campaign_view.lines(report))
     lines += [*campaign, Line("")] if campaign else []
-    plan = list(plan_view.lines(report))
-    lines += [*plan, Line("")] if plan else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []
@@ -115,17 +102,13 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
 
 
 def findings(report: Report) -> Iterator[Line]:
-    """Faults, replays, shrunk tests and what a search found, in lines of any width: a cut command cannot be used."""
-    options = report.rerun.options
+    """Faults, replays and what parts found, in lines of any width: a command that is cut cannot be used."""
     yield from _faults(report)
     for test in report.tests:
         if test.replayed:
             yield _replayed(test.id, test.replayed)
-    for test in report.tests:
-        for requirement in sorted(test.shrunk, key=by_requirement):
-            yield from _shrunk(requirement, test.id, test.shrunk[requirement], options, test.replay)
-    for requirement in sorted(report.search, key=by_requirement):
-        yield from _searched(requirement, report.search[requirement], options, margin_unit(report, requirement))
+    for view in views():
+        yield from view.findings(report)
 
 
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
@@ -217,6 +200,8 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
         yield Line(f"  not run: {and_more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
     yield _duration(report)
     yield from _slowest(report)
+    for view in views():
+        yield from view.file_lines(report, columns)
     yield from _films(report, columns)
     yield from _traces(report, columns)
 
@@ -276,47 +261,3 @@ def _replayed(test: str, replayed: ReplayComparison) -> Line:
     if replayed.changed:
         return Line(f"{start}differs from the recording: {visible(', '.join(replayed.changed))}", "warn")
     return Line(f"{start}differs from the recording; cause unknown", "bad")
-
-
-def _shrunk(
-    requirement: str, test: str, shrunk: ShrunkTest, options: Sequence[str], file: str | None
-) -> Iterator[Line]:
-    name = f"{requirement} of {test}"
-    if shrunk.note:
-        yield Line(visible(f"{name} was not shrunk: {shrunk.note}"), "warn")
-        return
-    cost = f"{plural(shrunk.runs, 'run')}, {seconds(shrunk.wall_s)}{_SHRINKING_ENDED[shrunk.ended]}"
-    size = f"{plural(shrunk.actions_before, 'action')} to {len(shrunk.abstract)}"
-    yield Line(visible(f"{name} shrunk from {size}, for {' & '.join(shrunk.reason)} ({cost}):"), "title")
-    yield from (Line(visible(f"  {action}")) for action in shrunk.concrete[:_MAX_ACTIONS] or ["nothing"])
-    if len(shrunk.concrete) > _MAX_ACTIONS:
-        yield Line(f"  ... and {plural(len(shrunk.concrete) - _MAX_ACTIONS, 'more action')}")
-    file = shrunk.replay or file
-    if file:
-        yield Line(visible(f"  {replay_command(file, options)}"), "dim")
-
-
-def _searched(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:
-    search = f"search for a violation of {requirement}"
-    interrupted = "; interrupted" if searched.ended == "interrupted" else ""
-    cost = f"{plural(searched.runs, 'run')}, {seconds(searched.wall_s)}{interrupted}"
-    before, margin = _margin(searched.suite_margin, unit), _margin(searched.margin, unit)
-    match searched.status:
-        case "never triggered":
-            yield Line(visible(f"{search}: no test triggers it, so nothing was run"), "warn")
-        case "violated by the suite":
-            yield Line(visible(f"{search}: not needed, {searched.test} violates it"), "dim")
-        case "not violated":
-            text = f"no violation of {requirement} found: margin {margin}, {before} in the suite"
-            yield Line(visible(f"{text}; nearest was a variant of {searched.test} ({cost})"), "ok")
-        case "violated":
-            text = f"violation of {requirement} found: a variant of {searched.test}, margin {margin} ({cost})"
-            yield Line(visible(text), "bad")
-            if searched.replay:
-                yield Line(visible(f"  {replay_command(searched.replay, options)}"), "dim")
-            if searched.shrunk:
-                yield from _shrunk(requirement, searched.id or "", searched.shrunk, options, searched.replay)
-
-
-def _margin(margin: float | None, unit: str) -> str:
-    return "none (no value is compared)" if margin is None else margin_text(margin, unit)

@@ -12,11 +12,11 @@ from typing import Any
 
 from msgspec import to_builtins
 
-from pytest_hricdv.extra.search.records import ShrunkTest
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, margin_unit
+from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
 TESTS_PER_PACK = 50
@@ -110,11 +110,11 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "facts": {name: value for name, value in _facts(test).items() if value},
         "film": to_builtins(test.film),
         "trace": to_builtins(test.trace),
-        "shrunk": [_shrunk(name, each, report) for name, each in sorted(test.shrunk.items())],
         "repeats": len(test.repeats),
         "replayed": _replayed(test.replayed) if test.replayed else "",
         "timeline": to_builtins(test.timeline),
         "changed": behaviour_view.details(report, test),
+        **{key: value for view in views() for key, value in view.of_test(report, test).items()},
     }
 
 
@@ -175,16 +175,6 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
             explanation.violation_line(violation, report.units or {}, unit) for violation in result.violations
         ],
         "times": [violation.time_s for violation in result.violations],
-    }
-
-
-def _shrunk(requirement: str, shrunk: ShrunkTest, report: Report) -> dict[str, Any]:
-    return {
-        "requirement": requirement,
-        "from": shrunk.actions_before,
-        "abstract": shrunk.abstract,
-        "note": shrunk.note,
-        "rerun": explanation.replay_command(shrunk.replay, report.rerun.options) if shrunk.replay else "",
     }
 
 

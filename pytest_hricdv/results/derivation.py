@@ -7,6 +7,7 @@ everything about suites and the whole is computed anew.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from fnmatch import fnmatch
 
 from msgspec.structs import replace
 
@@ -25,9 +26,9 @@ from pytest_hricdv.coverage.suite_coverage import (
     tally,
     union,
 )
-from pytest_hricdv.results.gates import MUTANTS
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
+from pytest_hricdv.results.section import shares
 
 NO_CLOSURE = Closure(points=0, sim_s=0, growth=(), minimal=(), adds_nothing=(), unique={})
 """Of a report that is not derived yet."""
@@ -164,12 +165,13 @@ def percentages(report: Report, kind: str) -> list[tuple[str, float | None]]:
     """Per suite, the percentage that a threshold of this kind is compared with; None where nothing was measured.
 
     Statements and branches: of what is reachable. Plans: of suites that a model generated. Assertions: requirements
-    that were checked. Cross: of what is possible. Mutants: those that the suite's tests notice, of those tried on them.
+    that were checked. Cross: of what is possible. Kinds of parts: see
+    `results.section.Share`.
     """
     suites = report.suites
-    if kind == MUTANTS:
-        scores = report.mutation.suites if report.mutation else {}
-        return [(suite.name, scores[suite.name].percent if suite.name in scores else None) for suite in suites]
+    for share in shares():
+        if kind == share.kind:
+            return [(suite.name, share.percent(report, suite.name)) for suite in suites]
     if kind == "plans":
         suites = tuple(suite for suite in suites if suite.plans) or suites
     return [(suite.name, _percentage(suite, kind)) for suite in suites]
@@ -187,3 +189,25 @@ def _percentage(suite: SuiteResult, kind: str) -> float | None:
         checked = sum(tally.passed + tally.failed > 0 for tally in tallies)
         return percent(checked, len(tallies)) if tallies else None
     return percent(suite.cross.hit, suite.cross.possible) if suite.cross.bins else None
+
+
+def code_covered(report: Report, kind: str, globs: Iterable[str] = ()) -> tuple[int, int]:
+    """Hit and reachable statements or branches of files, over all suites."""
+    code, chosen = report.code_under_test, tuple(globs)
+    if not code.measured:
+        return 0, 0
+    waived = {(waiver.file, waiver.line) for waiver in code.waivers}
+    hit = total = 0
+    covered = {file.file: file for file in code.files}
+    for file in code.map:
+        if file.file not in covered or (chosen and not any(fnmatch(file.file, glob) for glob in chosen)):
+            continue
+        every: set[tuple[int, ...]] = {(line,) for line in file.statements}
+        missing: set[tuple[int, ...]] = {(line,) for line in covered[file.file].missing_lines}
+        if kind == "branches":
+            every = {tuple(arc) for arc in file.branches}
+            missing = {tuple(arc) for arc in covered[file.file].missing_branches}
+        counted = {each for each in every if not any((file.file, line) in waived for line in each)}
+        total += len(counted)
+        hit += len(counted - missing)
+    return hit, total

@@ -12,8 +12,9 @@ from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import percentages
-from pytest_hricdv.results.gates import MUTANTS, THRESHOLDS, Exemption, Gates, Threshold
+from pytest_hricdv.results.gates import Exemption, Gates, Threshold, threshold_kinds
 from pytest_hricdv.results.model import GatePolicy, GateResult, Report
+from pytest_hricdv.results.section import shares
 
 
 def gates_of(
@@ -98,11 +99,12 @@ def is_whole(report: Report) -> bool:
 
 
 def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
-    for threshold in sorted(thresholds, key=lambda threshold: THRESHOLDS.index(threshold.kind)):
+    unmeasured = {share.kind for share in shares() if not share.is_measured(report)}
+    for threshold in sorted(thresholds, key=lambda threshold: threshold_kinds().index(threshold.kind)):
         if not (threshold.named or whole):
             continue
-        if threshold.kind == MUTANTS and not threshold.named and report.mutation is None:
-            continue  # mutants are tried now and then, not in each run
+        if not threshold.named and threshold.kind in unmeasured:
+            continue  # what a part measures is measured where it was asked for, not in each run
         for suite, percent in percentages(report, threshold.kind):
             if percent is None:
                 yield f"suite {suite}: {threshold.kind} unmeasured, at least {threshold.percent:g} % asked for"

@@ -8,16 +8,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv._base.message import InputError
+from pytest_hricdv.results.section import shares
 
 KINDS = ("statements", "branches", "plans", "assertions", "cross")
 """Kinds of coverage that have a percentage."""
 
 MAX_SHARDS = 9_999
 """Most parts that suites are run in: reports are asked which of them are missing."""
-
-MUTANTS = "mutants"
-THRESHOLDS = (*KINDS, MUTANTS)
-"""What thresholds can be given for: coverage, and the share of mutants that the tests notice."""
 
 KNOWN = "REQUIREMENT [while CONDITION] [until YYYY-MM-DD]: reason"
 MAY_BE_NC = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"
@@ -43,12 +40,17 @@ class Threshold:
     named: bool = True
 
 
+def threshold_kinds() -> tuple[str, ...]:
+    """What thresholds can be given for: coverage, and the shares that optional parts measure."""
+    return (*KINDS, *(share.kind for share in shares()))
+
+
 def parse_threshold(text: str, *, named: bool = True) -> Threshold:
     """The threshold of a text `KIND=PCT`. Raises ThresholdError for another form, kind or percentage."""
     kind, equals, percentage = text.partition("=")
     kind = kind.strip()
-    if not equals or kind not in THRESHOLDS:
-        raise ThresholdError(f"{text}: expected KIND=PCT with KIND in {', '.join(THRESHOLDS)}")
+    if not equals or kind not in threshold_kinds():
+        raise ThresholdError(f"{text}: expected KIND=PCT with KIND in {', '.join(threshold_kinds())}")
     try:
         percent = float(percentage)
     except ValueError:

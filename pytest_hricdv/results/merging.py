@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -19,12 +19,12 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.execution.outcome import OUTCOMES
-from pytest_hricdv.extra.search.records import SearchResult
-from pytest_hricdv.extra.verification_plan.evaluation import evaluated
+from pytest_hricdv.parts import faces
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.model import GatePolicy, Report, RerunOptions, SessionSummary, SuiteResult, TestResult
+from pytest_hricdv.results.section import report_sections, test_sections
 
 _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),
@@ -64,7 +64,6 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         models=max((report.models for report in all_reports), key=canonical),
         suites=_suites(reports),
         tests=_tests(all_reports),
-        search=_search(all_reports),
         units=first.units if all(each.units == first.units for each in all_reports) else None,
         shard="",
         gates=None,
@@ -72,23 +71,20 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         problems=tuple(sorted({problem for report in all_reports for problem in report.problems})),
         origin=None,  # that of each session is in `sessions`
         whole="",
-        history=(),
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
-        mutation=None,
         campaign=None,
         closing=first.closing if all(each.closing == first.closing for each in all_reports) else None,
     )
     try:
-        return _planned(derive(merged), all_reports)
+        merged = derive(merged)
     except CoverageError as error:
         raise MergeError(f"the merged report is wrong: {error}") from None
-
-
-def _planned(merged: Report, reports: Iterable[Report]) -> Report:
-    """The merged report with how far the verification plan is, where all have the same one."""
-    plans = [[part.wanted() for part in report.plan] for report in reports]
-    return replace(merged, plan=evaluated(plans[0], merged) if all(plan == plans[0] for plan in plans) else ())
+    for section in report_sections():
+        merged = section.put(merged, section.default)
+    for merge_part in faces("merging", "merge"):
+        merged = merge_part(all_reports, merged)
+    return merged
 
 
 def expected(report: Report) -> int:
@@ -235,7 +231,7 @@ def _content(run: TestResult) -> str:
         trace=None,
         replay=None,
         replayed=None,
-        shrunk={},
+        **{section.name: section.default for section in test_sections() if not section.identifies},
     )
     return canonical(same)
 
@@ -247,11 +243,15 @@ def _united(one: TestResult, other: TestResult) -> TestResult:
         one,
         wall_s=min(times, default=None),
         code=_most_measured(one.code, other.code),
-        **{name: _first(getattr(one, name), getattr(other, name)) for name in _ANY_OF},
+        **{name: _first(getattr(one, name), getattr(other, name)) for name in (*_ANY_OF, *_any_of_parts())},
     )
 
 
-_ANY_OF = ("failure", "unmeasured", "film", "trace", "replay", "replayed", "shrunk")
+_ANY_OF = ("failure", "unmeasured", "film", "trace", "replay", "replayed")
+
+
+def _any_of_parts() -> Iterator[str]:
+    return (section.name for section in test_sections() if not section.identifies)
 
 
 def _first(one: object, other: object) -> object:
@@ -276,16 +276,3 @@ def _with_repeats(runs: list[TestResult]) -> TestResult:
     if done[0].outcome == "not-run":
         done = done[:1]
     return replace(done[0], repeats=tuple(done[1:]))
-
-
-def _search(reports: Iterable[Report]) -> dict[str, SearchResult]:
-    """For each requirement the search that came nearest to violating it."""
-    found: dict[str, list[SearchResult]] = {}
-    for report in reports:
-        for name, searched in report.search.items():
-            found.setdefault(name, []).append(searched)
-    return {name: min(searches, key=_nearness) for name, searches in found.items()}
-
-
-def _nearness(searched: SearchResult) -> tuple[float, str]:
-    return (math.inf if searched.margin is None else searched.margin, canonical(searched))

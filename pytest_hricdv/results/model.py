@@ -14,7 +14,7 @@ of it is needed in code. The rules:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 
 from msgspec import Meta
 
@@ -33,15 +33,12 @@ from pytest_hricdv.execution.outcome import FAILING, TestOutcome
 from pytest_hricdv.extra.campaign.records import CampaignResult
 from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.extra.engines.records import EngineComparison
-from pytest_hricdv.extra.mutation.records import MutationResult
-from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
-from pytest_hricdv.extra.trend.records import HistoryEntry
-from pytest_hricdv.extra.verification_plan.records import PlanPart
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import ReportOrigin
+from pytest_hricdv.results.section import extended, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/2"
 SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
@@ -135,7 +132,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         acted_s: when each action began (s); shorter than `abstract` where the run was over before.
         cross: cross product -> the bins that the run hit, one for each hit.
         replay: what to give to `--hri-replay` to run this test again.
-        shrunk: requirement -> the shortest test found that fails it.
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
             value.
         engine: of physics; empty where the testbench has none.
@@ -176,7 +172,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     replayed: ReplayComparison | None = None
     film: FilmResult | None = None
     trace: TraceResult | None = None
-    shrunk: Mapping[str, ShrunkTest] = {}
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
     beside: EngineComparison | None = None
@@ -325,18 +320,14 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         outcome_label: what the testbench calls the interactions, which views list by their outcomes.
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
-        search: requirement -> result, where a search was asked for.
         gates: None where the session did not come to its end, or ran a shard.
         made_with: name -> version, of what records can depend on beside code and testbench; of a merged report, where
             all sessions had the same.
         policy: the gates that were asked for; of a merged report, those of all sessions.
         problems: what went wrong beside tests and gates, a sentence each; it fails a merge, too.
         changes: how its tests behave, compared with a baseline.
-        mutation: where faults were put into the code under test; a merged report has none.
         closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
         campaign: where it is of a campaign; a merged report has none.
-        plan: the parts of the verification plan, and how far they are; in a merged report, where all had the same one.
-        history: earlier sessions of the same suites and options, and this one; a merged report has none.
         origin: where it comes from; of a merged one, its sessions have theirs.
         whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
@@ -368,7 +359,6 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     outcome_label: str = "interactions"
     shard: Shard = ""
     sessions: tuple[SessionSummary, ...] = ()
-    search: Mapping[str, SearchResult] = {}
     gates: GateResult | None = None
     policy: GatePolicy | None = None
     problems: Names = ()
@@ -376,10 +366,12 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     may_be_nc: Mapping[str, NcExemption] = {}
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
-    mutation: MutationResult | None = None
     closing: ClosingResult | None = None
     campaign: CampaignResult | None = None
     whole: str = ""
-    plan: tuple[PlanPart, ...] = ()
-    history: tuple[HistoryEntry, ...] = ()
     origin: ReportOrigin | None = None
+
+
+if not TYPE_CHECKING:  # with the keys of optional parts, which only the parts themselves know by type
+    TestResult = extended(TestResult, test_sections())
+    Report = extended(Report, report_sections())

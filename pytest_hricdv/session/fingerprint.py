@@ -8,6 +8,7 @@ from pytest_hricdv._base.project_files import hashes, short_hash, versions
 from pytest_hricdv.results.model import SCHEMA
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.replaying import Provenance
 
 
@@ -45,4 +46,5 @@ def _options(options: Options) -> dict[str, str]:
         "--hri-mcap": options.mcap,
         "--hri-strict": "set" if options.strict else "",
         "known violations": ", ".join(sorted(known)),
+        **{name: value for part in part_options() for name, value in part.fingerprint(options).items()},
     }

@@ -3,66 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
-from pytest_hricdv.results.gates import THRESHOLDS
-
-
-@dataclass(frozen=True)
-class Value:
-    """An option `--hri-NAME` with one value; its ini key has the default."""
-
-    name: str
-    metavar: str
-    help: str
-    key: bool = True
-
-    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
-        """Register option and key."""
-        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=self.help)
-        if self.key:
-            parser.addini(f"hri_{self.name.replace('-', '_')}", f"default of --hri-{self.name}", default="")
-
-
-@dataclass(frozen=True)
-class Flag:
-    """An option `--hri-NAME` without a value; its ini key, of the type bool, has the default."""
-
-    name: str
-    help: str
-    key: bool = True
-
-    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
-        """Register option and key."""
-        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=self.help)
-        if self.key:
-            name = f"hri_{self.name.replace('-', '_')}"
-            parser.addini(name, f"default of --hri-{self.name}", "bool", default=False)
-
-
-@dataclass(frozen=True)
-class Repeatable:
-    """An option `--hri-NAME` that may be given several times; its ini key has one entry a line.
-
-    Args:
-        key_help: of the ini key.
-        key: of the ini file, where it is not the option's name.
-    """
-
-    name: str
-    metavar: str
-    help: str
-    key_help: str
-    key: str = ""
-
-    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
-        """Register option and key."""
-        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=f"{self.help}; repeatable")
-        parser.addini(self.key or f"hri_{self.name.replace('-', '_')}", self.key_help, "linelist")
-
+from pytest_hricdv.results.gates import KINDS
+from pytest_hricdv.session.option_kinds import Flag, Option, Repeatable, Value
+from pytest_hricdv.session.part_options import part_options
 
 TESTS = (
     Value(
@@ -115,16 +62,6 @@ CLOSING = (
     Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
 )
 
-CLUSTER = (
-    Value(
-        "cluster",
-        "ADDRESS",
-        "let the closing loop and --hri-search run tests on workers of Dask distributed: tcp://HOST:8786, the address "
-        "of a scheduler, or local:N, with N workers on this machine",
-    ),
-    Flag("send-code", "send the project to the workers of --hri-cluster, which otherwise have it at the same path"),
-)
-
 LEARNING = (
     Repeatable(
         "rl",
@@ -146,7 +83,8 @@ GATES = (
     Repeatable(
         "fail-under",
         "KIND=PCT",
-        f"fail when a suite covers less; KIND is one of {', '.join(THRESHOLDS)}",
+        "fail when a suite covers less; KIND is one of "
+        + ", ".join((*KINDS, *(kind for part in part_options() for kind in part.kinds))),
         "one KIND=PCT a line; checked when the whole suite is selected",
     ),
     Repeatable(
@@ -169,7 +107,6 @@ GATES = (
         "a requirement that no test need trigger, or 'REQUIREMENT in SUITE,...'",
         "one a line, 'R5: reason', or 'R5 in SUITE,... until 2027-01-31: reason': no test need trigger it",
     ),
-    Value("plan", "FILE", "verification plan (TOML): report which of its goals are met, and what the others lack"),
     Value(
         "baseline",
         "FILE",
@@ -188,38 +125,12 @@ AFTER_THE_TESTS = (
         "time, signals, messages, the state and the verdicts",
         key=False,
     ),
-    Flag(
-        "shrink",
-        "after all tests, shrink the shortest failing test of each requirement: drop actions, simplify parameters, "
-        "as long as it fails for the same reason",
-    ),
-    Value("shrink-runs", "N", "maximum number of runs to shrink one test (default 60)"),
-    Value("shrink-seconds", "S", "maximum number of seconds to shrink one test (default 60)"),
-    Value(
-        "search",
-        "N",
-        "after all tests, search for violations: vary the parameters of the tests with the smallest margins, "
-        "in at most N runs for each requirement",
-    ),
     Flag("film", "film the runs of failing tests"),
     Flag("mcap", "write the runs of failing tests as MCAP files, which Foxglove and other viewers open"),
     Flag("mcap-all", "write the runs of all tests as MCAP files"),
 )
 
-MUTATION = (
-    Flag(
-        "mutate",
-        "after all tests, put faults into the code under test, one at a time, and run the tests that execute their "
-        "statements, to see which faults the tests notice",
-    ),
-    Value("mutate-tests", "N", "try a fault on at most N tests of each suite, or on all (default 10)"),
-    Value("mutate-faults", "N", "try only N of the faults, drawn with the seed (default: all)"),
-    Value("mutate-seconds", "S", "begin with no further fault after S seconds (default: no limit)"),
-    Flag("mutate-matrix", "try a fault on further tests after one has noticed it: which tests notice which faults"),
-)
-
 OUTPUT = (
-    Value("history", "FILE", "add a line on this session to FILE (JSON lines), and report the trend over sessions"),
     Value("report", "DIR", "folder of report.json and index.html (default hri-report)"),
     Flag(
         "resume",
@@ -237,14 +148,13 @@ EXPORTS = tuple(Value(name, "FILE", what) for name, what in EXPORT_FORMATS.items
 def add_options(parser: pytest.Parser) -> None:
     """Register the group `hri` and its ini keys."""
     group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
-    table: Iterable[Value | Flag | Repeatable] = (
+    table: Iterable[Option] = (
         *TESTS,
         *CLOSING,
-        *CLUSTER,
         *LEARNING,
         *GATES,
         *AFTER_THE_TESTS,
-        *MUTATION,
+        *(option for part in part_options() for option in part.options),
         *OUTPUT,
         *EXPORTS,
     )

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 
@@ -18,7 +18,6 @@ from pytest_hricdv.results.gates import (
     KNOWN,
     MAX_SHARDS,
     MAY_BE_NC,
-    MUTANTS,
     Exemption,
     ExemptionError,
     Gates,
@@ -29,10 +28,9 @@ from pytest_hricdv.results.gates import (
     parse_threshold,
 )
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.usage import usage_error
-
-MAX_INTEGER = 2**63 - 1
-"""Of an option: seeds have 63 bits, and nothing else needs more."""
 
 MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
@@ -62,38 +60,6 @@ class Shard:
 
 
 @dataclass(frozen=True)
-class MutationOptions:
-    """How mutants are tried.
-
-    Args:
-        asked: whether they are.
-        tests: at most so many of each suite; None: all.
-        mutants: at most so many; None: all.
-        seconds: none is begun later; None: no limit.
-        matrix: try further tests after one has failed.
-    """
-
-    asked: bool = False
-    tests: int | None = 10
-    mutants: int | None = None
-    seconds: int | None = None
-    matrix: bool = False
-
-
-@dataclass(frozen=True)
-class ClusterOptions:
-    """On which cluster the closing loop and a search run tests.
-
-    Args:
-        address: as `pytest_hricdv.extra.cluster.address` reads it; empty: on none.
-        send_code: the project is sent to the workers, which do not have it.
-    """
-
-    address: str = ""
-    send_code: bool = False
-
-
-@dataclass(frozen=True)
 class Options:
     """All that a user can set, validated. `suites` and `replay` are empty when no suite is active."""
 
@@ -110,23 +76,13 @@ class Options:
     strict: bool
     export: Path | None
     coverage: bool
-    plan: Path | None = None
-    """The file of the verification plan."""
-    history: Path | None = None
-    """The file to which a line on the session is added."""
     film: bool = False
     mcap: Literal["", "failing", "all"] = ""
     """Whose runs are written as MCAP files."""
     replay: tuple[Path, ...] = ()
     replay_anyway: bool = False
-    shrink: bool = False
-    shrink_runs: int = 60
-    shrink_seconds: int = 60
-    search: int = 0
-    mutation: MutationOptions = MutationOptions()
     learning: LearningOptions = field(default_factory=LearningOptions)
     closing: ClosingOptions = field(default_factory=ClosingOptions)
-    cluster: ClusterOptions = ClusterOptions()
     stop_at: tuple[str, ...] = ()
     """Requirements at whose violation a debugger stops."""
     shard: Shard | None = None
@@ -139,73 +95,61 @@ class Options:
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
     """Options of the command line, besides suite and seed, that decide which tests are generated and which fail."""
+    parts: Mapping[str, Any] = field(default_factory=dict)
+    """Optional part -> its settings."""
 
 
 def read_options(config: pytest.Config) -> Options:
     """The options in force. Raises pytest.UsageError for an invalid one."""
-    replay, today = _replay(config), session_day(config)
-    known, baseline = _exemptions(config, "known", "known_violations", KNOWN), _text(config, "baseline")
+    reader, replay, today = OptionReader(config), _replay(config), session_day(config)
+    known, baseline = _exemptions(config, "known", "known_violations", KNOWN), reader.text("baseline")
     if config.getoption("hri_update_baseline") and not baseline:
         raise usage_error("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
-    if not baseline and _fail_on_change(config):
+    if not baseline and _fail_on_change(reader):
         raise usage_error("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
-    suites = "" if replay else _text(config, "suite") or (CLOSURE if config.getoption("hri_close") else "")
+    suites = "" if replay else reader.text("suite") or (CLOSURE if config.getoption("hri_close") else "")
     return Options(
         suites=suites,
         suite_named=bool(replay or config.getoption("hri_close")) or config.getoption("hri_suite") is not None,
-        seed=_integer(config, "seed", 0, least=None) or 0,
-        tests=_integer(config, "tests", None, least=1, most=MAX_TESTS),
-        concretizations=_integer(config, "concretizations", 1, least=1, most=MAX_CONCRETIZATIONS) or 1,
-        sampling=_sampling(config),
-        report=config.invocation_params.dir / (_text(config, "report") or "hri-report"),
+        seed=reader.integer("seed", 0, least=None) or 0,
+        tests=reader.integer("tests", None, least=1, most=MAX_TESTS),
+        concretizations=reader.integer("concretizations", 1, least=1, most=MAX_CONCRETIZATIONS) or 1,
+        sampling=_sampling(reader),
+        report=config.invocation_params.dir / (reader.text("report") or "hri-report"),
         gates=Gates(
             thresholds=_thresholds(config),
-            fail_on_nc=_flag(config, "fail_on_nc"),
+            fail_on_nc=reader.flag("fail_on_nc"),
             may_be_nc=_exemptions(config, "allow_nc", "allow_nc", MAY_BE_NC),
-            known={} if _flag(config, "strict") else known,
-            fail_on_change=_fail_on_change(config),
+            known={} if reader.flag("strict") else known,
+            fail_on_change=_fail_on_change(reader),
         ),
         known={name: each for name, each in known.items() if not each.expired(today)},
         shard=_shard(config),
         baseline=config.invocation_params.dir / baseline if baseline else None,
         update_baseline=bool(config.getoption("hri_update_baseline")),
         today=today,
-        strict=_flag(config, "strict"),
-        export=config.invocation_params.dir / _text(config, "export") if _text(config, "export") else None,
-        coverage=not _flag(config, "no_cov"),
-        fidelity=_text(config, "fidelity"),
-        engine=_text(config, "engine"),
-        plan=_file(config, "plan"),
-        history=_file(config, "history"),
-        film=_flag(config, "film"),
-        mcap="all" if _flag(config, "mcap_all") else "failing" if _flag(config, "mcap") else "",
+        strict=reader.flag("strict"),
+        export=config.invocation_params.dir / reader.text("export") if reader.text("export") else None,
+        coverage=not reader.flag("no_cov"),
+        fidelity=reader.text("fidelity"),
+        engine=reader.text("engine"),
+        film=reader.flag("film"),
+        mcap="all" if reader.flag("mcap_all") else "failing" if reader.flag("mcap") else "",
         resume=bool(config.getoption("hri_resume")),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
-        search=_integer(config, "search", 0, least=1) or 0,
-        shrink=_flag(config, "shrink"),
-        shrink_runs=_integer(config, "shrink_runs", 60, least=1) or 60,
-        shrink_seconds=_integer(config, "shrink_seconds", 60, least=1) or 60,
-        mutation=_mutation(config),
+        parts={part.name: part.read(reader) for part in part_options()},
         learning=read_learning(config),
-        closing=_closing(config, suites),
-        cluster=ClusterOptions(_text(config, "cluster"), _flag(config, "send_code")),
+        closing=_closing(reader, suites),
         stop_at=_stop_at(config),
         again=_again(config),
     )
 
 
-def _file(config: pytest.Config, name: str) -> Path | None:
-    """A file as given, relative to where pytest was started; of the ini file, relative to that."""
-    given = config.getoption(f"hri_{name}")
-    text = _text(config, name)
-    return (config.invocation_params.dir if given is not None else config.rootpath) / text if text else None
-
-
-def _fail_on_change(config: pytest.Config) -> bool:
+def _fail_on_change(reader: OptionReader) -> bool:
     """The key of the ini file does not hold where the command line says `--hri-baseline=`: compare with none."""
-    switched_off = config.getoption("hri_baseline") is not None and not _text(config, "baseline")
-    return bool(config.getoption("hri_fail_on_change")) or (_flag(config, "fail_on_change") and not switched_off)
+    switched_off = reader.named("baseline") is not None and not reader.text("baseline")
+    return bool(reader.named("fail_on_change")) or (reader.flag("fail_on_change") and not switched_off)
 
 
 def _replay(config: pytest.Config) -> tuple[Path, ...]:
@@ -220,37 +164,15 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
     return tuple(config.invocation_params.dir / name for name in names)
 
 
-def _mutation(config: pytest.Config) -> MutationOptions:
-    text = _text(config, "mutate_tests")
-    if not (text.isascii() and text.isdigit()) and text not in ("", "all"):
-        raise usage_error(f"--hri-mutate-tests={text}: expected a whole number, or all")
-    tests = None if text == "all" else _integer(config, "mutate_tests", MutationOptions.tests, least=1)
-    options = MutationOptions(
-        asked=_flag(config, "mutate"),
-        tests=tests,
-        mutants=_integer(config, "mutate_faults", None, least=1),
-        seconds=_integer(config, "mutate_seconds", None, least=1),
-        matrix=_flag(config, "mutate_matrix"),
-    )
-    if options.asked and _flag(config, "no_cov"):
-        raise usage_error("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
-    if options.asked and config.getoption("hri_shard") is not None:
-        raise usage_error("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
-    needed = [line for line in config.getoption("hri_fail_under") or () if line.partition("=")[0].strip() == MUTANTS]
-    if needed and not options.asked:
-        raise usage_error(f"--hri-fail-under={needed[0]}: add --hri-mutate, or there are no mutants")
-    return options
-
-
-def _closing(config: pytest.Config, suites: str) -> ClosingOptions:
+def _closing(reader: OptionReader, suites: str) -> ClosingOptions:
     options = read_closing(
         suites,
-        close=bool(suites and config.getoption("hri_close")),
-        runs=_integer(config, "close_runs", ClosingOptions.runs, least=1) or 0,
-        seconds=_integer(config, "close_seconds", ClosingOptions.seconds, least=1) or 0,
-        without=_text(config, "close_without"),
+        close=bool(suites and reader.named("close")),
+        runs=reader.integer("close_runs", ClosingOptions.runs, least=1) or 0,
+        seconds=reader.integer("close_seconds", ClosingOptions.seconds, least=1) or 0,
+        without=reader.text("close_without"),
     )
-    if options.asked and _sampling(config) != "uniform":
+    if options.asked and _sampling(reader) != "uniform":
         raise usage_error(f"--hri-sampling and the suite {CLOSURE}: the closing loop chooses parameters itself")
     return options
 
@@ -265,11 +187,12 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     closing = [(name, config.getoption(f"hri_close_{name}")) for name in ("runs", "without")]
     closed = (f"--hri-close-{name}={value}" for name, value in closing if value is not None)
     close = ("--hri-close",) if config.getoption("hri_close") else ()
-    return (*drawn, *learned, *known, *strict, *anyway, *close, *closed)
+    further = (option for part in part_options() for option in part.again(OptionReader(config)))
+    return (*drawn, *learned, *known, *strict, *anyway, *close, *closed, *further)
 
 
-def _sampling(config: pytest.Config) -> str:
-    name = _text(config, "sampling")
+def _sampling(reader: OptionReader) -> str:
+    name = reader.text("sampling")
     if not name:
         return "uniform"
     from pytest_hricdv.generate.sampler import SAMPLINGS  # a project without a suite loads options, and no generator
@@ -284,33 +207,6 @@ def _stop_at(config: pytest.Config) -> tuple[str, ...]:
     if given and getattr(config.option, "numprocesses", None):
         raise usage_error("--hri-break: a debugger needs a terminal, and workers have none: leave -n out, or give -n0")
     return tuple(name.strip() for name in given.split(",") if name.strip())
-
-
-def _text(config: pytest.Config, name: str) -> str:
-    given = config.getoption(f"hri_{name}")
-    return str(config.getini(f"hri_{name}") if given is None else given).strip()
-
-
-def _flag(config: pytest.Config, name: str) -> bool:
-    given = config.getoption(f"hri_{name}")
-    return bool(config.getini(f"hri_{name}") if given is None else given)
-
-
-def _integer(
-    config: pytest.Config, name: str, default: int | None, least: int | None, most: int = MAX_INTEGER
-) -> int | None:
-    text, option = _text(config, name), f"--hri-{name.replace('_', '-')}"
-    if not text:
-        return default
-    try:
-        value = int(text if text.isascii() else "")
-    except ValueError:
-        raise usage_error(f"{option}={text}: expected a whole number") from None
-    least = -MAX_INTEGER if least is None else least
-    if not least <= value <= most:
-        expected = f"at least {least}" if value < least else f"at most {most}"
-        raise usage_error(f"{option}={text}: expected {expected}")
-    return value
 
 
 def _thresholds(config: pytest.Config) -> tuple[Threshold, ...]:

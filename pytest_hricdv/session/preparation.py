@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
-import os
 from collections.abc import Set
 from functools import cached_property
 
@@ -30,6 +28,7 @@ from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.fingerprint import fingerprint
+from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
@@ -86,9 +85,8 @@ class Preparation:
         _ = self.context.code
         self._check_replays()
         self._check_films_and_traces()
-        _ = self.context.plan
-        if self.options.mutation.asked:
-            _check_mutation()
+        for part in parts():
+            part.check(self.context)
         running = not self.collection.config.getoption("collectonly")
         if running:
             self._import_required()
@@ -148,13 +146,6 @@ class Preparation:
             others = ", ".join(each for each in testbench.engines if each != name)
             instead = f"; or choose another one with --hri-engine: {others}" if others else ""
             raise usage_error(f"engine {name!r}: {error}{instead}") from None
-
-
-def _check_mutation() -> None:
-    if not hasattr(os, "fork"):
-        raise usage_error("--hri-mutate: this system cannot fork processes; use Linux or macOS")
-    if importlib.util.find_spec("mutmut") is None:
-        raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
 
 class GateCheck:

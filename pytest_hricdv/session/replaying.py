@@ -17,7 +17,6 @@ from msgspec import to_builtins
 
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
-from pytest_hricdv.extra.search.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
@@ -26,6 +25,7 @@ from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
+from pytest_hricdv.results.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
 from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import datetime
-import os
 import shutil
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from importlib.metadata import version
+from typing import Any
 
 import msgspec
 import pytest
@@ -17,12 +17,6 @@ import pytest
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
-from pytest_hricdv.extra.cluster.address import ClusterError
-from pytest_hricdv.extra.mutation.records import MutationResult
-from pytest_hricdv.extra.search.post_session import PostSession
-from pytest_hricdv.extra.search.records import SearchResult
-from pytest_hricdv.extra.trend.trend import noted
-from pytest_hricdv.extra.verification_plan.evaluation import evaluated
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model
@@ -34,8 +28,8 @@ from pytest_hricdv.results.model import GatePolicy, ModelSource, Report, RerunOp
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.origin import origin
+from pytest_hricdv.session.part import Part, PartSession, parts
 from pytest_hricdv.session.preparation import GateCheck
-from pytest_hricdv.session.replaying import Rerunning
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 
@@ -58,12 +52,9 @@ class Reporting:
         self.aggregation = aggregation
         self.options = collection.options
         self.report: Report | None = None
-        self.problems: list[str] = []
-        self.interrupted = False
         self._gate_check = gates
         self._missing = ""
-        self._signals = Signals()
-        self._history_warnings: tuple[str, ...] = ()
+        self.session = PartSession(context, aggregation, Signals())
         self._began = time.perf_counter()
         self._began_at = datetime.datetime.now(datetime.UTC)
 
@@ -78,17 +69,17 @@ class Reporting:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
         """Writes the report after the last test, or whatever ends the session before; failed gates fail the session."""
-        with self._signals.handled():
+        with self.session.signals.handled():
             try:
                 result = yield
             except pytest.UsageError:  # before the first test
                 raise
             except BaseException as error:
-                self.interrupted = not isinstance(error, session.Failed)
+                self.session.interrupted = not isinstance(error, session.Failed)
                 self._conclude(session, stopped=True)
                 raise
             self._conclude(session, stopped=False)
-        if self.interrupted or self._signals.pending:
+        if self.session.interrupted or self.session.signals.pending:
             raise KeyboardInterrupt
         return result
 
@@ -100,100 +91,48 @@ class Reporting:
             if not stopped:
                 self.aggregation.journaling.withdraw()
             return
-        with self._signals.deferred():
+        with self.session.signals.deferred():
             self._report(stopped=stopped)
-        if self.problems:
+        if self.session.problems:
             session.testsfailed += 1
 
     def _report(self, *, stopped: bool) -> None:
         """Makes the report and writes it."""
-        journaling = self.aggregation.journaling
+        journaling, session = self.aggregation.journaling, self.session
         journaling.declare(self._declared, self.aggregation.chosen.keys())
-        results, searched = self._post_session(self.aggregation.results(), stopped=stopped)
+        session.results = self.aggregation.results()
+        for part in parts():
+            session.results = part.after_tests(session, session.results, stopped=stopped)
         if self.context.failures.problem:
-            self.problems.append(self.context.failures.problem)
-        report = msgspec.structs.replace(self._build(results), search=searched)
-        if not stopped:
-            report = msgspec.structs.replace(report, mutation=self._mutation(results))
-        self.report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
-        if not stopped:
-            self.report = self._judged(self.report)
-        self.report = msgspec.structs.replace(self.report, plan=evaluated(self.context.plan, self.report))
-        is_whole = self._is_whole and not (stopped or self.interrupted)
-        if self.options.history is not None:
-            found = noted(self.report, self.options.history, is_whole=is_whole)
-            self.report, self._history_warnings = found.report, found.warnings
-            self.problems += [found.problem] if found.problem else []
+            session.problems.append(self.context.failures.problem)
+        report = msgspec.structs.replace(self._build(session.results), **session.sections)
+        report = report if stopped else self._extended(report, Part.built)
+        report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
+        report = report if stopped else self._judged(report)
+        session.is_whole = self._is_whole and not (stopped or session.interrupted)
+        self.report = self._written(self._extended(report, Part.judged))
+        journaling.end(is_whole=session.is_whole)
+
+    def _extended(self, report: Report, step: Callable[[Part[Any], PartSession, Report], Report]) -> Report:
+        """The report with what each part adds to it at a step, a method of `Part`."""
+        for part in parts():
+            report = getattr(part, step.__name__)(self.session, report)
+        return report
+
+    def _written(self, report: Report) -> Report:
+        """The report, written; what cannot be written is a problem of the session."""
+        session = self.session
         try:
-            self.report = msgspec.structs.replace(self.report, whole=journaling.keep_whole(is_whole=is_whole))
+            report = msgspec.structs.replace(
+                report, whole=self.aggregation.journaling.keep_whole(is_whole=session.is_whole)
+            )
         except ReportError as error:
-            self.problems.append(str(error))
+            session.problems.append(str(error))
         try:
-            files.write(self.report, self.options.report)
+            files.write(report, self.options.report)
         except ReportError as error:
-            self.problems.append(str(error))
-        journaling.end(is_whole=is_whole)
-
-    def _post_session(
-        self, results: list[TestResult], *, stopped: bool
-    ) -> tuple[list[TestResult], dict[str, SearchResult]]:
-        """Shrinks and searches if asked to; returns the results, with the shrunk tests, and those of the search."""
-        options = self.options
-        if self.interrupted or not (options.shrink or options.search):
-            return results, {}
-        self.collection.say("")  # ends the line of dots
-        after = PostSession(self._rerunning, options, self.aggregation.chosen, self.collection.say)
-        found: dict[str, SearchResult] = {}
-        with self._signals.deferred(False):
-            if options.shrink:
-                results = after.shrink(results)
-            if options.search and not stopped:
-                found = self._found(after, results)
-        self.interrupted = after.interrupted
-        self.problems += after.problems
-        return results, found
-
-    def _found(self, after: PostSession, results: list[TestResult]) -> dict[str, SearchResult]:
-        """Searches, on a cluster where one is named."""
-        if not self.options.cluster.address:
-            return after.search(results)
-        from pytest_hricdv.extra.cluster.remote_runs import remote_runs  # only where it is asked for
-
-        try:
-            with remote_runs(self.context, lambda text: self.collection.say(f"hricdv: {text}")) as after.remote:
-                return after.search(results)
-        except ClusterError as error:
-            self.problems.append(f"--hri-search: --hri-cluster: {error}")
-            return {}
-
-    def _mutation(self, results: list[TestResult]) -> MutationResult | None:
-        """Tries mutants of the code under test, if asked to."""
-        if self.interrupted or not self.options.mutation.asked:
-            return None
-        from pytest_hricdv.extra.mutation.mutating import (  # it needs mutmut, which not everyone has
-            Mutating,
-            MutationError,
-        )
-
-        self.collection.say("")  # ends the line of dots
-        processes = self.aggregation.workers if self.aggregation.is_distributed else os.cpu_count() or 1
-        mutating = Mutating(self.context, self.aggregation.chosen, processes, self.collection.say)
-        try:
-            with self._signals.deferred(False):
-                found = mutating.mutate(results)
-        except MutationError as error:
-            self.problems.append(f"--hri-mutate: {error}")
-            return None
-        except KeyboardInterrupt:  # before the first mutant
-            self.interrupted = True
-            return None
-        self.interrupted = found.ended == "interrupted"
-        return found
-
-    @property
-    def _rerunning(self) -> Rerunning:
-        context, seeds = self.context, self.aggregation.seeds
-        return Rerunning(context.run_settings, context.provenance, context.failures, seeds)
+            session.problems.append(str(error))
+        return report
 
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
@@ -203,7 +142,7 @@ class Reporting:
         wall_s = time.perf_counter() - self._began + (resumed.wall_s if resumed else 0.0)
         report, problem = assemble(declared, results, self.aggregation.reasons, wall_s)
         if problem:
-            self.problems.append(problem)
+            self.session.problems.append(problem)
         return report
 
     @cached_property
@@ -221,7 +160,7 @@ class Reporting:
         """Writes one section at the end."""
         if self._missing:
             terminalreporter.write_line(visible(f"hricdv: {self._missing.strip()}"), red=True)
-        if self.report is None and not self.problems:
+        if self.report is None and not self.session.problems:
             return
         terminalreporter.write_sep("=", "human-robot interaction")
         if self.report is not None:
@@ -231,11 +170,11 @@ class Reporting:
                 terminalreporter.write_line(line.text, **MARKUP[line.style])
         for text in self.report.gates.improved if self.report and self.report.gates else ():
             terminalreporter.write_line(visible(text), green=True)
-        for text in self._history_warnings:
+        for text in self.session.warnings:
             terminalreporter.write_line(visible(text), yellow=True)
         for text in self.aggregation.journaling.lines(had_header=terminalreporter.verbosity >= 0):
             terminalreporter.write_line(visible(text), yellow=True)
-        for problem in self.problems:
+        for problem in self.session.problems:
             terminalreporter.write_line(visible(f"FAILED {problem}"), red=True, bold=True)
 
     def session_info(self) -> SessionInfo:
@@ -279,7 +218,7 @@ class Reporting:
         try:
             return explore(context, testbench.cross, getattr(self.collection.config, "cache", None))
         except CoverageError as error:
-            self.problems.append(str(error))
+            self.session.problems.append(str(error))
             return unexplored(testbench.cross)
 
     @cached_property
@@ -310,8 +249,8 @@ class Reporting:
         if self._is_empty_shard and session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
             session.exitstatus = pytest.ExitCode.OK
         if self.report is not None and session.exitstatus == pytest.ExitCode.OK:
-            self.problems += self.aggregation.losses()
-            if self.problems:
+            self.session.problems += self.aggregation.losses()
+            if self.session.problems:
                 session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def _judged(self, report: Report) -> Report:
@@ -319,11 +258,11 @@ class Reporting:
 
         A shard has no gates: they apply to the merged report.
         """
-        report = msgspec.structs.replace(report, problems=(*self.problems, *self.aggregation.late_errors()))
-        self.problems += self.aggregation.losses()
+        report = msgspec.structs.replace(report, problems=(*self.session.problems, *self.aggregation.late_errors()))
+        self.session.problems += self.aggregation.losses()
         if self.options.shard is not None:
             return report
         checked = self._gate_check.judge(report, whole=self._is_whole)
-        self.problems += checked.failed
-        gates = msgspec.structs.replace(checked, failed=tuple(self.problems))
+        self.session.problems += checked.failed
+        gates = msgspec.structs.replace(checked, failed=tuple(self.session.problems))
         return msgspec.structs.replace(report, gates=gates)

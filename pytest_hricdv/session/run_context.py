@@ -14,8 +14,6 @@ from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choos
 from pytest_hricdv.execution.case import RunSettings, oracles
 from pytest_hricdv.extra.film.filming import Filming
 from pytest_hricdv.extra.traces.tracing import Tracing
-from pytest_hricdv.extra.verification_plan.file import Known, PlanError, load_plan
-from pytest_hricdv.extra.verification_plan.records import PlanPart
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,
@@ -63,18 +61,6 @@ class RunContext:
             if name not in names:
                 raise usage_error(f"--hri-break={name}: no such requirement; there are: {', '.join(names)}")
         return found
-
-    @cached_property
-    def plan(self) -> tuple[PlanPart, ...]:
-        """The parts of the verification plan, if there is one. Raises pytest.UsageError, located, for a wrong one."""
-        if self.options.plan is None:
-            return ()
-        testbench = self.collection.testbench
-        known = Known([each.id for each in self.requirements], testbench.cross, testbench.model.covered)
-        try:
-            return load_plan(self.options.plan, known)
-        except PlanError as error:
-            raise usage_error(f"--hri-plan: {error}") from None
 
     @property
     def known(self) -> Mapping[str, str]:

@@ -15,6 +15,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from pytest_hricdv.extra.mutation.records import MUTATION
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
 from studies import grid, page, session
@@ -68,7 +69,8 @@ def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) ->
 
 
 def _has_tried_all(report: Report) -> bool:
-    return report.mutation is not None and report.mutation.ended == "done"
+    result = MUTATION.of(report)
+    return result is not None and result.ended == "done"
 
 
 if __name__ == "__main__":

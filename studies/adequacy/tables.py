@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
-from pytest_hricdv.extra.mutation.records import MutantResult, MutantStatus, MutationResult, MutationScore
+from pytest_hricdv.extra.mutation.records import MUTATION, MutantResult, MutantStatus, MutationResult, MutationScore
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.results import proportion
 from pytest_hricdv.results.model import Report
@@ -25,8 +25,9 @@ class Done:
     @property
     def mutation(self) -> MutationResult:
         """What became of its mutants."""
-        assert self.report.mutation is not None, "it was checked when the report was read"
-        return self.report.mutation
+        result = MUTATION.of(self.report)
+        assert result is not None, "it was checked when the report was read"
+        return result
 
 
 def context(done: Sequence[Done]) -> dict[str, Any]:

@@ -38,6 +38,7 @@ from pytest_hricdv.extra.closing.targets import impossible_points, target_points
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.identity import identity
+from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
@@ -98,7 +99,7 @@ class Closing:
 
     def _runs(self) -> ClosingRuns:
         config = self._collection.config
-        if not self._collection.options.cluster.address:
+        if not CLUSTER.settings(self._collection.options).address:
             return RunsHere(config, _processes(config))
         here = identity(Path(config.rootpath), self._context.provenance.code)
         return RunsOnCluster(self._collection, here.project)

@@ -22,6 +22,7 @@ from pytest_hricdv.extra.closing.process import Done, Generation, Job, Told
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
+from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.cluster.service import Service
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
@@ -127,7 +128,7 @@ class RunsOnCluster(ClosingRuns):
 
     def __init__(self, collection: Collection, project: Mapping[str, str]) -> None:
         super().__init__()
-        options, config = collection.options.cluster, collection.config
+        options, config = CLUSTER.settings(collection.options), collection.config
         self._collection = collection
         self._address = Address.parse(options.address)
         root, here = Path(config.rootpath), config.invocation_params.dir

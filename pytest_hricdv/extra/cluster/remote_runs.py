@@ -15,6 +15,7 @@ from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.extra.cluster.identity import identity
+from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.cluster.service import Service
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
@@ -75,7 +76,7 @@ def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[Rem
         ClusterError: there is no such cluster.
     """
     collection = context.collection
-    options, config = collection.options.cluster, collection.config
+    options, config = CLUSTER.settings(collection.options), collection.config
     root, here = Path(config.rootpath), config.invocation_params.dir
     archive = code_archive.pack(root) if options.send_code else b""
     directory = here.relative_to(root) if options.send_code else here

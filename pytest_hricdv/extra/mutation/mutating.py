@@ -16,6 +16,7 @@ from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.execution.separate_process import ProcessError, started
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
+from pytest_hricdv.extra.mutation.options import MutationOptions
 from pytest_hricdv.extra.mutation.process import MutantRunEnded, MutationJob, Trial, TrialEnded, TrialEvent, TrialTest
 from pytest_hricdv.extra.mutation.records import (
     MutantResult,
@@ -52,12 +53,14 @@ class Mutating:
 
     Args:
         context: of the session.
+        options: how they are tried.
         chosen: node id -> test, of the session.
         processes: at the same time.
         say: receives progress messages.
     """
 
     context: RunContext
+    options: MutationOptions
     chosen: Mapping[str, HriCase]
     processes: int
     say: Callable[[str], None]
@@ -71,7 +74,7 @@ class Mutating:
         Raises:
             MutationError: no test can take part, or tests run otherwise than in the session.
         """
-        began_s, options = time.perf_counter(), self.context.options.mutation
+        began_s, options = time.perf_counter(), self.options
         results = sorted(results, key=lambda result: (result.suite, result.id, result.nodeid))  # workers finish anyhow
         tests = {result.id: result for result in results if _takes_part(result)}
         if not tests:
@@ -108,7 +111,7 @@ class Mutating:
         return found
 
     def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> MutationJob:
-        options = self.context.options.mutation
+        options = self.options
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
         return MutationJob(

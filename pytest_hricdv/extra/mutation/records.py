@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Literal
 
+from msgspec import Struct
+
 from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord
 from pytest_hricdv.coverage.code_map import percent
+from pytest_hricdv.results.section import Section, Share
 
 EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
 """Oracles beside requirements: something raised an exception; the run did not end, or in a way that the testbench does
@@ -210,3 +213,18 @@ def _oracles(mutants: Iterable[MutantResult], groups: Mapping[str, Collection[st
         )
         for name, members in groups.items()
     }
+
+
+MUTATION: Section[MutationResult | None] = Section("mutation", MutationResult | None, None)
+"""Of a session in which faults were put into the code under test; a merged report has none."""
+
+SECTIONS = (MUTATION,)
+
+
+def _percent(report: Struct, suite: str) -> float | None:
+    result = MUTATION.of(report)
+    return result.suites[suite].percent if result is not None and suite in result.suites else None
+
+
+SHARES = (Share("mutants", _percent, lambda report: MUTATION.of(report) is not None),)
+"""The mutants that a suite's tests notice, of those tried on them."""

@@ -1,11 +1,18 @@
-"""What a report says of mutants: lines for the terminal, a sentence, and what its page shows."""
+"""What a report says of mutants: lines for the terminal, a sentence, and a section of its page."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.mutation.records import MutantResult, MutantStatus, MutationResult, MutationScore, OracleScore
+from pytest_hricdv.extra.mutation.records import (
+    MUTATION,
+    MutantResult,
+    MutantStatus,
+    MutationResult,
+    MutationScore,
+    OracleScore,
+)
 from pytest_hricdv.report.formatting import Line, Style, and_more, natural, pad, percent, plural, seconds, width
+from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
 _MAX_EXAMPLES = 5
@@ -19,21 +26,60 @@ WHY: Mapping[MutantStatus, str] = {
 """What a mutant that was not killed tells."""
 
 
-def lines(report: Report) -> Iterator[Line]:
-    """The scores, and the first mutants of each kind that survived; none where no mutants were tried."""
-    result = report.mutation
-    if result is None:
-        return
-    yield Line(headline(result), "title")
-    if len(result.suites) > 1:
-        for name, score in result.suites.items():
-            yield Line(visible(f"  suite {name}: {score_text(score)}"))
-    groups = {f"group {name}": score for name, score in result.groups.items()}
-    yield from _oracles({**_in_order(report, result.oracles), **groups})
-    for status in WHY:
-        yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
-    for text in notes(result):
-        yield Line(visible(f"  {text}"), "warn")
+class MutationView(View):
+    """Scores, and the mutants that no test noticed."""
+
+    name = "mutation"
+
+    def lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """The scores, and the first mutants of each kind that survived; none where no mutants were tried."""
+        result = MUTATION.of(report)
+        if result is None:
+            return
+        yield Line(headline(result), "title")
+        if len(result.suites) > 1:
+            for name, score in result.suites.items():
+                yield Line(visible(f"  suite {name}: {score_text(score)}"))
+        groups = {f"group {name}": score for name, score in result.groups.items()}
+        yield from _oracles({**_in_order(report, result.oracles), **groups})
+        for status in WHY:
+            yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
+        for text in notes(result):
+            yield Line(visible(f"  {text}"), "warn")
+
+    def section(self, report: Report) -> PageSection | None:
+        """All mutants, and what killed them."""
+        result = MUTATION.of(report)
+        if result is None:
+            return None
+        by_status = {
+            status: [mutant for mutant in result.mutants if mutant.status == status] for status in ("killed", *WHY)
+        }
+        values = {
+            "result": result,
+            "headline": headline(result),
+            "notes": [*notes(result)],
+            "oracles": _in_order(report, result.oracles),
+            "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
+            "killed": by_status["killed"],
+            "tests": {test.id: test for test in report.tests},
+        }
+        return PageSection("mutants", "Mutants", "mutation/mutants.html.jinja", values)
+
+    def markdown(self, report: Report) -> Iterator[str]:
+        """The score."""
+        result = MUTATION.of(report)
+        if result is not None:
+            yield f"Faults: {headline(result)}"
+
+    def properties(self, report: Report) -> Iterator[tuple[str, object]]:
+        """The score."""
+        result = MUTATION.of(report)
+        if result is not None:
+            yield "hri.mutants", score_text(result.total)
+
+
+VIEW = MutationView()
 
 
 def headline(result: MutationResult) -> str:
@@ -63,23 +109,6 @@ def notes(result: MutationResult) -> Iterator[str]:
     if result.ended != "done":
         why = "time was over" if result.ended == "seconds" else "it was interrupted"
         yield f"{plural(result.total.not_tried, 'mutant')} not tried: {why}"
-
-
-def page(report: Report) -> dict[str, Any] | None:
-    """What the page shows; None where no mutants were tried."""
-    result = report.mutation
-    if result is None:
-        return None
-    by_status = {status: [each for each in result.mutants if each.status == status] for status in ("killed", *WHY)}
-    return {
-        "result": result,
-        "headline": headline(result),
-        "notes": [*notes(result)],
-        "oracles": _in_order(report, result.oracles),
-        "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
-        "killed": by_status["killed"],
-        "tests": {test.id: test for test in report.tests},
-    }
 
 
 def _in_order(report: Report, oracles: Mapping[str, OracleScore]) -> dict[str, OracleScore]:

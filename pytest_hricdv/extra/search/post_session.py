@@ -11,20 +11,20 @@ from msgspec.structs import replace
 
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.records import SearchResult, ShrunkTest
-from pytest_hricdv.extra.search.replay import ReplayOrigin
+from pytest_hricdv.extra.search.options import SearchOptions
+from pytest_hricdv.extra.search.records import SHRUNK, SearchResult, ShrunkTest
 from pytest_hricdv.extra.search.searching import Searching
 from pytest_hricdv.extra.search.shrink import FailureSignature, Shrunk, failure_signature, has_signature, shrink
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.replaying import Rerunning, named
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.cluster.remote_runs import RemoteRuns
 
-SHRUNK = "shrunk"
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
 
 
@@ -98,12 +98,12 @@ class Shrinking:
 
     def _run(self, test: ConcreteTest) -> CaseResult | None:
         # Under the id that the test will have: a run is a function of all of its test.
-        return self.rerunning.run(named(test, f"{self.requirement.id}-{SHRUNK}"))
+        return self.rerunning.run(named(test, f"{self.requirement.id}-{SHRUNK.name}"))
 
     def _record(self, found: Shrunk, note: str = "") -> ShrunkTest:
         made, replay = None, None
         if self._best is not None and found.test != self.case.concrete:
-            origin = ReplayOrigin(SHRUNK, self.case.abstract.id, self.requirement.id, found.runs)
+            origin = ReplayOrigin(SHRUNK.name, self.case.abstract.id, self.requirement.id, found.runs)
             made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
         return ShrunkTest(
             id=None if made is None else made.abstract.id,
@@ -130,6 +130,7 @@ class PostSession:
     Args:
         rerunning: runs tests.
         options: of the session.
+        settings: how to shrink and to search.
         chosen: node id -> test, of the session.
         say: receives progress messages.
         remote: of a cluster that runs tests of searches; None: they run here.
@@ -137,6 +138,7 @@ class PostSession:
 
     rerunning: Rerunning
     options: Options
+    settings: SearchOptions
     chosen: Mapping[str, HriCase]
     say: Callable[[str], None]
     remote: RemoteRuns | None = None
@@ -152,12 +154,12 @@ class PostSession:
             if not self.interrupted:
                 shrunk = self._shrunk(requirements[name], self.chosen[failed.nodeid], failed.nodeid)
                 result = by_nodeid[failed.nodeid]
-                by_nodeid[failed.nodeid] = replace(result, shrunk={**result.shrunk, name: shrunk})
+                by_nodeid[failed.nodeid] = SHRUNK.put(result, {**SHRUNK.of(result), name: shrunk})
         return [*by_nodeid.values()]
 
     def _shrunk(self, requirement: Criterion, case: HriCase, nodeid: str) -> ShrunkTest:
         self.say(f"hricdv: shrinking {case.abstract.id}, which failed {requirement.id} ...")
-        budget = Budget(self.options.shrink_runs, self.options.shrink_seconds)
+        budget = Budget(self.settings.shrink_runs, self.settings.shrink_seconds)
         shrunk = Shrinking(self.rerunning, requirement, case, nodeid).shrink(budget)
         self.interrupted = shrunk.ended == "interrupted"
         return shrunk
@@ -173,7 +175,7 @@ class PostSession:
             tolerated = requirement.id in self.options.known and requirement.id not in conditions
             if record.status == "violated" and (self.options.strict or not tolerated):
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
-            if made is not None and self.options.shrink and not self.interrupted:
+            if made is not None and self.settings.shrink and not self.interrupted:
                 record = replace(record, shrunk=self._shrunk(requirement, made, made.abstract.id))
             found[requirement.id] = record
         return found
@@ -185,7 +187,7 @@ class PostSession:
         searching = Searching(self.rerunning, self.chosen, self.options.seed, judged)
 
         def search(requirement: Criterion) -> Searched:
-            return requirement, *searching.search(requirement, results, Budget(self.options.search))
+            return requirement, *searching.search(requirement, results, Budget(self.settings.search))
 
         if remote is None:
             for requirement in requirements:

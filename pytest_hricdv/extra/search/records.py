@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal
 
+from msgspec.structs import replace
+
 from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
+from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
 """Why shrinking or searching ended: nothing left to do, or the budget of runs or seconds was used up, or Ctrl-C."""
@@ -49,3 +53,33 @@ class SearchResult(PlainRecord, frozen=True, kw_only=True):
     replay: str | None
     abstract: Names
     shrunk: ShrunkTest | None = None
+
+
+def _renamed_test(shrunk: ShrunkTest, names: FileNames) -> ShrunkTest:
+    return replace(shrunk, replay=names.replay(shrunk.replay))
+
+
+def _renamed_tests(shrunk: Mapping[str, ShrunkTest], names: FileNames) -> Mapping[str, ShrunkTest]:
+    return {requirement: _renamed_test(test, names) for requirement, test in shrunk.items()}
+
+
+def _renamed_results(results: Mapping[str, SearchResult], names: FileNames) -> Mapping[str, SearchResult]:
+    return {
+        requirement: replace(
+            result,
+            replay=names.replay(result.replay),
+            shrunk=result.shrunk and _renamed_test(result.shrunk, names),
+        )
+        for requirement, result in results.items()
+    }
+
+
+SEARCH: Section[Mapping[str, SearchResult]] = Section("search", Mapping[str, SearchResult], {}, rename=_renamed_results)
+"""Requirement -> result, where a search was asked for."""
+
+SHRUNK: TestSection[Mapping[str, ShrunkTest]] = TestSection(
+    "shrunk", Mapping[str, ShrunkTest], {}, rename=_renamed_tests
+)
+"""Requirement -> the shortest test found that fails it."""
+
+SECTIONS, TEST_SECTIONS = (SEARCH,), (SHRUNK,)

@@ -13,11 +13,11 @@ from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.extra.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.extra.search.records import SearchResult
-from pytest_hricdv.extra.search.replay import ReplayOrigin
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session.replaying import Rerunning, named
 
 SEARCH = "search"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from pytest_hricdv.extra.trend.records import MOST_NAMED, HistoryEntry, HistoryVerdicts
-from pytest_hricdv.extra.verification_plan.evaluation import code_covered
+from pytest_hricdv.results.derivation import code_covered
 from pytest_hricdv.results.model import Report
 
 

@@ -10,6 +10,7 @@ import msgspec
 
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, read_bytes
 from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord
+from pytest_hricdv.results.section import Section
 
 MOST_NAMED = 200
 """So many failing tests of a session are named: more than people read."""
@@ -135,3 +136,9 @@ def _is_torn(path: Path) -> bool:
             return file.read(1) != b"\n"
     except FileNotFoundError:
         return False
+
+
+HISTORY: Section[tuple[HistoryEntry, ...]] = Section("history", tuple[HistoryEntry, ...], ())
+"""Earlier sessions of the same suites and options, and this one; a merged report has none."""
+
+SECTIONS = (HISTORY,)

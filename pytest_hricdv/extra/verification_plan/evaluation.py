@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from fnmatch import fnmatch
+from collections.abc import Iterator, Sequence
 from itertools import takewhile
 
 from msgspec.structs import replace
 
 from pytest_hricdv.extra.verification_plan.records import STATES, PlanPart, PlanState
+from pytest_hricdv.results.derivation import code_covered
 from pytest_hricdv.results.model import Report
 
 Finding = tuple[PlanState, str]
@@ -84,28 +84,6 @@ def _of_share(name: str, hit: int, total: int, wanted: float) -> Finding:
         if percent >= wanted
         else ("open", f"{name}: {percent:.1f} % ({hit} of {total}), {wanted:g} % wanted")
     )
-
-
-def code_covered(report: Report, kind: str, globs: Iterable[str] = ()) -> tuple[int, int]:
-    """Hit and reachable statements or branches of files, over all suites."""
-    code, chosen = report.code_under_test, tuple(globs)
-    if not code.measured:
-        return 0, 0
-    waived = {(waiver.file, waiver.line) for waiver in code.waivers}
-    hit = total = 0
-    covered = {file.file: file for file in code.files}
-    for file in code.map:
-        if file.file not in covered or (chosen and not any(fnmatch(file.file, glob) for glob in chosen)):
-            continue
-        every: set[tuple[int, ...]] = {(line,) for line in file.statements}
-        missing: set[tuple[int, ...]] = {(line,) for line in covered[file.file].missing_lines}
-        if kind == "branches":
-            every = {tuple(arc) for arc in file.branches}
-            missing = {tuple(arc) for arc in covered[file.file].missing_branches}
-        counted = {each for each in every if not any((file.file, line) in waived for line in each)}
-        total += len(counted)
-        hit += len(counted - missing)
-    return hit, total
 
 
 def _cross(report: Report, name: str) -> tuple[int, int]:

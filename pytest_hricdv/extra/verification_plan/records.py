@@ -8,6 +8,7 @@ from typing import Literal
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, Percent, PlainRecord
+from pytest_hricdv.results.section import Section
 
 PlanState = Literal["met", "waived", "open", "not checked", "failed"]
 """Of a goal; of a section, the last of this list that one of its goals has."""
@@ -59,3 +60,9 @@ class PlanPart(PlainRecord, frozen=True, kw_only=True):
     def wanted(self) -> PlanPart:
         """It without what it came to."""
         return replace(self, state="open", missing=(), goals=0, met=0)
+
+
+PLAN: Section[tuple[PlanPart, ...]] = Section("plan", tuple[PlanPart, ...], ())
+"""The parts of the verification plan, and how far they are; in a merged report, where all had the same one."""
+
+SECTIONS = (PLAN,)

@@ -4,7 +4,6 @@ const views = [...document.querySelectorAll(".view")];
 const opened = new Set();
 const showTests = testsPage(document.getElementById("test-table"));
 const showSources = { code: sourcesPage(document.getElementById("code")), plans: sourcesPage(document.getElementById("plans")) };
-const PAGES = { suites: suitesPage, trend: trendPage, closure: closurePage, cross: crossPage };
 
 function viewOf(address) {
   const kind = address.split("/")[0];

@@ -57,12 +57,6 @@ function traceView(trace) {
     trace.note && h("p", { class: "soft" }, trace.note));
 }
 
-function shrunkView(shrunk) {
-  if (shrunk.note) return section(shrunk.requirement + " was not shrunk", h("p", {}, shrunk.note));
-  return section(shrunk.requirement + " with " + shrunk.abstract.length + " of " + shrunk.from + " actions",
-    h("ol", { class: "mono" }, shrunk.abstract.map((line) => h("li", {}, line))), shrunk.rerun && command(shrunk.rerun));
-}
-
 function neighbours(test) {
   const link = (other, text) => other && h("a", { href: "#test/" + other.anchor, title: other.id }, text);
   return h("p", { class: "neighbours" }, link(TESTS[test.number - 1], "← previous"), " ", h("a", { href: "#tests" }, "all tests"), " ", link(TESTS[test.number + 1], "next →"));
@@ -79,6 +73,7 @@ function testView(test, found) {
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     found.changed && behaviourView(found),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
+    TEST_SECTIONS.first.map((show) => show(found)),
     found.film && filmView(found.film),
     found.trace && traceView(found.trace),
     h("ol", { class: "steps" },
@@ -86,7 +81,7 @@ function testView(test, found) {
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),
       h("li", {}, section("What the human does", h("div", { class: "scroll" }, actionTable(found)))),
       h("li", {}, section("What happened", timelineView(found)))),
-    found.shrunk.map(shrunkView),
+    TEST_SECTIONS.last.map((show) => show(found)),
     section("Run it again", found.rerun.map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
     section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
       h("div", {}, h("dt", {}, name), h("dd", {}, value))))),

@@ -16,3 +16,5 @@ function trendPage() {
   plot("trend-triggers", "triggers", [["of all requirements", (e) => sum(e, "triggers")]]);
   plot("trend-time", "s", [["run time", (e) => e.wall_s || 0]]);
 }
+
+PAGES.trend = trendPage;

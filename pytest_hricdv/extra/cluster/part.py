@@ -1,0 +1,44 @@
+"""A cluster as a part of a session: its options. What runs tests on it are the closing loop and searches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pytest_hricdv.session.option_kinds import Flag, Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part
+
+
+@dataclass(frozen=True)
+class ClusterOptions:
+    """On which cluster the closing loop and a search run tests.
+
+    Args:
+        address: as `pytest_hricdv.extra.cluster.address` reads it; empty: on none.
+        send_code: the project is sent to the workers, which do not have it.
+    """
+
+    address: str = ""
+    send_code: bool = False
+
+
+class ClusterPart(Part[ClusterOptions]):
+    """Workers of Dask distributed."""
+
+    name = "cluster"
+    options = (
+        Value(
+            "cluster",
+            "ADDRESS",
+            "let the closing loop and --hri-search run tests on workers of Dask distributed: tcp://HOST:8786, the "
+            "address of a scheduler, or local:N, with N workers on this machine",
+        ),
+        Flag("send-code", "send the project to the workers of --hri-cluster, which otherwise have it at the same path"),
+    )
+
+    def read(self, reader: OptionReader) -> ClusterOptions:
+        """The cluster that is named."""
+        return ClusterOptions(reader.text("cluster"), reader.flag("send_code"))
+
+
+PART = ClusterPart()

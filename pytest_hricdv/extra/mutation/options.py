@@ -1,0 +1,24 @@
+"""How mutants are tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class MutationOptions:
+    """How mutants are tried.
+
+    Args:
+        asked: whether they are.
+        tests: at most so many of each suite; None: all.
+        mutants: at most so many; None: all.
+        seconds: none is begun later; None: no limit.
+        matrix: try further tests after one has failed.
+    """
+
+    asked: bool = False
+    tests: int | None = 10
+    mutants: int | None = None
+    seconds: int | None = None
+    matrix: bool = False

@@ -1,0 +1,96 @@
+"""Mutation as a part of a session: its options, its checks, and its trials after the last test."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.extra.mutation.options import MutationOptions
+from pytest_hricdv.session.option_kinds import Flag, Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part, PartSession
+from pytest_hricdv.session.usage import usage_error
+
+if TYPE_CHECKING:
+    from pytest_hricdv.results.model import Report
+    from pytest_hricdv.session.run_context import RunContext
+
+KIND = "mutants"
+"""Of a threshold: the share of mutants that the tests notice."""
+
+
+class MutationPart(Part[MutationOptions]):
+    """Puts faults into the code under test, one at a time, to see which of them the tests notice."""
+
+    name = "mutation"
+    kinds = (KIND,)
+    options = (
+        Flag(
+            "mutate",
+            "after all tests, put faults into the code under test, one at a time, and run the tests that execute their "
+            "statements, to see which faults the tests notice",
+        ),
+        Value("mutate-tests", "N", "try a fault on at most N tests of each suite, or on all (default 10)"),
+        Value("mutate-faults", "N", "try only N of the faults, drawn with the seed (default: all)"),
+        Value("mutate-seconds", "S", "begin with no further fault after S seconds (default: no limit)"),
+        Flag("mutate-matrix", "try a fault on further tests after one has noticed it: which tests notice which faults"),
+    )
+
+    def read(self, reader: OptionReader) -> MutationOptions:
+        """How mutants are tried. Raises pytest.UsageError for options that contradict each other."""
+        text = reader.text("mutate_tests")
+        if not (text.isascii() and text.isdigit()) and text not in ("", "all"):
+            raise usage_error(f"--hri-mutate-tests={text}: expected a whole number, or all")
+        options = MutationOptions(
+            asked=reader.flag("mutate"),
+            tests=None if text == "all" else reader.integer("mutate_tests", MutationOptions.tests, least=1),
+            mutants=reader.integer("mutate_faults", None, least=1),
+            seconds=reader.integer("mutate_seconds", None, least=1),
+            matrix=reader.flag("mutate_matrix"),
+        )
+        if options.asked and reader.flag("no_cov"):
+            raise usage_error("--hri-mutate and --hri-no-cov: which tests to try a fault on is known from coverage")
+        if options.asked and reader.named("shard") is not None:
+            raise usage_error("--hri-mutate and --hri-shard: give one of them; faults are tried on whole suites")
+        lines = reader.config.getoption("hri_fail_under") or ()
+        needed = [line for line in lines if line.partition("=")[0].strip() == KIND]
+        if needed and not options.asked:
+            raise usage_error(f"--hri-fail-under={needed[0]}: add --hri-mutate, or there are no mutants")
+        return options
+
+    def check(self, context: RunContext) -> None:
+        """Whether mutants can be tried on this system."""
+        if not self.settings(context.options).asked:
+            return
+        if not hasattr(os, "fork"):
+            raise usage_error("--hri-mutate: this system cannot fork processes; use Linux or macOS")
+        if importlib.util.find_spec("mutmut") is None:
+            raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
+
+    def built(self, session: PartSession, report: Report) -> Report:
+        """Try the mutants, if asked to."""
+        settings = self.settings(session.options)
+        if session.interrupted or not settings.asked:
+            return report
+        from pytest_hricdv.extra.mutation.mutating import Mutating, MutationError  # they need mutmut
+        from pytest_hricdv.extra.mutation.records import MUTATION
+
+        session.say("")
+        aggregation = session.aggregation
+        processes = aggregation.workers if aggregation.is_distributed else os.cpu_count() or 1
+        mutating = Mutating(session.context, settings, aggregation.chosen, processes, session.say)
+        try:
+            with session.signals.deferred(False):
+                result = mutating.mutate(session.results)
+        except MutationError as error:
+            session.problems.append(f"--hri-mutate: {error}")
+            return report
+        except KeyboardInterrupt:  # before the first mutant
+            session.interrupted = True
+            return report
+        session.interrupted = result.ended == "interrupted"
+        return MUTATION.put(report, result)
+
+
+PART = MutationPart()

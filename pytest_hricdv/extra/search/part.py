@@ -1,0 +1,85 @@
+"""Shrinking and searching as a part of a session: their options, and what they do after the last test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.extra.search.options import BUDGET, SearchOptions
+from pytest_hricdv.session.option_kinds import Flag, Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part, PartSession
+
+if TYPE_CHECKING:
+    from pytest_hricdv.extra.search.post_session import PostSession
+    from pytest_hricdv.extra.search.records import SearchResult
+    from pytest_hricdv.results.model import TestResult
+
+
+class SearchPart(Part[SearchOptions]):
+    """Shrinks the shortest failing tests, and searches for violations near the smallest margins."""
+
+    name = "search"
+    options = (
+        Flag(
+            "shrink",
+            "after all tests, shrink the shortest failing test of each requirement: drop actions, simplify parameters, "
+            "as long as it fails for the same reason",
+        ),
+        Value("shrink-runs", "N", f"maximum number of runs to shrink one test (default {BUDGET})"),
+        Value("shrink-seconds", "S", f"maximum number of seconds to shrink one test (default {BUDGET})"),
+        Value(
+            "search",
+            "N",
+            "after all tests, search for violations: vary the parameters of the tests with the smallest margins, "
+            "in at most N runs for each requirement",
+        ),
+    )
+
+    def read(self, reader: OptionReader) -> SearchOptions:
+        """How to shrink and to search."""
+        return SearchOptions(
+            shrink=reader.flag("shrink"),
+            shrink_runs=reader.integer("shrink_runs", BUDGET, least=1) or BUDGET,
+            shrink_seconds=reader.integer("shrink_seconds", BUDGET, least=1) or BUDGET,
+            search=reader.integer("search", 0, least=1) or 0,
+        )
+
+    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+        """Shrink and search, if asked to."""
+        settings = self.settings(session.options)
+        if session.interrupted or not (settings.shrink or settings.search):
+            return results
+        from pytest_hricdv.extra.search.post_session import PostSession
+        from pytest_hricdv.extra.search.records import SEARCH
+
+        session.say("")
+        after = PostSession(session.rerunning, session.options, settings, session.aggregation.chosen, session.say)
+        with session.signals.deferred(False):
+            if settings.shrink:
+                results = after.shrink(results)
+            if settings.search and not stopped:
+                session.sections[SEARCH.name] = _searched(session, after, results)
+        session.interrupted = after.interrupted
+        session.problems += after.problems
+        return results
+
+
+def _searched(session: PartSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
+    """Searches, on a cluster where one is named."""
+    from pytest_hricdv.extra.cluster.part import PART as CLUSTER
+
+    if not CLUSTER.settings(session.options).address:
+        return after.search(results)
+    from pytest_hricdv.extra.cluster.address import ClusterError
+    from pytest_hricdv.extra.cluster.remote_runs import remote_runs  # it needs Dask, which not everyone has
+
+    try:
+        with remote_runs(session.context, lambda text: session.say(f"hricdv: {text}")) as after.remote:
+            return after.search(results)
+    except ClusterError as error:
+        session.problems.append(f"--hri-search: --hri-cluster: {error}")
+        return {}
+
+
+PART = SearchPart()

@@ -1,0 +1,41 @@
+"""The optional parts: each is a folder of `pytest_hricdv.extra`, and this list is the only place that names them.
+
+A part shows the core up to four faces, each a module of its folder that the core loads by name, when it needs it:
+
+- `part`: what it does in a session: options, checks, work on each result and after the tests (`session.part.Part`);
+- `records`: the keys that it adds to `report.json` (`results.section.Section`);
+- `merging`: its keys of a merged report, where they are not just absent (`merge(reports, merged)`);
+- `view`: what it shows of them: lines for the terminal, a section of the page (`report.view.View`).
+
+So nothing below `extra` imports it, and a part is deleted with its folder, its line here, and its tests.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+PARTS = MappingProxyType(
+    {
+        "mutation": ("part", "records", "view"),
+        "verification_plan": ("part", "records", "merging", "view"),
+        "cluster": ("part",),
+        "search": ("part", "records", "merging", "view"),
+        "trend": ("part", "records", "view"),
+    }
+)
+"""Part -> its faces; in the order in which sections follow each other in the terminal and on the page."""
+
+
+@cache
+def faces(face: str, name: str) -> tuple[Any, ...]:
+    """What parts offer under a name in their modules of one face, in the order of the list.
+
+    Args:
+        face: `part`, `records`, `merging` or `view`.
+        name: of an attribute of that module; a part whose module has none offers nothing.
+    """
+    modules = (import_module(f"pytest_hricdv.extra.{part}.{face}") for part, has in PARTS.items() if face in has)
+    return tuple(getattr(module, name) for module in modules if hasattr(module, name))

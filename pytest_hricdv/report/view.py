@@ -1,0 +1,103 @@
+"""What an optional part shows of a report, in the terminal, on the page and in the formats of CI services."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pytest_hricdv.parts import faces
+from pytest_hricdv.report.formatting import Line
+from pytest_hricdv.results.model import Report, TestResult
+
+Place = Literal["first", "after suites", "in closure", "after cross"]
+
+
+@dataclass(frozen=True)
+class PageSection:
+    """A section of the page.
+
+    Args:
+        id: of its element, and of its address.
+        title: in the navigation; empty where it is a part of another view.
+        template: its file in the part's folder `page`, as `PART/NAME.html.jinja`.
+        values: what the template reads as `part`.
+        place: where it stands.
+    """
+
+    id: str
+    title: str
+    template: str
+    values: Mapping[str, Any]
+    place: Place = "after cross"
+
+
+@dataclass(frozen=True)
+class RequirementNote:
+    """A sentence on a requirement's page: `before`, then `status` in bold, then `after`; and a command to copy."""
+
+    before: str
+    status: str = ""
+    after: str = ""
+    command: str = ""
+
+
+class View:
+    """The face `VIEW` of a part; by default it shows nothing.
+
+    Attributes:
+        name: of the part's folder.
+        scripts: files in its folder `page`, without `.js`, which the page has before the core's last one.
+    """
+
+    name = ""
+    scripts: tuple[str, ...] = ()
+
+    def lines(self, report: Report, columns: int) -> Iterable[Line]:
+        """Of the terminal's summary, above the totals."""
+        return ()
+
+    def file_lines(self, report: Report, columns: int) -> Iterable[Line]:
+        """Of the terminal's summary, below the totals: on files beside the report."""
+        return ()
+
+    def findings(self, report: Report) -> Iterable[Line]:
+        """Of the terminal, of any width, after the summary: commands must not be cut."""
+        return ()
+
+    def section(self, report: Report) -> PageSection | None:
+        """Of the page; None where the report has nothing of this part."""
+        return None
+
+    def data(self, report: Report) -> Mapping[str, Any]:
+        """Plain data for the page's scripts, by keys that no other part and not the core has."""
+        return {}
+
+    def of_test(self, report: Report, test: TestResult) -> Mapping[str, Any]:
+        """Plain data on a test for its page, likewise."""
+        return {}
+
+    def facts(self, test: TestResult) -> Mapping[str, str]:
+        """On a test, for the table on its page; an empty text is not shown."""
+        return {}
+
+    def of_requirement(self, report: Report, name: str) -> RequirementNote | None:
+        """On a requirement's page; None for nothing."""
+        return None
+
+    def markdown(self, report: Report) -> Iterable[str]:
+        """Paragraphs of a CI job's summary, not escaped."""
+        return ()
+
+    def properties(self, report: Report) -> Iterable[tuple[str, object]]:
+        """Of the JUnit file's test suite."""
+        return ()
+
+    def pictures(self, test: TestResult) -> Iterable[tuple[str, str]]:
+        """Name and file, relative to the report, of what reports of other plugins attach to a test."""
+        return ()
+
+
+def views() -> tuple[View, ...]:
+    """Of all parts, in the order in which they are shown."""
+    return faces("view", "VIEW")

@@ -1,0 +1,135 @@
+"""Keys of `report.json` that optional parts add: of the report, or of each test in it.
+
+The record types of `results.model` are extended with these keys when they are made, so a part's records are read,
+checked and written like all others. Only the part itself knows the types: it reads and sets them by its section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar, cast
+
+import msgspec
+
+from pytest_hricdv.parts import faces
+
+Value = TypeVar("Value")
+Extended = TypeVar("Extended", bound=msgspec.Struct)
+Keyed = TypeVar("Keyed", bound=msgspec.Struct)
+
+
+class FileNames(Protocol):
+    """The names that files of a report get where they are carried into the folder of another one."""
+
+    def replay(self, name: str | None) -> str | None:
+        """Of a replay file, as it is given to pytest."""
+
+    def file(self, folder: str, name: str | None) -> str | None:
+        """Of a file in a folder of the report, relative to the report."""
+
+
+@dataclass(frozen=True)
+class Section(Generic[Value]):
+    """A key of the report.
+
+    Args:
+        name: the key.
+        kind: the type of its value, for the decoder.
+        default: its value where it is absent.
+        rename: its value, with other names of the files that it names.
+    """
+
+    name: str
+    kind: Any
+    default: Value
+    rename: Callable[[Value, FileNames], Value] | None = None
+
+    def of(self, record: msgspec.Struct) -> Value:
+        """Its value."""
+        return cast("Value", getattr(record, self.name))
+
+    def put(self, record: Keyed, value: Value) -> Keyed:
+        """The record with another value."""
+        return msgspec.structs.replace(record, **{self.name: value})
+
+
+@dataclass(frozen=True)
+class TestSection(Generic[Value]):
+    """A key of each test.
+
+    Args:
+        name: the key.
+        kind: the type of its value, for the decoder.
+        default: its value where it is absent.
+        identifies: two runs of a test that differ in it are different runs; otherwise reports of one run may differ
+            in it, and a merged report has one of its values.
+        rename: its value, with other names of the files that it names.
+        folder: of the report, with these files; empty where it has none of its own.
+    """
+
+    __test__ = False
+
+    name: str
+    kind: Any
+    default: Value
+    identifies: bool = False
+    rename: Callable[[Value, FileNames], Value] | None = None
+    folder: str = ""
+
+    def of(self, record: msgspec.Struct) -> Value:
+        """Its value."""
+        return cast("Value", getattr(record, self.name))
+
+    def put(self, record: Keyed, value: Value) -> Keyed:
+        """The record with another value."""
+        return msgspec.structs.replace(record, **{self.name: value})
+
+
+@dataclass(frozen=True)
+class Share:
+    """A percentage of each suite that a threshold can be given for.
+
+    Args:
+        kind: what thresholds call it.
+        percent: of a suite, by its name; None where it was not measured.
+        is_measured: whether it was, for any suite.
+    """
+
+    kind: str
+    percent: Callable[[msgspec.Struct, str], float | None]
+    is_measured: Callable[[msgspec.Struct], bool]
+
+
+def shares() -> tuple[Share, ...]:
+    """Of all parts."""
+    return tuple(share for offered in faces("records", "SHARES") for share in offered)
+
+
+def report_sections() -> tuple[Section[Any], ...]:
+    """Of all parts."""
+    return tuple(section for offered in faces("records", "SECTIONS") for section in offered)
+
+
+def test_sections() -> tuple[TestSection[Any], ...]:
+    """Of all parts."""
+    return tuple(section for offered in faces("records", "TEST_SECTIONS") for section in offered)
+
+
+def extended(record: type[Extended], sections: Sequence[Section[Any] | TestSection[Any]]) -> type[Extended]:
+    """A record type with further keys, which are not written while they have their defaults."""
+    fields = [(section.name, section.kind, section.default) for section in sections]
+    namespace = {"__doc__": record.__doc__, "__test__": False}
+    return cast(
+        "type[Extended]",
+        msgspec.defstruct(
+            record.__name__,
+            fields,
+            bases=(record,),
+            module=record.__module__,
+            namespace=namespace,
+            frozen=True,
+            kw_only=True,
+            omit_defaults=True,
+        ),
+    )

@@ -1,0 +1,64 @@
+"""Reads options: the command line wins over the ini file, and each value is checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.session.usage import usage_error
+
+MAX_INTEGER = 2**63 - 1
+"""Of an option: seeds have 63 bits, and nothing else needs more."""
+
+
+@dataclass(frozen=True)
+class OptionReader:
+    """The options of a session. Names are those of the ini keys without `hri_`, as `mutate_tests`."""
+
+    config: pytest.Config
+
+    def named(self, name: str) -> object:
+        """What the command line has; None where it does not name the option."""
+        return self.config.getoption(f"hri_{name}")
+
+    def text(self, name: str) -> str:
+        """A text without spaces around it; empty where there is none."""
+        value = self.named(name)
+        return str(self.config.getini(f"hri_{name}") if value is None else value).strip()
+
+    def flag(self, name: str) -> bool:
+        """Whether a flag is set."""
+        value = self.named(name)
+        return bool(self.config.getini(f"hri_{name}") if value is None else value)
+
+    def integer(self, name: str, default: int | None, least: int | None, most: int = MAX_INTEGER) -> int | None:
+        """A whole number.
+
+        Args:
+            default: where there is none.
+            least: the least one allowed; None: any that has 63 bits.
+            most: the greatest one allowed.
+
+        Raises:
+            pytest.UsageError: it is no whole number, or out of range.
+        """
+        text, option = self.text(name), f"--hri-{name.replace('_', '-')}"
+        if not text:
+            return default
+        try:
+            value = int(text if text.isascii() else "")
+        except ValueError:
+            raise usage_error(f"{option}={text}: expected a whole number") from None
+        least = -MAX_INTEGER if least is None else least
+        if not least <= value <= most:
+            expected = f"at least {least}" if value < least else f"at most {most}"
+            raise usage_error(f"{option}={text}: expected {expected}")
+        return value
+
+    def file(self, name: str) -> Path | None:
+        """A file as it is named, relative to where pytest was started; of the ini file, relative to that."""
+        folder = self.config.rootpath if self.named(name) is None else self.config.invocation_params.dir
+        text = self.text(name)
+        return folder / text if text else None

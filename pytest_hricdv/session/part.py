@@ -1,0 +1,109 @@
+"""What an optional part does in a session."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from pytest_hricdv.parts import faces
+from pytest_hricdv.session.part_options import PartOptions, Settings
+
+if TYPE_CHECKING:
+    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.results.model import Report, TestResult
+    from pytest_hricdv.session.aggregation import Aggregation
+    from pytest_hricdv.session.options import Options
+    from pytest_hricdv.session.replaying import Rerunning
+    from pytest_hricdv.session.run_context import RunContext
+    from pytest_hricdv.session.signals import Signals
+
+
+@dataclass
+class PartSession:
+    """A session, as parts see it where all results meet.
+
+    Args:
+        context: what runs are judged and measured with.
+        aggregation: the tests that were selected, and their results.
+        signals: handles Ctrl-C.
+        results: of the tests, once the last one has ended.
+        is_whole: all tests of the suites, or of the shard, were selected and run.
+        interrupted: at Ctrl-C: nothing long is begun any more. A part sets it that was interrupted.
+        problems: what went wrong, a sentence each; they fail the session.
+        warnings: what is said without failing it, a sentence each.
+        sections: key -> value, of the report that is being made.
+    """
+
+    context: RunContext
+    aggregation: Aggregation
+    signals: Signals
+    results: list[TestResult] = field(default_factory=list)
+    is_whole: bool = False
+    interrupted: bool = False
+    problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    sections: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def options(self) -> Options:
+        """Of the session."""
+        return self.context.options
+
+    @property
+    def rerunning(self) -> Rerunning:
+        """Runs tests again, outside of their pytest items."""
+        from pytest_hricdv.session.replaying import Rerunning  # needed by few sessions
+
+        context = self.context
+        return Rerunning(context.run_settings, context.provenance, context.failures, self.aggregation.seeds)
+
+    def say(self, text: str) -> None:
+        """Report progress; an empty text ends pytest's line of dots."""
+        self.context.collection.say(text)
+
+
+class Part(PartOptions[Settings]):
+    """The face `PART` of a part; by default it has no options and does nothing.
+
+    Its module is loaded with pytest itself, also in projects that do not use the plugin: what is heavy is imported by
+    the methods.
+    """
+
+    def header(self, context: RunContext) -> Iterable[str]:
+        """Lines of pytest's header."""
+        return ()
+
+    def check(self, context: RunContext) -> None:
+        """Before the first test, and before suites are generated: find what would fail after the last one.
+
+        Raises:
+            pytest.UsageError: what is asked for cannot be done.
+        """
+
+    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+        """Where tests run, after each one: its result, with what the part adds."""
+        return result
+
+    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+        """After the last test: the results, with what the part adds.
+
+        Args:
+            stopped: the session ended before its last test.
+        """
+        return results
+
+    def built(self, session: PartSession, report: Report) -> Report:
+        """The report of a session that came to its end, before it is judged by its gates."""
+        return report
+
+    def judged(self, session: PartSession, report: Report) -> Report:
+        """The report, after it was judged."""
+        return report
+
+
+def parts() -> tuple[Part[Any], ...]:
+    """All that take part in sessions."""
+    return faces("part", "PART")

@@ -1,0 +1,55 @@
+"""What an optional part adds to the options of a session."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Generic, Protocol, TypeVar, cast
+
+from pytest_hricdv.parts import faces
+from pytest_hricdv.session.option_kinds import Option
+from pytest_hricdv.session.option_reader import OptionReader
+
+Settings = TypeVar("Settings")
+
+
+class HasParts(Protocol):
+    """Options of a session, with those of its parts."""
+
+    @property
+    def parts(self) -> Mapping[str, Any]:
+        """Part -> its settings."""
+
+
+class PartOptions(Generic[Settings]):
+    """The options of a part; by default there are none.
+
+    Attributes:
+        name: of the part's folder.
+        options: that it adds to pytest's.
+        kinds: of thresholds that it adds to `--hri-fail-under`.
+    """
+
+    name = ""
+    options: Sequence[Option] = ()
+    kinds: tuple[str, ...] = ()
+
+    def read(self, reader: OptionReader) -> Settings | None:
+        """Its settings; None where there are none. Raises pytest.UsageError for an invalid one."""
+        return None
+
+    def settings(self, options: HasParts) -> Settings:
+        """What `read` returned."""
+        return cast("Settings", options.parts[self.name])
+
+    def again(self, reader: OptionReader) -> Iterable[str]:
+        """Options of the command line that decide which tests are generated and which fail."""
+        return ()
+
+    def fingerprint(self, options: HasParts) -> Mapping[str, str]:
+        """Settings that results depend on, by option: a session that is resumed must have the same."""
+        return {}
+
+
+def part_options() -> tuple[PartOptions[Any], ...]:
+    """Of all parts."""
+    return faces("part", "PART")
