@@ -210,6 +210,7 @@ def sources(formula: PastFormula) -> frozenset[str]:
             names = frozenset(map(source_of, names_compared(formula)))
             return names.union(*map(sources, children(formula)))
         case And() if is_instantaneous(formula):
+            # Any instantaneous operand will do; the first is often a message, which comes more rarely than a signal.
             return sources(next(filter(is_instantaneous, formula.operands)))
         case _:
             return frozenset().union(*map(sources, children(formula)))

@@ -44,14 +44,14 @@ def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
     best, missing = (math.inf, math.inf), list[_Conjunct]()
     time_ns: Nanoseconds = 0
     for moment in replay.moments(log):
-        false = [each for each in replay.conjuncts if not each.holds(moment)]
+        false = [conjunct for conjunct in replay.conjuncts if not conjunct.holds(moment)]
         if len(false) <= best[0]:
             candidate = (len(false), false[0].distance(moment) if len(false) == 1 else math.inf)
             if candidate < best:
                 best, missing, time_ns = candidate, false, moment.now_ns
     return NearestMiss(
         time_s=seconds(time_ns),
-        missing=tuple(each.text for each in missing),
+        missing=tuple(conjunct.text for conjunct in missing),
         # At the bound a distance may be -0.0; adding 0.0 makes it 0.0.
         distance=best[1] + 0.0 if math.isfinite(best[1]) else None,
     )
@@ -60,17 +60,17 @@ def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
 def conjunct_outcomes(antecedent: PastFormula, log: Log) -> dict[str, frozenset[bool]]:
     """The text of each conjunct -> what it was in a run: true, false, both, or neither as long as it has no value."""
     replay = _Replay(antecedent)
-    found = {each.text: set[bool]() for each in replay.conjuncts}
+    outcomes_of = {conjunct.text: set[bool]() for conjunct in replay.conjuncts}
     waiting = [*replay.conjuncts]
     for moment in replay.moments(log):
-        for each in waiting:
-            outcome = each.holds(moment)
+        for conjunct in waiting:
+            outcome = conjunct.holds(moment)
             if outcome is not None:
-                found[each.text].add(outcome)
-        waiting = [each for each in waiting if len(found[each.text]) < 2]
+                outcomes_of[conjunct.text].add(outcome)
+        waiting = [conjunct for conjunct in waiting if len(outcomes_of[conjunct.text]) < 2]
         if not waiting:
             break
-    return {text: frozenset(outcomes) for text, outcomes in found.items()}
+    return {text: frozenset(outcomes) for text, outcomes in outcomes_of.items()}
 
 
 class _Moment(NamedTuple):
@@ -124,6 +124,7 @@ class _Replay:
         wake_ns = math.inf
         signals = [name for name in self._kinds if "." not in name]
         for now_ns, updates in log.instants(signals, self._topics):
+            # Windows end and times pass between the updates, too.
             while wake_ns < now_ns:
                 yield from self._at(wake_ns, last=False)
                 wake_ns = self._wake_ns()

@@ -69,11 +69,14 @@ class HysteresisScope(Enum):
 def function_of(expression: str) -> Callable[..., Any]:
     """The Python function of `v` (values), `m` (topic -> number of messages) and `o` (outputs of operators)."""
     # Safe to evaluate: ExpressionCompiler writes only checked names (as literals), numbers and operators.
+    # Compiled once: it runs at every physics substep, where walking through the tree of the formula would take too
+    # long.
     environment = {"INFINITY": math.inf, "finite": _finite}
     return eval(f"lambda v, m, o: {expression}", environment)  # type: ignore[no-any-return]
 
 
 def _finite(value: float) -> float:
+    # An overflow to infinity would make a comparison true or false without anybody noticing.
     if not math.isfinite(value):
         raise OverflowError("an arithmetic result is not a finite number")
     return value
@@ -111,6 +114,7 @@ class ExpressionCompiler:
                 word = " and " if isinstance(formula, And) else " or "
                 return f"({word.join([self.condition(operand, scope) for operand in formula.operands])})"
             case Historically():
+                # By its dual, so that only one operator has the windows to get right.
                 return f"(not {self._stateful(Once(Not(formula.operand), formula.start_s, formula.end_s))})"
             case Fall():
                 return self._stateful(Rise(Not(formula.operand)))
@@ -133,10 +137,12 @@ class ExpressionCompiler:
                 inner = self.robustness(formula.operand)
                 return None if inner is None else f"-{inner}"
             case And() | Or():
-                found = [self.robustness(operand) for operand in formula.operands]
-                if not any(found):
+                distances = [self.robustness(operand) for operand in formula.operands]
+                if not any(distances):
                     return None
-                parts = [each or self._infinite(part) for each, part in zip(found, formula.operands, strict=True)]
+                parts = [
+                    distance or self._infinite(part) for distance, part in zip(distances, formula.operands, strict=True)
+                ]
                 return f"{'min' if isinstance(formula, And) else 'max'}({', '.join(parts)})"
             case _:
                 return None
@@ -151,6 +157,7 @@ class ExpressionCompiler:
             return self._comparison_text(formula)
         if scope is HysteresisScope.RUN:
             return self._stateful(formula)
+        # Not shared with equal comparisons: it is reset at each trigger, which others must not notice.
         bounds = self._both_bounds(formula)
         index = self._next_index()
         self.trigger_operators.append(partial(HysteresisOperator, index, *bounds))
@@ -200,8 +207,8 @@ class ExpressionCompiler:
     ) -> str:
         """The output of an operator over occurrences: of messages, or of instants at which an operand becomes true."""
         occurrences = [
-            function_of(f"m.get({each.topic!r}, 0)" if isinstance(each, On) else self._stateful(Rise(each)))
-            for each in operands
+            function_of(f"m.get({operand.topic!r}, 0)" if isinstance(operand, On) else self._stateful(Rise(operand)))
+            for operand in operands
         ]
         self.past_numbers[str(number)] = self._next_index()
         return self._add(partial(make, self._next_index(), *occurrences), *operands)
@@ -225,7 +232,7 @@ class ExpressionCompiler:
 
     def _comparison_text(self, formula: Comparison | TextComparison, shift: str = "") -> str:
         compared = f"{self._term(formula.left)} {formula.relation} {self._term(formula.right)}{shift}"
-        return f"({' and '.join([*self._known(formula), compared])})"
+        return f"({' and '.join([*self._guards(formula), compared])})"
 
     def _both_bounds(self, formula: Comparison) -> tuple[Condition, Condition]:
         """The comparison with its own bound, and with the bound shifted by the hysteresis."""
@@ -238,8 +245,8 @@ class ExpressionCompiler:
         left, right = self._term(formula.left), self._term(formula.right)
         gap = f"{right} - {left}" if formula.relation in ("<", "<=") else f"{left} - {right}"
         distance = {"==": f"-abs({gap})", "!=": f"abs({gap})"}.get(formula.relation, gap)
-        known = " and ".join(self._known(formula))
-        return f"({distance} if {known} else -INFINITY)" if known else f"({distance})"
+        guard = " and ".join(self._guards(formula))
+        return f"({distance} if {guard} else -INFINITY)" if guard else f"({distance})"
 
     def _term(self, term: Term | TextTerm) -> str:
         match term:
@@ -256,7 +263,7 @@ class ExpressionCompiler:
             case TimeSince():
                 raise TypeError(f"{term} is the left side of a comparison with a number, and nothing else")
 
-    def _known(self, formula: Comparison | TextComparison) -> list[str]:
+    def _guards(self, formula: Comparison | TextComparison) -> list[str]:
         """Whether there is what a comparison reads. A comparison with what is not there yet is false."""
         parts = (*leaves(formula.left), *leaves(formula.right))
         names = [f"{name!r} in v" for name, kind in names_compared(formula).items() if is_optional(name, kind)]

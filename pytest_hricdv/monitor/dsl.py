@@ -215,7 +215,7 @@ def as_text(text: object) -> ast.TextTerm:
     return ast.Text(text)
 
 
-def as_number(value: float, what: str, *, allow_infinite: bool = False) -> float:
+def as_number(value: float, description: str, *, allow_infinite: bool = False) -> float:
     """A float of at least 0; it may be infinite only with `allow_infinite`.
 
     Raises:
@@ -223,7 +223,7 @@ def as_number(value: float, what: str, *, allow_infinite: bool = False) -> float
         ValueError: negative, NaN, or infinite.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{what}: expected a number, got {value!r}")
+        raise TypeError(f"{description}: expected a number, got {value!r}")
     if not value >= 0 or (math.isinf(value) and not allow_infinite):
-        raise ValueError(f"{what}: expected a finite number of at least 0, got {value}")
+        raise ValueError(f"{description}: expected a finite number of at least 0, got {value}")
     return float(value)

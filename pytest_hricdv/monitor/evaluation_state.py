@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pytest_hricdv.monitor.vocabulary import field_of, is_optional, last_of
 
 NS_PER_S = 1_000_000_000
+"""A thousandth of the kernel's microsecond, so that rounding joins no two of its instants."""
 
 # Time inside the monitors: whole nanoseconds, or infinity. The type is float because int has no infinity.
 Nanoseconds = float
@@ -41,7 +42,7 @@ class Values(dict[str, Value]):
 
     def set_field(self, field: str, value: Value, *, keep_last: bool) -> None:
         """Set `topic.field` to the value of a new message; with `keep_last`, the value before it is kept as well."""
-        if keep_last and field in self:
+        if keep_last and field in self:  # the first message has none before it
             self[last_of(field)] = self[field]
         self[field] = value
 

@@ -49,6 +49,7 @@ class FormulaMonitor(ABC):
         start here all the same, and so does a trigger if the antecedent is known and true.
         """
         state = self._state
+        # In the order of compilation: an operator reads the outputs of those inside it.
         for operator in self._run_operators:
             operator.step(now_ns, state)
         if not first or self._can_start():
@@ -56,6 +57,7 @@ class FormulaMonitor(ABC):
             if not last and not self.program.right_continuous:
                 self._judge(now_ns, NO_MESSAGE, state.after, right_after=True)
         self.wake_ns = self._response_wake_ns(now_ns)
+        # A loop instead of min(): this runs at every evaluation, and most monitors have no operator.
         for operator in self._run_operators:
             if operator.wake_ns < self.wake_ns:
                 self.wake_ns = operator.wake_ns
@@ -94,6 +96,7 @@ class ConditionMonitor(FormulaMonitor):
 
     def holds_at(self, time_s: float) -> bool:
         """Whether it was true at a time (s), as far as time has been judged."""
+        # Changes right after the time (True) sort behind those at it (False), and do not count yet.
         return bisect_right(self._changes, (nanoseconds(time_s), False)) % 2 == 1
 
     @property

@@ -17,7 +17,7 @@ from pytest_hricdv.monitor.vocabulary import Vocabulary
 _KEYS = ("title", "source", "formula", "pattern", "shows", "group")
 _DEFINITIONS = "definitions"
 MAX_TABLES = 1_000
-"""Most requirements of a file, and most definitions: more than people can read."""
+"""Most requirements of a file, and most definitions (chosen): more than people can read."""
 
 
 def load_requirements(
@@ -87,7 +87,7 @@ def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | Non
     Raises:
         RequirementError: the text is not a formula over this vocabulary.
     """
-    # Imported here because it imports lark, and a test session without requirements should not load it.
+    # Imported here because it imports lark, and a test session without requirements should not load it (as below).
     from pytest_hricdv.monitor.parser import parse
 
     return parse(source or FormulaSource(text), vocabulary)[0]
@@ -182,7 +182,7 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
         raise RequirementError(f"{where}: both 'formula' and 'pattern'\nexpected one of them: a pattern is a formula")
     source = FormulaSource(table[kind], name, path, document, key=kind)
     text, formula, names = _formula(source, vocabulary, "source" in table)
-    meanings = ((vocabulary.definitions[each].meaning, each) for each in names)
+    meanings = ((vocabulary.definitions[definition].meaning, definition) for definition in names)
     return Requirement(
         id=name,
         title=table["title"],
@@ -191,7 +191,7 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
         formula=formula,
         shows=tuple(table.get("shows", ())),
         group=table.get("group", ""),
-        names=tuple((meaning, each) for meaning, each in meanings if isinstance(meaning, PastFormula)),
+        names=tuple((meaning, definition) for meaning, definition in meanings if isinstance(meaning, PastFormula)),
     )
 
 
@@ -214,7 +214,7 @@ def _formula(source: FormulaSource, vocabulary: Vocabulary, has_source: bool) ->
 def _needed(used: Iterable[str], vocabulary: Vocabulary) -> list[str]:
     """The definitions that are used, and those that they are made of."""
     needed = set(used)
-    while more := {each for name in needed for each in vocabulary.definitions[name].uses} - needed:
+    while more := {use for name in needed for use in vocabulary.definitions[name].uses} - needed:
         needed |= more
     # A definition stands before those that it is made of.
     return [name for name in reversed([*vocabulary.definitions]) if name in needed]

@@ -62,11 +62,16 @@ class Log:
         wanted = frozenset(topics)
         streams: list[Iterable[tuple[Nanoseconds, Update]]] = [
             [(nanoseconds(self.start_s), ("", {})), (self.end_ns, ("", {}))],
-            ((nanoseconds(each.time_s), (each.topic, each.fields)) for each in self.messages if each.topic in wanted),
+            (
+                (nanoseconds(message.time_s), (message.topic, message.fields))
+                for message in self.messages
+                if message.topic in wanted
+            ),
         ]
         for name in names:
             times, values = self.signals.get(name, ((), ()))
             streams.append(_updates(name, times, values))
+        # Merged as they are read: a log of a long run is not copied as a whole.
         merged = heapq.merge(*streams, key=itemgetter(0))
         for now_ns, group in groupby(merged, key=itemgetter(0)):
             yield now_ns, [update for _, update in group if update[0]]

@@ -164,7 +164,7 @@ class MonitorSet:
         if type(value) is not kind or (kind is not str and value - value != 0):  # type: ignore[operator]
             value = self._checked_value(time_s, name, value)
         values = self._values
-        if name in values and values[name] == value:
+        if name in values and values[name] == value:  # the same again: nothing can have changed
             return
         values[name] = value
         for monitor, always in readers:
@@ -213,6 +213,7 @@ class MonitorSet:
 
     def _advance(self, time_s: float) -> None:
         """Judge the present instant and everything that is due before `time_s`, and make `time_s` the present."""
+        # Rounded first: two times that are less than a nanosecond apart are one instant, not a step back.
         self._require_open(time_s)
         try:
             now_ns = round(time_s * NS_PER_S)
@@ -229,7 +230,7 @@ class MonitorSet:
                     self._evaluate(monitor, self._now_ns, last=False)
                     self._wake_ns = min(self._wake_ns, monitor.wake_ns)
                 self._dirty.clear()
-            if self._arrived:
+            if self._arrived:  # cleared in place: all monitors share it
                 self._arrived.clear()
             if self._wake_ns < now_ns:
                 self._wake(now_ns)

@@ -35,7 +35,7 @@ class Node:
     def changed(self, change: Callable[[Any], Any]) -> Self:
         """The same operator with other operands."""
         parts = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        changed = {name: change(each) for name, each in parts.items() if isinstance(each, Node)}
+        changed = {name: change(part) for name, part in parts.items() if isinstance(part, Node)}
         return replace(self, **changed)  # type: ignore[type-var]
 
     def operand_text(self, minimum: Precedence) -> str:

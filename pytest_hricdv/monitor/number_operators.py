@@ -34,7 +34,7 @@ class NumberOperator(Operator):
     def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
         index = self._index
         try:
-            new = [int(each(state.values, state.arrived, state.at)) for each in self._occurrences]
+            new = [int(occurrences(state.values, state.arrived, state.at)) for occurrences in self._occurrences]
         except UnknownValueError as unknown:
             if self._started:
                 raise
@@ -67,7 +67,7 @@ class CountOperator(NumberOperator):
         while self._entering_ns and self._entering_ns[0] <= now_ns:
             entered_ns = self._entering_ns.popleft()
             self._count += 1
-            if self._end_ns < math.inf:
+            if self._end_ns < math.inf:  # without an end, occurrences are counted for ever and need not be kept
                 self._leaving_ns.append(entered_ns - self._start_ns + self._end_ns)
         count_at = self._count
         while self._leaving_ns and self._leaving_ns[0] <= now_ns:
@@ -89,6 +89,6 @@ class TimeBetweenOperator(NumberOperator):
         begins, ends = new
         if begins:
             self._began_ns = now_ns
-        if ends and self._began_ns is not None:
+        if ends and self._began_ns is not None:  # at one instant, the beginning counts first: the time is 0
             self._elapsed_s = seconds(now_ns - self._began_ns)
         return self._elapsed_s, self._elapsed_s

@@ -27,6 +27,7 @@ from pytest_hricdv.monitor.units import (
 )
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
+# A number, with what is left as its unit. The grammar has checked the form: this only takes it apart.
 _QUANTITY = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?)\s*(.*)")
 
 
@@ -84,8 +85,8 @@ class NumberParser(TermParser):
         unit = unit_of(written[2])
         if not unit.is_known and unit.text not in self._vocabulary.units.values():
             advice = "a product of a number and a name is written with `*`"
-            known = nearest(unit.text, [*known_units(), *self._vocabulary.units.values()])
-            raise self._error(node, f"unknown unit {quoted(unit.text)}{known}", advice)
+            suggestion = nearest(unit.text, [*known_units(), *self._vocabulary.units.values()])
+            raise self._error(node, f"unknown unit {quoted(unit.text)}{suggestion}", advice)
         return Measured(ast.Number(value), unit, "quantity")
 
     def _seconds(self, node: Node) -> float:
@@ -198,7 +199,7 @@ class NumberParser(TermParser):
 def _product_unit(left: Measured, right: Measured, symbol: str) -> tuple[Unit | None, bool]:
     """The unit of a product or quotient, and whether it is exact: a plain factor may have a unit of its own."""
     exact = left.exact and right.exact and "number" not in (left.origin, right.origin)
-    units = [NO_UNIT if each.origin == "number" else each.unit for each in (left, right)]
+    units = [NO_UNIT if side.origin == "number" else side.unit for side in (left, right)]
     if left.origin == right.origin == "number" or units[0] is None or units[1] is None:
         return None, exact
     if right.origin == "number":

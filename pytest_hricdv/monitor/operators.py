@@ -55,6 +55,7 @@ class PastOperator(Operator):
     def step(self, now_ns: Nanoseconds, state: EvaluationState) -> None:
         index = self._index
         try:
+            # Both, because an operand that is true at the instant only, or right after it only, is an edge of its own.
             at = [operand(state.values, state.arrived, state.at) for operand in self._operands]
             after = [operand(state.values, NO_MESSAGE, state.after) for operand in self._operands]
             if not self._started:
@@ -149,6 +150,7 @@ class OnceOperator(PastOperator):
         intervals = self._intervals
         holds_at = any(_contains(interval, now_ns) for interval in intervals)
         holds_after = any(interval.start_ns <= now_ns < interval.end_ns for interval in intervals)
+        # They are in the order of time, so what is over is in front.
         while intervals and intervals[0].end_ns <= now_ns:
             intervals.popleft()
         ends = (end for interval in intervals for end in (interval.start_ns, interval.end_ns) if end > now_ns)
@@ -164,6 +166,7 @@ class OnceOperator(PastOperator):
             self._intervals.append(_Interval(start_ns, right_after))
 
     def _close_interval(self, now_ns: Nanoseconds, right_after: bool) -> None:
+        # False at the instant itself, the interval ends before it; false only right after, the instant belongs to it.
         last = self._intervals[-1]
         last.end_ns, last.end_open = now_ns + self._end_ns, not right_after
 
@@ -180,7 +183,7 @@ class ForOperator(PastOperator):
     def __init__(self, index: int, operand: Condition, length_ns: Nanoseconds) -> None:
         super().__init__(index, operand)
         self._length_ns = length_ns
-        self._since_ns = math.inf
+        self._since_ns = math.inf  # as long as it does not hold: no time is late enough
         self._since_open = False
 
     def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
@@ -210,7 +213,7 @@ class TimeSinceOperator(PastOperator):
         self._bound_ns = bound_ns
         self._closed = closed
         self._holds = False
-        self._last_ns = -math.inf  # of the times at which it was true, the latest
+        self._last_ns = -math.inf  # of the times at which it was true, the latest; before any, infinitely long ago
 
     def _start(self, now_ns: Nanoseconds, before: list[bool]) -> bool:
         return False

@@ -62,7 +62,7 @@ def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabula
             advice = "each has to be explained by others, and in the end by signals and messages"
             problem = f"definitions use each other in a circle: {circle}"
             raise sources[pending[-1]].error(user.start_pos or 0, user.end_pos or 0, problem, advice)
-        if len(pending) > MAX_DEPTH:
+        if len(pending) > MAX_DEPTH:  # `add` calls itself for each
             problem = f"more than {MAX_DEPTH} definitions that use each other"
             raise sources[name].error(0, 1, problem, "explain it by signals and messages directly")
         pending.append(name)
@@ -150,9 +150,9 @@ class FormulaParser(NumberParser):
     def _on(self, tree: Tree[Token]) -> ast.PastFormula:
         topic = cast("Token", tree.children[0])
         if topic not in self._vocabulary.messages:
-            what = "a definition" if topic in self._vocabulary.definitions else "a signal"
-            known = self._vocabulary.kind(topic) is not None
-            advice = f"{topic} is {what}; on(...) takes a topic" if known else ""
+            kind = "a definition" if topic in self._vocabulary.definitions else "a signal"
+            is_declared = self._vocabulary.kind(topic) is not None
+            advice = f"{topic} is {kind}; on(...) takes a topic" if is_declared else ""
             problem = f"unknown topic {quoted(str(topic))}{nearest(topic, self._vocabulary.messages)}"
             raise self._error(topic, problem, advice)
         return ast.On(str(topic))
@@ -181,6 +181,7 @@ class FormulaParser(NumberParser):
             raise self._error(node, "a hysteresis is for measured numbers; counts and times have no noise")
         width = self._constant(node)
         if width.unit is not None:
+            # Converted to the unit of the side that has one; if both have, of the one that is measured.
             side = max((0, 1), key=lambda n: (sides[n].unit is not None, sides[n].origin == "value"))
             width = self._in_unit_of(nodes[side], sides[side], node, width)
         return float(constant(width.term))
@@ -204,13 +205,13 @@ class FormulaParser(NumberParser):
 
     def _qualifiers(self, nodes: Sequence[Node]) -> dict[str, Node]:
         """The qualifiers of a comparison: word -> its number."""
-        given: dict[str, Node] = {}
+        numbers: dict[str, Node] = {}
         for node in nodes:
             word, number = cast("Tree[Token]", node).children
-            if str(word) in given:
+            if str(word) in numbers:
                 raise self._error(node, f"`{word!s}` is given twice")
-            given[str(word)] = number
-        return given
+            numbers[str(word)] = number
+        return numbers
 
     def _unary_operator(self, tree: Tree[Token]) -> ast.PastFormula:
         word, operand_node = tree.children

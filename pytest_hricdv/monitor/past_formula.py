@@ -68,7 +68,8 @@ class Arithmetic(Node):
         return Precedence.SUM if self.operator in "+-" else Precedence.PRODUCT
 
     def __str__(self) -> str:
-        # Operators of one precedence group from the left, so an equal one on the right side needs parentheses.
+        # Operators of one precedence group from the left, so an equal one on the right side needs parentheses. Sums of
+        # floats are not associative: leaving them out would make another formula.
         left = self.left.operand_text(self.precedence)
         return f"{left} {self.operator} {self.right.operand_text(Precedence(self.precedence + 1))}"
 

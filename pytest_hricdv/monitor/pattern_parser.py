@@ -58,12 +58,15 @@ class _PatternParser(FormulaParser):
         if name in SOURCE_NEEDED and not has_source:
             advice = 'expected the key source, which says where the limit comes from: source = "..."'
             raise self._error(name, f"{name} has a limit, and the requirement no source", advice)
+        # The signature says what the arguments are, so that a new pattern needs no entry here.
         parameters = inspect.signature(PATTERNS[name], eval_str=True).parameters
-        nodes = dict(self._nodes(name, parameters, [each for each in tree.children[1:] if each is not None]))
+        nodes = dict(
+            self._nodes(name, parameters, [argument for argument in tree.children[1:] if argument is not None])
+        )
         for parameter in parameters.values():
             if parameter.default is inspect.Parameter.empty and parameter.name not in nodes:
                 raise self._error(name, f"{name} needs {parameter.name}", _usage(name, parameters))
-        arguments = {each: self._argument(parameters[each], nodes) for each in nodes}
+        arguments = {argument: self._argument(parameters[argument], nodes) for argument in nodes}
         try:
             return PATTERNS[name](**arguments)
         except PatternError as error:
@@ -71,8 +74,10 @@ class _PatternParser(FormulaParser):
 
     def _nodes(self, name: Token, parameters: Parameters, arguments: list[Node]) -> Iterator[tuple[str, Node]]:
         """Name and syntax tree of each argument."""
-        positional = [each.name for each in parameters.values() if each.kind is not inspect.Parameter.KEYWORD_ONLY]
-        given: set[str] = set()
+        positional = [
+            parameter.name for parameter in parameters.values() if parameter.kind is not inspect.Parameter.KEYWORD_ONLY
+        ]
+        seen: set[str] = set()
         for index, argument in enumerate(cast("list[Tree[Token]]", arguments)):
             keyword, node = argument.children  # the keyword is None if there is none
             if keyword is None and index >= len(positional):
@@ -83,9 +88,9 @@ class _PatternParser(FormulaParser):
             if parameter not in parameters:
                 problem = f"{name} has no argument {parameter!r}{nearest(parameter, parameters)}"
                 raise self._error(keyword, problem, _usage(name, parameters))
-            if parameter in given:
+            if parameter in seen:
                 raise self._error(keyword or node, f"{parameter} is given twice")
-            given.add(parameter)
+            seen.add(parameter)
             yield parameter, node
 
     def _argument(self, parameter: inspect.Parameter, nodes: Mapping[str, Node]) -> Condition | Quantity | float:
@@ -118,8 +123,8 @@ class _PatternParser(FormulaParser):
         if tree.data != "name" or self._vocabulary.kind(name) is not None:
             return None
         if name not in self._vocabulary.messages:
-            known = [*self._vocabulary.names(), *self._vocabulary.messages]
-            raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, known)}")
+            names = [*self._vocabulary.names(), *self._vocabulary.messages]
+            raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, names)}")
         return ast.On(name)
 
 
@@ -137,7 +142,7 @@ def _number(term: ast.Term) -> float | None:
 def _usage(name: str, parameters: Parameters) -> str:
     """How a pattern is written: arguments by position, then by name, those that may be left out in brackets."""
     texts = []
-    for each in parameters.values():
-        text = f"{each.name}=..." if each.kind is inspect.Parameter.KEYWORD_ONLY else each.name
-        texts.append(text if each.default is inspect.Parameter.empty else f"[{text}]")
+    for parameter in parameters.values():
+        text = f"{parameter.name}=..." if parameter.kind is inspect.Parameter.KEYWORD_ONLY else parameter.name
+        texts.append(text if parameter.default is inspect.Parameter.empty else f"[{text}]")
     return f"expected {name}({', '.join(texts)})"

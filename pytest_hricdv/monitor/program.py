@@ -68,7 +68,7 @@ class RequirementProgram(Program):
     alternatives: Mapping[str, Condition]
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=1024)  # as many as a file may have requirements; a session compiles each once for all its runs
 def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...] = ()) -> RequirementProgram:
     """Compile a formula; equal formulas share one program. The alternatives are told by `names` (`Requirement`)."""
     compiler = ExpressionCompiler()

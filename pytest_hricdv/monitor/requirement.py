@@ -10,7 +10,7 @@ from pytest_hricdv._base.message import InputError, excerpt
 from pytest_hricdv.monitor.formula import Formula, PastFormula
 
 _SHOWN = 160
-"""Characters of a line of a formula that an error message shows."""
+"""Characters of a line of a formula that an error message shows: two lines of a terminal with 80 columns (chosen)."""
 
 
 class Criterion(Protocol):
@@ -105,6 +105,7 @@ class FormulaSource:
         line_start = self.formula.rfind("\n", 0, start) + 1
         line = self.formula[line_start:].split("\n", 1)[0]
         column = start - line_start
+        # One caret at least, also behind the end of the text; none beyond the line, where a formula goes on.
         width = max(1, min(end, line_start + len(line)) - start)
         line, column = excerpt(line, column, _SHOWN)
         width = max(1, min(width, _SHOWN - column))

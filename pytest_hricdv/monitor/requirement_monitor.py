@@ -92,9 +92,9 @@ class RequirementMonitor(FormulaMonitor):
     def _current_values(self, outputs: Outputs) -> dict[str, Value]:
         """The last values of what the requirement reads and shows, and its numbers over the past."""
         values = self._state.values
-        known: dict[str, Value] = {name: values[name] for name in self.kinds if name in values}
+        last_values: dict[str, Value] = {name: values[name] for name in self.kinds if name in values}
         numbers = {text: outputs.get(index) for text, index in self.program.past_numbers.items()}
-        return known | {text: number for text, number in numbers.items() if number is not None}
+        return last_values | {text: number for text, number in numbers.items() if number is not None}
 
 
 @dataclass(slots=True)
@@ -147,6 +147,7 @@ class EpisodeMonitor(RequirementMonitor):
 
     def _violate(self, now_ns: Nanoseconds, margin: float, outputs: Outputs) -> None:
         """Begin or continue a violation."""
+        # The values are those of its first instant; only what `shows` names is followed to its worst.
         if self._violation is None:
             self._violation = _OpenViolation(now_ns, self._current_values(outputs), margin)
         violation, values = self._violation, self._state.values
@@ -199,11 +200,12 @@ class ObligationMonitor(RequirementMonitor):
             self._verdict.triggers += 1
             self._open.append(_Obligation(now_ns, now_ns + self._start_ns, now_ns + self._end_ns))
         self._triggered = holds
+        # An obligation may be due at the very instant of its trigger: `eventually[0:b]` can be met by it.
         if self._open:
-            due = [each for each in self._open if each.start_ns <= now_ns]
+            due = [obligation for obligation in self._open if obligation.start_ns <= now_ns]
             # Both ends belong to a window: right after its last instant the window is over.
             if right_after:
-                due = [each for each in due if now_ns < each.end_ns]
+                due = [obligation for obligation in due if now_ns < obligation.end_ns]
             if due:
                 self._judge_due(due, now_ns, arrived, outputs)
         self.active = bool(self._open)
@@ -219,7 +221,9 @@ class ObligationMonitor(RequirementMonitor):
         self._verdict.decide(obligation.trigger_ns, now_ns, passed=passed)
 
     def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
-        times = (time for each in self._open for time in (each.start_ns, each.end_ns) if time > now_ns)
+        times = (
+            time for obligation in self._open for time in (obligation.start_ns, obligation.end_ns) if time > now_ns
+        )
         return min(times, default=math.inf)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
@@ -270,10 +274,10 @@ class EventuallyMonitor(ObligationMonitor):
                 self._close(obligation, now_ns, passed=False)
 
     def deadline_ns(self) -> Nanoseconds | None:
-        return max((each.end_ns for each in self._open), default=None)
+        return max((obligation.end_ns for obligation in self._open), default=None)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
-        self._settle(now_ns)
+        self._settle(now_ns)  # what has not come by now is late by the rest of the run
         return super().finish(requirement, now_ns)
 
 
@@ -301,6 +305,7 @@ class SafetyMonitor(ObligationMonitor):
                 self._close(obligation, now_ns, passed=True)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
-        for obligation in [each for each in self._open if each.start_ns <= now_ns]:
+        # Kept so far, and nothing can break it any more. One whose window has not begun was not put to the test.
+        for obligation in [obligation for obligation in self._open if obligation.start_ns <= now_ns]:
             self._close(obligation, now_ns, passed=True)
         return super().finish(requirement, now_ns)

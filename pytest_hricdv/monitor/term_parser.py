@@ -59,8 +59,8 @@ class TermParser(ABC):
         kind = self._vocabulary.kind(full_name)
         if kind is not None and tree.data == "last" and "." not in full_name:
             advice = "last(topic.field) is the value in the message before the present one"
-            what = "a definition" if name in self._vocabulary.definitions else "a signal"
-            raise self._error(tree.children[-1], f"expected a field of a message, but {name} is {what}", advice)
+            noun = "a definition" if name in self._vocabulary.definitions else "a signal"
+            raise self._error(tree.children[-1], f"expected a field of a message, but {name} is {noun}", advice)
         if kind is not None:
             return kind
         if name in self._vocabulary.messages:
@@ -92,8 +92,8 @@ class TermParser(ABC):
         if kind is expected:
             return tree
         is_name = tree.data == "name"
-        found = f"{tree.children[-1]!s} is a {kind.__name__}" if is_name else f"this is {_NOUNS[kind]}"
-        problem = f"expected {_NOUNS[expected]}, but {found}"
+        actual = f"{tree.children[-1]!s} is a {kind.__name__}" if is_name else f"this is {_NOUNS[kind]}"
+        problem = f"expected {_NOUNS[expected]}, but {actual}"
         if expected is bool:
             advice = f"compare it, for instance {_EXAMPLES[kind]}"
         elif is_name and kind is bool:

@@ -39,7 +39,7 @@ _KNOWN: dict[str, tuple[Fraction, dict[str, int]]] = {
     "kHz": (_KILO, {"s": -1}),
     "rad": (Fraction(1), {"rad": 1}),
     "mrad": (_MILLI, {"rad": 1}),
-    "deg": (Fraction(math.pi) / 180, {"rad": 1}),
+    "deg": (Fraction(math.pi) / 180, {"rad": 1}),  # of the float pi, as in math.radians
     "kg": (Fraction(1), {"kg": 1}),
     "g": (_MILLI, {"kg": 1}),
     "N": (Fraction(1), _NEWTON),
@@ -64,7 +64,8 @@ _MAX_TEXT = 60
 """Longest text of a unit, in characters; with one digit an exponent, its scale stays a small number."""
 
 MAX_TIME_S = 1e9
-"""Longest time in a formula, in seconds: 30 years. Time inside the monitors is in whole nanoseconds."""
+"""Longest time in a formula, in seconds: 30 years (chosen; who writes more has forgotten that times are in seconds).
+Time inside the monitors is in whole nanoseconds."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +96,8 @@ class Unit:
         for base, power in other.dimension:
             dimension[base] += exponent * power
         text = f"{self.text or '1'} {'*' if exponent > 0 else '/'} {other.text or '1'}"
-        known = self.is_known and other.is_known
-        return Unit(text, self.scale * other.scale**exponent, _dimension(dimension.items()), known)
+        is_known = self.is_known and other.is_known
+        return Unit(text, self.scale * other.scale**exponent, _dimension(dimension.items()), is_known)
 
 
 NO_UNIT = Unit("")
@@ -113,7 +114,7 @@ def unit_of(text: str) -> Unit:
             return Unit(text, dimension=((text, 1),), is_known=False)
         scale, bases = _KNOWN[factor[2]]
         power = int(factor[3] or 1)
-        base = Unit(factor[2], scale**power, _dimension((name, each * power) for name, each in bases.items()))
+        base = Unit(factor[2], scale**power, _dimension((name, exponent * power) for name, exponent in bases.items()))
         unit = unit.times(base, -1 if factor[1] == "/" else 1)
         place = factor.end()
     return Unit(text, unit.scale, unit.dimension)
@@ -150,7 +151,7 @@ def constant(term: Term) -> Fraction:
     """The value of a term of numbers only, exactly as they are written. Raises ZeroDivisionError."""
     match term:
         case Number():
-            return Fraction(repr(term.value))
+            return Fraction(repr(term.value))  # as written: 0.1 is a tenth, not the nearest float
         case Negative():
             return -constant(term.operand)
         case Arithmetic():

@@ -96,8 +96,8 @@ class Vocabulary:
             self._check_values(name, values)
         for name in self.units:
             if self.kind(name) is None:
-                known = nearest(name, self.names())
-                raise ValueError(f"units has {name!r}, which is no signal and no topic.field{known}")
+                suggestion = nearest(name, self.names())
+                raise ValueError(f"units has {name!r}, which is no signal and no topic.field{suggestion}")
 
     def kind(self, name: str) -> Kind | None:
         """The type of a definition, of a signal, or of a field written as `topic.field`; None for an unknown name."""
@@ -116,6 +116,7 @@ class Vocabulary:
 
         A field that is a bool is not left out: the topic alone would look like the arrival of a message.
         """
+        # A signal hides a topic of its name; `topic.field` still reaches the fields.
         fields = {} if name in self.signals else self.messages.get(name, {})
         [*members] = (f"{name}.{member}" for member, kind in fields.items() if kind is not bool)
         return members[0] if len(members) == len(fields) == 1 else name
@@ -133,22 +134,26 @@ class Vocabulary:
         """
         _check_declaration(f"definition {name!r}", name, definition.kind)
         if name in self.signals or name in self.messages:
-            what = "signal" if name in self.signals else "topic"
-            raise ValueError(f"definition {name!r}: there is a {what} of this name; choose another one")
+            owner = "signal" if name in self.signals else "topic"
+            raise ValueError(f"definition {name!r}: there is a {owner} of this name; choose another one")
         return replace(self, definitions={**self.definitions, name: definition})
 
     def _check_values(self, name: str, values: Sequence[str]) -> None:
         if self.kind(name) is not str:
-            texts = [known for known in self.names() if self.kind(known) is str and known not in self.definitions]
+            texts = [
+                candidate
+                for candidate in self.names()
+                if self.kind(candidate) is str and candidate not in self.definitions
+            ]
             raise ValueError(f"values of {name!r}: this is no signal or topic.field of type str{nearest(name, texts)}")
         if isinstance(values, str) or not values or not all(isinstance(value, str) for value in values):
             raise ValueError(f"values of {name!r}: expected its texts, at least one, got {values!r}")
 
 
-def _check_declaration(what: str, name: str, kind: Kind) -> None:
+def _check_declaration(declaration: str, name: str, kind: Kind) -> None:
     if not IDENTIFIER.fullmatch(name):
-        raise ValueError(f"{what}: a name consists of letters, digits and _, and does not start with a digit")
+        raise ValueError(f"{declaration}: a name consists of letters, digits and _, and does not start with a digit")
     if name in KEYWORDS:
-        raise ValueError(f"{what}: this is a keyword of the requirement language; choose another name")
+        raise ValueError(f"{declaration}: this is a keyword of the requirement language; choose another name")
     if kind not in (bool, float, str):
-        raise ValueError(f"{what}: expected the type bool, float or str, got {kind!r}")
+        raise ValueError(f"{declaration}: expected the type bool, float or str, got {kind!r}")

@@ -186,11 +186,11 @@ class Bus:
     def _recorded(self, message: object, name: str) -> Value:
         """The value of a field as the record has it."""
         value = getattr(message, name)
-        found = text_of(value) if isinstance(value, Enum) else plain(value)
-        if found is None:
+        recorded = text_of(value) if isinstance(value, Enum) else plain(value)
+        if recorded is None:
             where = f"message {type(message).__name__} at {self.kernel.now_s:.6f} s: {name} is {value!r}"
             raise TypeError(f"{where}: expected a number, a bool or a text")
-        return found
+        return recorded
 
     def disturb(self, topic: str, fault: MessageFault) -> None:
         """Let a fault happen to the next message of a topic; several faults await one message each, in order.
@@ -202,6 +202,7 @@ class Bus:
         self._faults.setdefault(topic, deque()).append(fault)
 
     def _carry_with_fault(self, fault: MessageFault, message: Carried) -> None:
+        # Asked now: a late copy is delivered by a node of its own, in which nobody is the caller.
         by_code = self._by_code()
         self._record_disturbance(f"{fault.name} {message.topic}", message)
         if by_code:
@@ -237,8 +238,8 @@ class Bus:
 
     def _declared(self, kind: type[M]) -> type[M]:
         if kind not in self._fields:
-            known = ", ".join(sorted(k.__name__ for k in self._fields))
-            raise TypeError(f"{kind.__name__} is not a message of this bus; declared: {known}")
+            declared = ", ".join(sorted(k.__name__ for k in self._fields))
+            raise TypeError(f"{kind.__name__} is not a message of this bus; declared: {declared}")
         return kind
 
 

@@ -12,5 +12,5 @@ def plain(value: object) -> Value | None:
     if isinstance(value, _PLAIN):
         return value
     item = getattr(value, "item", None)
-    found = item() if callable(item) and getattr(value, "shape", None) == () else None
-    return found if isinstance(found, _PLAIN) else None
+    scalar = item() if callable(item) and getattr(value, "shape", None) == () else None
+    return scalar if isinstance(scalar, _PLAIN) else None

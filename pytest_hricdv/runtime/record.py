@@ -99,11 +99,11 @@ class Recorder:
             ValueError: the value is NaN or infinite (an error of the world, which no monitor may judge as passed), or
                 a text for a signal that had numbers, or the other way round.
         """
-        given, found = value, plain(value)
-        if found is None:
-            raise TypeError(f"signal {name} is {given!r} at {time_s:.6f} s: expected a number, a bool or a text")
-        value = found
-        if self._last.get(name) == value and name in self._last:
+        plain_value = plain(value)
+        if plain_value is None:
+            raise TypeError(f"signal {name} is {value!r} at {time_s:.6f} s: expected a number, a bool or a text")
+        value = plain_value
+        if self._last.get(name) == value and name in self._last:  # most updates: the series stay short
             return
         if isinstance(value, str):
             self._add_text(time_s, name, value)
@@ -138,7 +138,9 @@ class Recorder:
         digest = hashlib.sha256()
         for message in self.messages:
             line = [message.time_s, message.sender, message.topic, dict(message.fields)]
+            # JSON writes a float with the digits that identify it, so equal texts are equal bits.
             digest.update(json.dumps(line, sort_keys=True).encode())
+        # By name: the order in which signals first changed within an instant says nothing about the run.
         for name in sorted(self._signals):
             times, values = self._signals[name]
             digest.update(name.encode() + times.tobytes() + values.tobytes())

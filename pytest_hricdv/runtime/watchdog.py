@@ -14,7 +14,8 @@ _PROMPTS = ("pdb", "bdb", "cmd", "code", "IPython", "ipdb", "pudb", "pydevd", "_
 """Modules in which somebody sits at a debugger, for as long as they like."""
 
 _IDLE = 0.5
-"""A process that used less than this share of a period waits."""
+"""A process that used less than this share of a period waits (chosen). Working code gets less only where more than two
+processes share each processor, and is stopped only if it then works for two periods without progress."""
 
 
 @contextmanager
@@ -41,6 +42,7 @@ def busy_watchdog(progress: Callable[[], object], error: Callable[[], Exception]
             raise error()
         last = now
 
+    # The timer counts the processor time of this process only, and repeats: code may catch the first exception.
     previous = signal.signal(signal.SIGVTALRM, check)
     signal.setitimer(signal.ITIMER_VIRTUAL, period_s, period_s)
     try:

@@ -51,8 +51,8 @@ def speed_and_separation(
     stands = speed <= standstill
     if slow_distance_m is None or slow_speed is None:
         if slow_distance_m is not None or slow_speed is not None:
-            given = "slow_speed" if slow_distance_m is None else "slow_distance_m"
-            raise PatternError(given, "expected both slow_distance_m and slow_speed, or none of them")
+            present = "slow_speed" if slow_distance_m is None else "slow_distance_m"
+            raise PatternError(present, "expected both slow_distance_m and slow_speed, or none of them")
         return always((distance < stop_distance_m) >> stands)
     near = distance < slow_distance_m
     slow = (distance >= stop_distance_m) & (speed <= slow_speed)
@@ -179,6 +179,6 @@ def _limited(
     if transient_limit is None and transient_s is None:
         return always((value > 0) >> (value <= limit))
     if transient_limit is None or transient_s is None:
-        given = argument if transient_s is None else "transient_s"
-        raise PatternError(given, f"expected both {argument} and transient_s, or none of them")
+        present = argument if transient_s is None else "transient_s"
+        raise PatternError(present, f"expected both {argument} and transient_s, or none of them")
     return always((value > 0) >> ((value <= transient_limit) & ~(value > limit).lasting(transient_s)))

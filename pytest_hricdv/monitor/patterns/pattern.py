@@ -70,7 +70,7 @@ def _check(name: str, value: object, types: tuple[type, ...]) -> None:
         except ValueError:
             raise PatternError(name, f"expected a finite number of at least 0, got {value:g}") from None
     elif not isinstance(value, types) or isinstance(value, bool):
-        expected = " or ".join(_EXPECTED[each] for each in types if each is not NoneType)
+        expected = " or ".join(_EXPECTED[kind] for kind in types if kind is not NoneType)
         raise PatternError(name, f"expected {expected}, got {value!r}")
 
 

@@ -14,7 +14,7 @@ from pytest_hricdv.runtime.virtual.real_time import TIME, check
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 EPOCH = real_datetime.datetime(2000, 1, 1, tzinfo=real_datetime.UTC)
-"""The date of the beginning of each run: the same in each of them."""
+"""The date of the beginning of each run: the same in each of them (chosen)."""
 
 _CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time")
 _NS_PER_S = 1_000_000_000

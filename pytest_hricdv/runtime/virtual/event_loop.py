@@ -150,10 +150,10 @@ def get_event_loop() -> asyncio.AbstractEventLoop:
     node, running = running_node(), asyncio._get_running_loop()
     if node is None or running is not None:
         return asyncio.get_event_loop()
-    found = node.own.get(_LOOP)
-    if not isinstance(found, asyncio.AbstractEventLoop):
-        found = node.own[_LOOP] = new_event_loop()
-    return found
+    loop = node.own.get(_LOOP)
+    if not isinstance(loop, asyncio.AbstractEventLoop):
+        loop = node.own[_LOOP] = new_event_loop()
+    return loop
 
 
 class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse

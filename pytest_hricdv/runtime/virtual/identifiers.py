@@ -17,6 +17,7 @@ def uuid4() -> uuid.UUID:
     if node is None:
         return uuid.uuid4()
     numbers: Any = node.kernel.own.setdefault("identifiers", count())
+    # Hashed, so that they look as random as real ones: code may use the first digits only. A UUID has 16 bytes.
     return uuid.UUID(bytes=sha256(b"%d" % next(numbers)).digest()[:16], version=4)
 
 

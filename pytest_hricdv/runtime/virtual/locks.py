@@ -42,7 +42,7 @@ class Waiting:
         try:
             return node.kernel.block(timeout_s)
         finally:
-            if node in self.nodes:
+            if node in self.nodes:  # on a time-out, or at the end of the run
                 self.nodes.remove(node)
 
     def wake(self, count: int = 1) -> int:
@@ -81,6 +81,7 @@ class Lock:
         """Hand it to the first that waits. Raises RuntimeError if nobody has it."""
         if not self._locked:
             raise RuntimeError("release unlocked lock")
+        # It stays locked where somebody waits: another node that runs before the woken one must not take it.
         self._locked = bool(self._waiting.nodes) and bool(self._waiting.wake())
 
     def locked(self) -> bool:
@@ -208,7 +209,7 @@ class Event:
 
     def is_set(self) -> bool:
         """Whether it is set."""
-        _count_poll()
+        _count_poll()  # `while not event.is_set()` is a loop that never sleeps
         return self._is_set
 
     def set(self) -> None:

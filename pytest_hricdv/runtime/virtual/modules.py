@@ -31,15 +31,15 @@ _PROVIDERS = {
 
 def _stand_in(name: str) -> ModuleType:
     provider = importlib.import_module(f"{__package__}.{_PROVIDERS[name]}")
-    found: dict[str, ModuleType] = {module.__name__: module for module in provider.MODULES}
-    return found[name]
+    stand_ins: dict[str, ModuleType] = {module.__name__: module for module in provider.MODULES}
+    return stand_ins[name]
 
 
 class Replacements:
     """What stands for what, for the modules of the library that are loaded: nobody can have names of the others."""
 
     def __init__(self) -> None:
-        self._known: set[str] = set()
+        self._replaced: set[str] = set()
         self._by_identity: dict[int, tuple[object, object]] = {}
         """Identity of an original -> the original and what stands for it.
 
@@ -50,8 +50,8 @@ class Replacements:
 
     def update(self) -> None:
         """Know those that were loaded since."""
-        for name in [each for each in _PROVIDERS if each in sys.modules and each not in self._known]:
-            self._known.add(name)
+        for name in [module for module in _PROVIDERS if module in sys.modules and module not in self._replaced]:
+            self._replaced.add(name)
             real, other = sys.modules[name], _stand_in(name)
             self._by_identity[id(real)] = real, other
             for key, value in vars(other).items():
@@ -65,10 +65,10 @@ class Replacements:
 
         A lock or queue that a module has is a new one in each run: what is left in it by one run is not in the next.
         """
-        _, found = self._by_identity.get(id(value), (value, value))
-        if found is value and type(value) in self._renewed:
+        _, other = self._by_identity.get(id(value), (value, value))
+        if other is value and type(value) in self._renewed:
             return self._renewed[type(value)](value)
-        return found
+        return other
 
 
 _REPLACEMENTS = Replacements()
@@ -108,16 +108,16 @@ class VirtualModules:
             name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
         ) -> Any:
             nonlocal loaded
-            found = real_import(name, globals, locals, fromlist or (), level)
+            module = real_import(name, globals, locals, fromlist or (), level)
             by_code = self._is_of_code((globals or {}).get("__name__"))
             if (by_code or self._is_of_code(name)) and len(sys.modules) != loaded:
                 self._replace()  # a module of the code under test may be new
                 loaded = len(sys.modules)
-                for each in self.imported:
-                    each()
+                for notify in self.imported:
+                    notify()
             if by_code and level == 0 and name in _PROVIDERS:
-                return _imported(name, found, bool(fromlist))
-            return found
+                return _imported(name, module, bool(fromlist))
+            return module
 
         return importing
 
@@ -129,7 +129,7 @@ class VirtualModules:
     def _replace(self) -> None:
         _REPLACEMENTS.update()
         roots = self._roots
-        for name, module in [each for each in sys.modules.items() if each[0].partition(".")[0] in roots]:
+        for name, module in [entry for entry in sys.modules.items() if entry[0].partition(".")[0] in roots]:
             if self._is_of_code(name) and isinstance(module, ModuleType):
                 self._replace_in(name, vars(module))
 
@@ -167,11 +167,11 @@ class VirtualModules:
             cell.cell_contents = other
 
 
-def _imported(name: str, found: ModuleType, has_names: bool) -> ModuleType:
+def _imported(name: str, module: ModuleType, has_names: bool) -> ModuleType:
     """What an import statement gets: of `import a.b` without names it is `a`, in which `b` is the stand-in."""
     other = _stand_in(name)
     if has_names or "." not in name:
         return other
-    parent = ModuleType(found.__name__, found.__doc__)
-    vars(parent).update({**vars(found), name.rpartition(".")[2]: other})
+    parent = ModuleType(module.__name__, module.__doc__)
+    vars(parent).update({**vars(module), name.rpartition(".")[2]: other})
     return parent

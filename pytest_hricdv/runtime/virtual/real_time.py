@@ -37,7 +37,7 @@ def check(node: Node, kind: str, name: str) -> None:
     virtual = node.kernel.virtual
     if kind in virtual:
         return
-    wanted = ", ".join(f'"{each}"' for each in KINDS if each in virtual or each == kind)
+    wanted = ", ".join(f'"{needed}"' for needed in KINDS if needed in virtual or needed == kind)
     place = place_of(sys._getframe(1))
     raise RealTimeError(
         f"{place}: {name} in node {node.name} is real time, of which a simulated run has none: give "

@@ -47,10 +47,10 @@ def _threads() -> _Threads | None:
     node = running_node()
     if node is None:
         return None
-    found = node.own.get(_THREADS)
-    if not isinstance(found, _Threads):
-        found = node.own[_THREADS] = _Threads(node)
-    return found
+    threads = node.own.get(_THREADS)
+    if not isinstance(threads, _Threads):
+        threads = node.own[_THREADS] = _Threads(node)
+    return threads
 
 
 class Thread:
