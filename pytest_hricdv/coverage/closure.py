@@ -101,8 +101,8 @@ def _without_redundant(chosen: Sequence[MeasuredTest]) -> list[MeasuredTest]:
     """Without tests whose points the others cover, tried from the most expensive on."""
     count: Counter[int] = Counter()
     points = {test.name: _bits(test.points) for test in chosen}
-    for each in points.values():
-        count.update(each)
+    for places in points.values():
+        count.update(places)
     kept = []
     for test in sorted(chosen, key=lambda test: (-test.cost_s, test.name)):
         if all(count[point] > 1 for point in points[test.name]):
@@ -199,16 +199,16 @@ def declare(product: CrossProduct, proof: Proof, by_model: Mapping[Bin, str]) ->
         proof: what is known of the model (see `pytest_hricdv.coverage.reachability`).
         by_model: the bins that the model proves impossible, each with the reason.
     """
-    impossible = [ImpossibleBin(bin=each, reason=why, by="declared") for each, why in product.ruled_out.items()]
+    impossible = [ImpossibleBin(bin=bin_, reason=why, by="declared") for bin_, why in product.ruled_out.items()]
     impossible += [
-        ImpossibleBin(bin=each, reason=why, by="model")
-        for each, why in by_model.items()
-        if each not in product.ruled_out
+        ImpossibleBin(bin=bin_, reason=why, by="model")
+        for bin_, why in by_model.items()
+        if bin_ not in product.ruled_out
     ]
     return ProductDeclaration(
         coordinates=tuple(Coordinate(name=name, bins=bins) for name, bins in product.coordinates.items()),
-        impossible=tuple(sorted(impossible, key=lambda each: each.bin)),
-        illegal=tuple(IllegalBin(bin=each, reason=reason) for each, reason in sorted(product.forbidden.items())),
+        impossible=tuple(sorted(impossible, key=lambda record: record.bin)),
+        illegal=tuple(IllegalBin(bin=bin_, reason=reason) for bin_, reason in sorted(product.forbidden.items())),
         proof=proof,
     )
 
@@ -225,9 +225,9 @@ def cross_closure(declared: Mapping[str, ProductDeclaration], runs: Iterable[Run
     }
     several = len(products) > 1
     missing = [
-        (f"{name}: " if several else "") + " x ".join(each)
+        (f"{name}: " if several else "") + " x ".join(bin_)
         for name, product in products.items()
-        for each in product.missing
+        for bin_ in product.missing
     ]
     return CrossCoverage(
         bins=sum(product.bins for product in products.values()),
@@ -246,14 +246,14 @@ def _covered(declared: ProductDeclaration, hits_of_runs: Iterable[Iterable[Bin]]
         hit = [*hit_bins]
         hits.update(hit)
         tests.update(set(hit))
-    bins = CrossProduct({each.name: each.bins for each in declared.coordinates}).bins()
-    illegal = {each.bin for each in declared.illegal}
-    impossible = {each.bin for each in declared.impossible} - set(hits) - illegal
+    bins = CrossProduct({coordinate.name: coordinate.bins for coordinate in declared.coordinates}).bins()
+    illegal = {record.bin for record in declared.illegal}
+    impossible = {record.bin for record in declared.impossible} - set(hits) - illegal
     return ProductCoverage(
         bins=len(bins),
         hit=len(hits.keys() - illegal),
         impossible=len(impossible),
         illegal=len(illegal),
-        hits=tuple(BinHits(bin=each, tests=tests[each], hits=hits[each]) for each in sorted(hits)),
-        missing=tuple(each for each in bins if each not in hits and each not in impossible | illegal),
+        hits=tuple(BinHits(bin=bin_, tests=tests[bin_], hits=hits[bin_]) for bin_ in sorted(hits)),
+        missing=tuple(bin_ for bin_ in bins if bin_ not in hits and bin_ not in impossible | illegal),
     )

@@ -104,8 +104,8 @@ class CodeMap:
     def listed(self) -> tuple[MappedFile, ...]:
         """The files as a report lists them, so that it can be merged where the code is not."""
         return tuple(
-            MappedFile(file=each.name, statements=each.statements, branches=each.branches, source=each.text)
-            for each in self.files
+            MappedFile(file=file.name, statements=file.statements, branches=file.branches, source=file.text)
+            for file in self.files
         )
 
     @property
@@ -153,7 +153,7 @@ class CodeMap:
 
     def uncovered(self, bits: Bits) -> tuple[tuple[SourceFile, tuple[int, ...], tuple[Arc, ...]], ...]:
         """Per file: the statements and branches that `bits` lacks."""
-        found = []
+        lacking = []
         statement = branch = 0
         for file in self.files:
             lines = tuple(n for i, n in enumerate(file.statements, statement) if not bits.statements >> i & 1)
@@ -162,8 +162,8 @@ class CodeMap:
                 arcs = tuple(a for i, a in enumerate(file.branches, branch) if not bits.branches >> i & 1)
             statement += len(file.statements)
             branch += len(file.branches)
-            found.append((file, lines, arcs))
-        return tuple(found)
+            lacking.append((file, lines, arcs))
+        return tuple(lacking)
 
 
 def _bitset(groups: Iterable[tuple[tuple[object, ...], Iterable[object]]]) -> int:

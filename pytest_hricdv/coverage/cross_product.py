@@ -14,7 +14,7 @@ Bin = tuple[str, ...]
 
 ANY = "*"
 MAX_BINS = 100_000
-"""More bins would be neither covered nor read."""
+"""Chosen: more bins would be neither covered nor read, and a report lists them all."""
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -60,10 +60,10 @@ class CrossProduct:
                 raise CoverageError(f"cross product: coordinate {name!r} has a bin twice, or one named {ANY!r}: {bins}")
         if prod(map(len, self.coordinates.values())) > MAX_BINS:
             raise CoverageError(f"cross product of {', '.join(self.coordinates)}: more than {MAX_BINS} bins")
-        for what, patterns in (("impossible", self.impossible), ("illegal", self.illegal)):
+        for kind, patterns in (("impossible", self.impossible), ("illegal", self.illegal)):
             for pattern in patterns:
                 if not any(True for _ in self._matching(pattern)):
-                    raise CoverageError(f"cross product: {pattern} is declared {what} but is no bin of it")
+                    raise CoverageError(f"cross product: {pattern} is declared {kind} but is no bin of it")
 
     def bins(self) -> tuple[Bin, ...]:
         """All combinations, impossible ones included."""
@@ -106,20 +106,20 @@ class CrossProduct:
         rest = iter(hit)
         complete = tuple(verdicts[name] if name in verdicts else next(rest) for name in self.coordinates)
         kinds = self.coordinates.values()
-        return complete if all(each in bins for each, bins in zip(complete, kinds, strict=True)) else None
+        return complete if all(part in bins for part, bins in zip(complete, kinds, strict=True)) else None
 
     def _spread(self, patterns: Mapping[Bin, str]) -> dict[Bin, str]:
-        found: dict[Bin, str] = {}
+        reasons: dict[Bin, str] = {}
         for pattern, reason in patterns.items():
-            for each in self._matching(pattern):
-                found.setdefault(each, reason)
-        return found
+            for bin_ in self._matching(pattern):
+                reasons.setdefault(bin_, reason)
+        return reasons
 
     def _matching(self, pattern: Bin) -> Iterable[Bin]:
         kinds = tuple(self.coordinates.values())
         if len(pattern) != len(kinds):
             return ()
         allowed = [
-            bins if each == ANY else (each,) if each in bins else () for each, bins in zip(pattern, kinds, strict=True)
+            bins if part == ANY else (part,) if part in bins else () for part, bins in zip(pattern, kinds, strict=True)
         ]
         return product(*allowed)

@@ -119,31 +119,32 @@ def functions(source: str) -> tuple[Function, ...]:
     """All functions, inner ones before outer ones, and the module last. Of text that is no Python: only the module."""
     lines = source.count("\n") + 1
     try:
-        found = sorted(_found(ast.parse(source), ""), key=lambda each: (each.last - each.first, each.first))
+        inner = _functions_in(ast.parse(source), "")
+        inner_first = sorted(inner, key=lambda function: (function.last - function.first, function.first))
     except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two: nested too deeply for the parser
-        found = []
-    return (*found, Function(MODULE, 1, max(lines, 1)))
+        inner_first = []
+    return (*inner_first, Function(MODULE, 1, max(lines, 1)))
 
 
-def _found(node: ast.AST, prefix: str) -> Iterator[Function]:
+def _functions_in(node: ast.AST, prefix: str) -> Iterator[Function]:
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
             yield Function(f"{prefix}{child.name}", child.body[0].lineno, child.end_lineno or child.lineno)
         named = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
-        yield from _found(child, f"{prefix}{child.name}." if named else prefix)  # type: ignore[attr-defined]
+        yield from _functions_in(child, f"{prefix}{child.name}." if named else prefix)  # type: ignore[attr-defined]
 
 
 def plan_gaps(
     declared: Mapping[str, Iterable[str]], runs: Sequence[RunCoverage], exploration: ExplorationRecord
 ) -> Iterator[Gap]:
     """Plans that no test's beliefs triggered, of the declared ones by agent."""
-    known = exploration.plans or {}
+    reachable = exploration.plans or {}
     for agent, labels in declared.items():
         covered = {label for run in runs for label in run.plans.get(agent, ())}
         for label in labels:
             if label in covered:
                 continue
-            beliefs = known.get(agent, {}).get(label, ())
+            beliefs = reachable.get(agent, {}).get(label, ())
             if beliefs:
                 suggestion = f"the beliefs {' '.join(beliefs)} reach it"
                 yield _gap("plans", agent, (label,), "no test has beliefs that trigger it", suggestion, "", beliefs)
@@ -163,14 +164,14 @@ def bin_gaps(
 ) -> Iterator[Gap]:
     """Bins that no test hit and that are possible."""
     for name, bins in missing.items():
-        planned = {each.bin: each.beliefs for each in (exploration.bins or {}).get(name, ())}
+        planned = {record.bin: record.beliefs for record in (exploration.bins or {}).get(name, ())}
         size = max(map(len, planned), default=0)
         explored = products[name].proof.status is not None
         reason = "not hit yet" if explored else "not hit yet; the model does not say whether it can be"
-        for each in bins:
-            beliefs = planned.get(each[:size], ()) if size else ()
-            suggestion = f"the beliefs {' '.join(beliefs)} aim at {_part(each, size)}" if beliefs else ""
-            yield _gap("bins", name, (" x ".join(each),), reason, suggestion, "", beliefs)
+        for bin_ in bins:
+            beliefs = planned.get(bin_[:size], ()) if size else ()
+            suggestion = f"the beliefs {' '.join(beliefs)} aim at {_part(bin_, size)}" if beliefs else ""
+            yield _gap("bins", name, (" x ".join(bin_),), reason, suggestion, "", beliefs)
 
 
 def _part(bins: Bin, size: int) -> str:

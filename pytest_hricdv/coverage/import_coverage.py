@@ -17,6 +17,7 @@ from typing import Any
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
 
 TIMEOUT_S = 120
+"""A hundred times what the controller of the table takes; only an import that waits for something takes longer."""
 
 
 def import_bits(code: CodeMap, *, virtual_rclpy: bool = False) -> Bits:
@@ -54,9 +55,9 @@ def import_all(packages: tuple[str, ...]) -> None:
     """Import every module of the packages."""
     for package in packages:
         module = importlib.import_module(package)
-        for found in pkgutil.walk_packages(getattr(module, "__path__", ()), f"{package}."):
-            if not found.name.endswith("__main__"):
-                importlib.import_module(found.name)
+        for submodule in pkgutil.walk_packages(getattr(module, "__path__", ()), f"{package}."):
+            if not submodule.name.endswith("__main__"):
+                importlib.import_module(submodule.name)
 
 
 def main() -> None:

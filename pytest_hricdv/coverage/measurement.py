@@ -271,8 +271,8 @@ def _pydevd() -> bool:
     if "pydevd" not in sys.modules:
         return False
     constants = sys.modules.get("_pydevd_bundle.pydevd_constants")
-    found = getattr(constants, "get_global_debugger", None)
-    return found is not None and found() is not None
+    get_debugger = getattr(constants, "get_global_debugger", None)
+    return get_debugger is not None and get_debugger() is not None
 
 
 def _monitoring() -> str:

@@ -58,8 +58,8 @@ def reachable(exploration: Exploration, products: Mapping[str, CrossProduct]) ->
         for name, product in products.items()
     }
     bins = {
-        name: tuple(PlannedBin(bin=each, beliefs=beliefs) for each, beliefs in sorted(found.items()))
-        for name, found in planned.items()
+        name: tuple(PlannedBin(bin=bin_, beliefs=beliefs) for bin_, beliefs in sorted(bins.items()))
+        for name, bins in planned.items()
     }
     record = ExplorationRecord(
         status=proof.status, reason=proof.reason, runs=proof.runs, plans=_plans(exploration), bins=bins
@@ -69,7 +69,7 @@ def reachable(exploration: Exploration, products: Mapping[str, CrossProduct]) ->
 
 def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
     """The cross products as declared, where the model was not explored."""
-    return Reachability(products={name: declare(each, Proof(), {}) for name, each in products.items()})
+    return Reachability(products={name: declare(product, Proof(), {}) for name, product in products.items()})
 
 
 def explored(context: GenerationContext, cache: Any | None) -> Exploration:
@@ -83,10 +83,10 @@ def explored(context: GenerationContext, cache: Any | None) -> Exploration:
             pass  # written by another version, or cut off: explore again
     from pytest_hricdv.generate.model_runner import explore_exhaustively  # it loads the BDI engine
 
-    found = explore_exhaustively(context.model_runner())
+    exploration = explore_exhaustively(context.model_runner())
     if cache is not None:
-        cache.set(key, found.to_json())
-    return found
+        cache.set(key, exploration.to_json())
+    return exploration
 
 
 def _plans(exploration: Exploration) -> dict[str, dict[str, tuple[str, ...]]]:
@@ -107,16 +107,16 @@ def _plans(exploration: Exploration) -> dict[str, dict[str, tuple[str, ...]]]:
 def _planned(name: str, product: CrossProduct, exploration: Exploration) -> dict[Bin, tuple[str, ...]]:
     """The bins planned by abstract tests -> the smallest belief set found that leads to it."""
     assert product.planned is not None
-    found: dict[Bin, tuple[str, ...]] = {}
+    smallest: dict[Bin, tuple[str, ...]] = {}
     size: int | None = None
     for run in exploration.runs:
-        for each in product.planned(run.lines):
-            planned = tuple(each)
-            if planned not in found:
+        for bin_ in product.planned(run.lines):
+            planned = tuple(bin_)
+            if planned not in smallest:
                 size = len(planned) if size is None else size
                 _check(name, product, planned, size)
-                found[planned] = exploration.belief_set(run.beliefs)
-    return found
+                smallest[planned] = exploration.belief_set(run.beliefs)
+    return smallest
 
 
 def _check(name: str, product: CrossProduct, planned: Bin, size: int) -> None:
@@ -141,4 +141,4 @@ def _impossible(
     size = max(map(len, planned), default=0)
     names = " x ".join(islice(product.coordinates, size))
     reason = f"none of the model's {len(exploration.runs)} runs has this {names}"
-    return {each: reason for each in product.bins() if each[:size] not in planned}
+    return {bin_: reason for bin_ in product.bins() if bin_[:size] not in planned}
