@@ -39,11 +39,11 @@ Modules
     model_way                       undisturbed tests of the pool
     disturbance_way                 tests of the pool with interventions
     parameter_way                   near runs with other parameters
-    branching_way, decision_points, continuations     other continuations of runs, from a decision of the person on
+    branching_way, decision_points  other continuations of runs, from a decision of the person on
     online_way, choice_statistics   people who decide during the run
     branching, tree_runner          runs in forks: tests with a common beginning as one tree
     process, runs, lived_run        the process that runs tests, and the session's end of it
-    closing, cache, progress, options, records, view     the loop in a session, and in its report
+    closing, options, records, view     the loop in a session, and in its report
 
-All but `process`, `runs`, `closing`, `cache` and `progress` are independent of pytest: a run is a function.
+All but `process`, `runs` and `closing` are independent of pytest: a run is a function.
 """

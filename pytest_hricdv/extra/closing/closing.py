@@ -8,9 +8,12 @@ import time
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import pytest
 
+from pytest_hricdv._base.input_file import from_cache
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -19,7 +22,6 @@ from pytest_hricdv.execution.separate_process import ProcessError
 from pytest_hricdv.extra.closing import branching_way, online_way
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive
 from pytest_hricdv.extra.closing.branching_way import BranchingWay
-from pytest_hricdv.extra.closing.cache import KeptSuite
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
@@ -30,11 +32,10 @@ from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.parameter_way import ParameterWay
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.progress import ClosingProgress, listed
 from pytest_hricdv.extra.closing.records import ClosingEnd, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.extra.closing.suite import repeatable_suite
-from pytest_hricdv.extra.closing.targets import impossible_points, target_points
+from pytest_hricdv.extra.closing.targets import by_kind, impossible_points, target_points
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.identity import identity
@@ -50,10 +51,13 @@ from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.suites import generation_context
+from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
 from pytest_hricdv.session.usage import usage_error
 
 CACHE_SCHEMA = "hricdv-closing/3"
+
+STEPS = 10
+"""Where there is no terminal to rewrite a line on, progress is told so many times."""
 
 
 class Closing:
@@ -231,3 +235,83 @@ class Closing:
 def _processes(config: pytest.Config) -> int:
     """As many as xdist has workers; without it, as many as there are processors."""
     return int(getattr(config.option, "numprocesses", None) or os.cpu_count() or 1)
+
+
+class KeptSuite:
+    """A suite with its evidence, and with the files that its runs loaded: where one has changed, it does not hold.
+
+    Args:
+        collection: of the session.
+        key: of all else that the suite depends on.
+    """
+
+    def __init__(self, collection: Collection, key: str) -> None:
+        self._cache = getattr(collection.config, "cache", None)
+        self._root = collection.config.rootpath
+        self._key = f"{CACHE_FOLDER}/{key}"
+
+    def read(self) -> GeneratedSuite | None:
+        """The suite; None where there is none, or it is of other files."""
+        kept = from_cache(self._cache, self._key)
+        try:
+            if kept is None or kept["files"] != self._digests(kept["files"]):
+                return None
+            closing = msgspec.json.decode(kept["closing"], type=ClosingResult)
+            return GeneratedSuite(Suite.from_json(kept["suite"]), 0.0, cached=True, closing=closing)
+        except (GenerateError, KeyError, TypeError, msgspec.DecodeError):
+            return None  # written by another version, or cut off
+
+    def write(self, suite: Suite, closing: ClosingResult, files: Sequence[str]) -> None:
+        """Keep a suite."""
+        if self._cache is not None:
+            evidence = msgspec.json.encode(closing).decode()
+            digests = self._digests(dict.fromkeys(files, ""))
+            self._cache.set(self._key, {"files": digests, "suite": suite.to_json(), "closing": evidence})
+
+    def _digests(self, files: Mapping[str, str]) -> dict[str, str]:
+        digests = {}
+        for name in files:
+            path = self._root / name
+            digests[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+        return digests
+
+
+def listed(archive: Archive) -> str:
+    """`12 statements, 3 branches`: what is open."""
+    counts = by_kind(archive.open)
+    named = (f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items())
+    return ", ".join(named) or "nothing"
+
+
+_PLURAL = {"branch": "branches"}
+
+
+class ClosingProgress:
+    """Tells how far the loop is."""
+
+    def __init__(self, collection: Collection, runs: int) -> None:
+        self._collection = collection
+        self._runs = runs
+        self._told = 0
+        self._reporter: Any = collection.config.pluginmanager.get_plugin("terminalreporter")
+        self._rewrites = self._reporter is not None and self._reporter.isatty
+
+    def show(self, archive: Archive) -> None:
+        """After a generation."""
+        done = sum(entry.way != GIVEN for entry in archive.entries)
+        text = f"hricdv: {done} of {self._runs} runs, {archive.sim_s:.0f} s simulated, open: {listed(archive)}"
+        if self._rewrites and self._collection.config.get_verbosity() >= 0:
+            self._reporter.rewrite(text, erase=True)
+        elif done * STEPS // self._runs > self._told:
+            self._told = done * STEPS // self._runs
+            self._collection.say(text)
+
+    def end(self, archive: Archive, ended: ClosingEnd, tests: int) -> None:
+        """At the end."""
+        done = sum(entry.way != GIVEN for entry in archive.entries)
+        self._collection.say(
+            f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "
+            f"open: {listed(archive)}; {tests} tests"
+        )
+        if ended == "interrupted":
+            self._collection.say("hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all")
