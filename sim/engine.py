@@ -19,7 +19,7 @@ STEP_HZ = 120
 """Physics steps per second: measured joint speeds equal the planned ones (tests/sim/test_robot.py)."""
 
 STEP_S = 1.0 / STEP_HZ
-TICK_HZ = 20
+TICK_HZ = 20  # the case study's code polls every 50 ms
 TICK_STEPS = STEP_HZ // TICK_HZ
 """Steps between two control ticks."""
 
@@ -246,4 +246,4 @@ class PhysicsTime:
 
     def step_in(self, duration_s: float) -> int:
         """The first step that ends at least `duration_s` from now."""
-        return self.step + max(1, -int(-duration_s * STEP_HZ // 1))
+        return self.step + max(1, -int(-duration_s * STEP_HZ // 1))  # -int(-x // 1) rounds up

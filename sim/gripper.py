@@ -202,7 +202,7 @@ class Gripper:
         return abs(along) < LEG_LENGTH_M / 2 and math.dist(nearest, GRASP_POINT_M) < GRASP_REGION_M
 
     def _beyond_release(self) -> bool:
-        return min(self._fingers.angles()[2::2]) > RELEASE_RAD
+        return min(self._fingers.angles()[2::2]) > RELEASE_RAD  # every other one from the third: first joints, no thumb
 
     def _grip_resists(self) -> bool:
         if self._person.holds_shut:

@@ -103,7 +103,7 @@ class LegSupply:
         self.due_step = None
         for leg in self.legs:
             if leg.held is Held.LOOSE:
-                leg.finish()
+                leg.finish()  # it has had the time to fall; a leg that physics moves costs time in each step
             if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
                 self._engine.place(leg.body, ((BIN_M[0], BIN_M[1], BIN_M[2] + LEG_LENGTH_M / 2), UPRIGHT))
         if self.missing:

@@ -66,7 +66,7 @@ class Dynamic:
 class Kinematic:
     """Everything follows its plan or its holder exactly, computed once every control tick."""
 
-    stride = TICK_STEPS
+    stride = TICK_STEPS  # nothing has mass, so nothing happens between two ticks
 
     def __init__(self) -> None:
         self._moved: list[KinematicDrive | KinematicLeg] = []

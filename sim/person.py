@@ -18,7 +18,7 @@ HEAD_SPEED_M_S = 0.5
 TURN_SPEED_RAD_S = 2.0
 """Top speed of a turning head."""
 
-SHORTEST_MOVE_S = 0.3
+SHORTEST_MOVE_S = 0.3  # chosen: about a person's reaction time; without it a correction of a millimetre is a jerk
 PEAK_OVER_MEAN = 1.875
 """Peak over mean speed of a minimum-jerk movement (Flash and Hogan 1985): the derivative of 10 s^3 - 15 s^4 + 6 s^5 at
 s = 1/2."""
@@ -79,6 +79,7 @@ class BodyPart:
         start = self.pose()
         distance_m = math.dist(start[0], place)
         angle_rad = 2.0 * math.acos(min(1.0, abs(sum(a * b for a, b in zip(start[1], turn, strict=True)))))
+        # Nearer than a tracker could tell: a movement would take SHORTEST_MOVE_S and move nothing.
         if distance_m < 1e-4 and angle_rad < 1e-3:
             return 0.0
         duration_s = max(

@@ -135,6 +135,7 @@ def find_path(
 
 
 def _query(start: JointPose, waypoints: Sequence[JointPose], people: Sequence[Vector], engine: str) -> Query:
+    # Adding 0.0 turns minus zero into zero: the seed of a detour comes from the text of a pose.
     rounded = tuple(round(angle, 3) + 0.0 for angle in start)
     return rounded, tuple(tuple(waypoint) for waypoint in waypoints), tuple(people), known(engine)
 
@@ -165,6 +166,7 @@ def _detour(scene: CollisionScene, start: JointPose, goal: JointPose) -> tuple[J
     """Poses between `start` and `goal` joined by free straight paths; None if none were found."""
     limits = tuple(scene.torso.limits_rad.values())
     seed = int.from_bytes(hashlib.sha256(repr((start, goal)).encode()).digest()[:3], "big")
+    # From 1 on: OMPL takes a seed of 0 for none.
     search = Search(start, goal, limits, lambda pose: not scene.collision(pose), SAMPLE_RAD, MAX_CHECKS, 1 + seed)
     poses = sampled(search)
     if poses is None:

@@ -23,7 +23,8 @@ START_RAD = 0.02
 """An arm follows a path only from a pose this near to its start."""
 
 LATE_S = 1.0
-"""An arm that is not at rest this long after the planned time has been blocked."""
+"""An arm that is not at rest this long after the planned time has been blocked. From 0.3 to 3 s the records are the
+same (as of `sim.world.REST_TICKS`): who is not blocked is at rest after `sim.timing.SETTLE_S`."""
 
 CLOSING_LIMIT_S = 3.0
 OPENING_LIMIT_S = 1.0

@@ -26,7 +26,7 @@ RESOLUTION = 1e-6
 """Resolution of the trackers (m, degrees): a rounding error does not move a head beyond a limit."""
 
 SILENT_S = 1000.0
-"""Longer than any run."""
+"""Longer than any run: the testbench ends them at 900 s (conftest.py)."""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ class Workshop:
         script: Iterable[Step],
         *,
         seed: int,
-        sensor_error: float = 0.05,
+        sensor_error: float = 0.05,  # case study: about 5 % of readings each
         outage_turn: int = 0,
         freeze: bool = True,
         fidelity: str = "dynamic",

@@ -41,7 +41,7 @@ class BulletEngine:
         with silenced():
             bullet.setPhysicsEngineParameter(
                 fixedTimeStep=step_s,
-                numSubSteps=0,
+                numSubSteps=0,  # with sub steps PyBullet 3.2.7 reads joint torques too small by their number
                 constraintSolverType=bullet.CONSTRAINT_SOLVER_LCP_DANTZIG,
                 physicsClientId=self.client,
             )
@@ -71,6 +71,7 @@ class BulletEngine:
         body = load(self.client, text, bullet.URDF_ENABLE_SLEEPING if may_sleep else 0)
         count = bullet.getNumJoints(body, physicsClientId=self.client)
         self._link_counts[body] = count
+        # PyBullet damps all links by 0.04 unless told otherwise: no joint would have its planned speed.
         for link in range(-1, count):
             bullet.changeDynamics(body, link, linearDamping=0.0, angularDamping=0.0, physicsClientId=self.client)
         infos = [bullet.getJointInfo(body, index, physicsClientId=self.client) for index in range(count)]
@@ -82,6 +83,7 @@ class BulletEngine:
         """See `Engine`."""
         check_finite("mass and position of a body", (mass_kg, *position))
         size = _shape(shape)
+        # What is seen and what is touched have different names for one thing in PyBullet.
         seen = {"length" if name == "height" else name: value for name, value in size.items()}
         collision = bullet.createCollisionShape(physicsClientId=self.client, **size)
         visual = bullet.createVisualShape(rgbaColor=rgba, physicsClientId=self.client, **seen)
