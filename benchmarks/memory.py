@@ -20,7 +20,7 @@ import pytest
 
 from studies.session import ROOT, machine
 
-FIRST = 100
+FIRST = 100  # tests after which caches are filled; growth counts from there
 SUITE = 100
 """Every learned suite has more tests than this; the number of concretizations is chosen to give N tests."""
 

@@ -25,6 +25,7 @@ from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, eval
 from pytest_hricdv.monitor.antecedent import nearest_miss
 from studies.session import machine
 
+# A long test of the case study (up to 175 s), at twice the rate of physics: 36,000 updates, as rtamt is measured with.
 RATE_HZ = 240
 DURATION_S = 150
 REQUIREMENTS = Path(__file__).parents[1] / "tests" / "hri" / "requirements.toml"

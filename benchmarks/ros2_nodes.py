@@ -15,7 +15,7 @@ from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.runtime import Kernel
 
-TRIES = 5
+TRIES = 5  # an odd number, so that the median is one of them
 RATES = {10.0: 60.0, 100.0: 30.0}
 """Messages a second -> simulated time of a try (s)."""
 

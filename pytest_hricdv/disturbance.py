@@ -30,7 +30,7 @@ Parameters = Mapping[str, float]
 PREFIX = "disturb "
 """How the line of a disturbance begins; its name follows."""
 
-_NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)  # one word: it is the argument of a command line
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ def values(sampler: Sampler) -> st.SearchStrategy[float]:
     if isinstance(sampler, Range):
         return st.floats(sampler.low, sampler.high, exclude_max=sampler.open_high)
     if isinstance(sampler, Chance):
+        # Hypothesis shrinks to the alternative on the left. A probability of 0 means that the other one never happens.
         return st.just(0.0) | values(sampler.then) if sampler.probability > 0.0 else st.just(0.0)
     raise GenerateError(f"no strategy for {sampler!r}; expected a Range, Chance or Constant")
 

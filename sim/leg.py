@@ -23,7 +23,8 @@ CARRY_FORCE_N = 200.0
 """Maximum force with which a person's hand holds a leg: forty times its weight, so that it never gives way."""
 
 STILL_M_S = 5e-3
-"""A leg slower than this is at rest. Chosen: from 5e-4 to 2e-2 the records are the same (see `sim.world.REST_TICKS`)."""
+"""A leg slower than this is at rest. Chosen: from 5e-4 to 2e-2 the records are the same (see
+`sim.world.REST_TICKS`)."""
 
 SURFACE = Surface(lateral=0.6, rolling=0.002, spinning=0.002, angular_drag=0.1)
 """Friction of wood on wood, and a small air drag."""

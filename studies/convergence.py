@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 DOCUMENT = ROOT / "docs" / "convergence.md"
 COMMAND = "python -m studies.convergence --write"
-RATES_HZ = (60, 120, 240, 480)
-PULL_N = 8.0
+RATES_HZ = (60, 120, 240, 480)  # half, once, twice and four times what the world has
+PULL_N = 8.0  # in the middle of the declared range of pulls
 REQUIREMENTS = ("R1", "R2", "R3", "R4", "R5")
 
 COLUMNS: Mapping[str, str] = {

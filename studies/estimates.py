@@ -9,7 +9,7 @@ from statistics import fmean
 from pytest_hricdv.generate.rng import make_rng, random_index
 from pytest_hricdv.results.proportion import CONFIDENCE, Interval
 
-RESAMPLES = 2000
+RESAMPLES = 2000  # Efron and Tibshirani, An introduction to the bootstrap (1993), want 1,000 and more for intervals
 
 
 def mean(values: Sequence[float]) -> Interval:
@@ -24,6 +24,7 @@ def mean(values: Sequence[float]) -> Interval:
     drawn = sorted(fmean(values[random_index(rng, len(values))] for _ in values) for _ in range(RESAMPLES))
     beyond = round((1 - CONFIDENCE) / 2 * RESAMPLES)
     value = fmean(values)
+    # The mean itself is always in it: of very few values, resamples may all be on one side.
     return Interval(value, min(drawn[beyond], value), max(drawn[-1 - beyond], value))
 
 

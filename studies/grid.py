@@ -17,7 +17,7 @@ from studies import session
 from studies.dependencies import depends
 
 SUITES = ("rl", "by-hand", "bdi-random", "pseudorandom")
-WORKERS = 2
+WORKERS = 2  # of the cores of the machine that the pages are made on; no report depends on it but for its times
 MADE_OF = "made-of.json"
 """Beside a report: the arguments of its session, and what it depended on."""
 
@@ -106,6 +106,7 @@ def reports(
         report = _finished(place, made_of)
         if (report is None or not complete(report)) and not again:
             print(f"pytest {' '.join(cell.arguments)} ...", flush=True)
+            # First, so that a session that is broken off leaves no report that counts as one of the present code.
             (place / MADE_OF).unlink(missing_ok=True)
             session.run(place, cell.arguments)
             if depends(session.ROOT) != dependencies:

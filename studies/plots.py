@@ -22,7 +22,7 @@ STYLES: tuple[tuple[str, str | tuple[int, tuple[int, ...]], str], ...] = (
     ("#E69F00", (0, (5, 1, 1, 1, 1, 1)), "v"),
 )
 GREY = "#595959"
-SIZE_IN = (7.2, 4.2)
+SIZE_IN = (7.2, 4.2)  # the width of a column of text in docs/, so that font sizes are those of the text
 
 Points = Sequence[tuple[float, float]]
 

@@ -66,6 +66,7 @@ def run(folder: Path, arguments: Sequence[str], root: Path = ROOT) -> Session:
 
 def start(arguments: Sequence[str], root: Path = ROOT) -> str:
     """Run pytest and return its output. Raises SessionError if it ended before it could run tests."""
+    # Options and plugins of the session that a study may itself run in are not meant for this one.
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "COV_"))}
     # Without the cache no session depends on an earlier one; generated tests do not use Hypothesis.
     quiet = ["-q", "--tb=no", "-p", "no:cacheprovider", "-p", "no:hypothesispytest"]

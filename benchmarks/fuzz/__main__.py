@@ -26,6 +26,8 @@ from types import FrameType
 
 from benchmarks.fuzz.targets import Target, draw, targets
 
+# Chosen: what is worth a bug report. Inputs are small: a reader takes milliseconds and some MB for them, and a message
+# of more than ten lines hides what is wrong.
 LIMIT_S = 5.0
 LIMIT_BYTES = 500_000_000
 LONGEST_MESSAGE = 1_000
@@ -123,6 +125,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         chosen = targets(Path(folder))
         chosen = {name: target for name, target in chosen.items() if options.only in (None, name)}
+        # Beside what is in use: the imports alone take more than some limits.
         used = int(Path("/proc/self/statm").read_text("ascii").split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + LIMIT_BYTES, used + LIMIT_BYTES))
         began_s = time.perf_counter()

@@ -21,7 +21,7 @@ from pytest_hricdv.results.journal import NAME, Began, Journal, read
 from pytest_hricdv.results.model import Report
 
 KILLS = 8
-"""At most so many kills of the controlling process in a trial."""
+"""At most so many kills of the controlling process in a trial: with more, hardly a trial gets to its end."""
 MOST_OUTPUT = 20_000
 """Bytes: pytest captures output in files, which have room."""
 RESUMES = 20

@@ -17,6 +17,7 @@ ROBOT, PERSON = "my_robot", "my_person"
 """The names in the template that stand for those of the project."""
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+# A module of this name would hide another one, or be a second file of that name.
 _TAKEN = ("world", "conftest", "meta", "models", "pytest", "pytest_hricdv")
 
 
@@ -54,6 +55,7 @@ class Skeleton:
     def files(self) -> Iterator[tuple[str, str]]:
         """Name, relative to the project's folder, and content of each file."""
         for path in sorted(TEMPLATE.rglob("*")):
+            # Installers compile what they install, the template among it.
             if path.is_file() and path.suffix != ".pyc":
                 name = path.relative_to(TEMPLATE).as_posix()
                 yield self._named(name), self._named(path.read_text(encoding="utf-8"))

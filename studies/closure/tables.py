@@ -16,7 +16,7 @@ LOOP = "closure"
 WITHOUT = "without "
 """Begins the name of a loop that leaves a way out."""
 
-CURVE_STEPS = 200
+CURVE_STEPS = 200  # points of a curve: more are not told apart at the width of the picture
 
 
 def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
