@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-ROOT_FILES = ("CHANGELOG.md", "RELEASING.md", "SECURITY.md", "README.md")
+ROOT_FILES = ("CONTRIBUTING.md", "CHANGELOG.md", "RELEASING.md", "SECURITY.md", "README.md")
 """Files above docs/ that the site has as pages."""
 
 _FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)

@@ -21,13 +21,17 @@ def places() -> list[tuple[str, str, str]]:
 
 
 def defined(file: Path) -> set[str]:
-    """The functions, classes and methods of a module, methods as `Class.method`."""
+    """The functions, classes, methods and constants of a module, methods as `Class.method`."""
 
     def names(nodes: list[ast.stmt], prefix: str) -> set[str]:
         found = set()
         for node in nodes:
             if isinstance(node, ast.ClassDef | ast.FunctionDef):
                 found.add(prefix + node.name)
+            if isinstance(node, ast.Assign):
+                found |= {prefix + target.id for target in node.targets if isinstance(target, ast.Name)}
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                found.add(prefix + node.target.id)
             if isinstance(node, ast.ClassDef):
                 found |= names(node.body, f"{prefix}{node.name}.")
         return found
