@@ -24,13 +24,15 @@ STAND_RAD_S = 0.01
 """Fingers slower than this are at rest."""
 
 COVERED_RAD = 0.01
-"""Fingers this near to their goal have reached it."""
+"""Fingers this near to their goal have reached it. Chosen: from 0.005 to 0.02 the records are the same (see
+`sim.world.REST_TICKS`)."""
 
 RELEASE_RAD = -0.30
 """The four fingers' first joints must all have opened beyond this angle before a leg is free: half of CLOSED."""
 
 SEEN_OPEN_RAD = 0.10
-"""Fingers are measured to be open when every joint is this near to OPEN."""
+"""Fingers are measured to be open when every joint is this near to OPEN. Chosen: from 0.05 to 0.2 the records are the
+same (see `sim.world.REST_TICKS`)."""
 
 GRASP_POINT_M = (0.043, 0.10, 0.0)
 """Middle of the grasp, in the palm's frame: one leg radius off the palm, over the roots of the fingers."""
@@ -39,7 +41,8 @@ GRASP_HEIGHT_M = 0.09
 """A leg is grasped this far above its middle."""
 
 GRASP_REGION_M = 0.03
-"""A leg whose axis passes this near to the grasp point is between the closing fingers."""
+"""A leg whose axis passes this near to the grasp point is between the closing fingers. Chosen: from 0.015 to 0.05 the
+records are the same (see `sim.world.REST_TICKS`)."""
 
 REACH_M = 0.08
 """The person's hand is at the leg when it is this near to it: then the released leg is taken."""

@@ -14,10 +14,12 @@ RESUPPLY_S = 3.0
 """From the release of a leg until the next one waits: shorter than the arm's way back."""
 
 CLEAR_M = 0.20
-"""A leg closer than this to the pickup place is removed before the next one is placed there."""
+"""A leg closer than this to the pickup place is removed before the next one is placed there. Chosen: from 0.1 to 0.4
+the records are the same (see `sim.world.REST_TICKS`)."""
 
 PRESSURE_N = 3.0
-"""A larger change means that a person pulls: half of the lightest pull (6 N)."""
+"""A larger change means that a person pulls: half of the lightest pull (6 N). From 1 to 5 N the records are the same
+(see `sim.world.REST_TICKS`)."""
 
 
 class LegSupply:

@@ -28,7 +28,8 @@ HAND_HALF_M: Vector = (0.09, 0.0425, 0.015)
 """Half the size of a hand: 18 cm long, 8.5 cm wide, 3 cm thick (a median adult's, rounded)."""
 
 PULL_RAMP_S = 0.4
-"""A pull rises to its full force within this time."""
+"""A pull rises to its full force within this time. Chosen: from 0.2 to 0.8 the records are the same (see
+`sim.world.REST_TICKS`)."""
 
 SKIN = (0.87, 0.67, 0.53, 1.0)
 

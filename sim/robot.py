@@ -17,10 +17,10 @@ from sim.timing import ArmPath, Segment, time_path
 from sim.world import World
 
 ARRIVED_RAD = 0.005
-"""A joint this near to its goal has arrived."""
+"""A joint this near to its goal has arrived. Chosen: from 0.002 to 0.02 the records are the same, as of LATE_S."""
 
 START_RAD = 0.02
-"""An arm follows a path only from a pose this near to its start."""
+"""An arm follows a path only from a pose this near to its start. Chosen: from 0.005 to 0.1 the records are the same."""
 
 LATE_S = 1.0
 """An arm that is not at rest this long after the planned time has been blocked. From 0.3 to 3 s the records are the
