@@ -1,8 +1,9 @@
 """The optional parts: each is a folder of `pytest_hricdv.extra`, and this list is the only place that names them.
 
-A part shows the core up to four faces, each a module of its folder that the core loads by name, when it needs it:
+A part shows the core up to five faces, each a module of its folder that the core loads by name, when it needs it:
 
 - `part`: what it does in a session: options, checks, work on each result and after the tests (`session.part.Part`);
+- `execution`: what it does for the execution of tests: criteria of runs (`execution.execution_part.ExecutionPart`);
 - `records`: the keys that it adds to `report.json` (`results.section.Section`);
 - `merging`: its keys of a merged report, where they are not just absent (`merge(reports, merged)`);
 - `view`: what it shows of them: lines for the terminal, a section of the page (`report.view.View`).
@@ -24,6 +25,7 @@ PARTS = MappingProxyType(
         "cluster": ("part",),
         "search": ("part", "records", "merging", "view"),
         "trend": ("part", "records", "view"),
+        "oracle": ("execution",),
     }
 )
 """Part -> its faces; in the order in which sections follow each other in the terminal and on the page."""
@@ -34,7 +36,7 @@ def faces(face: str, name: str) -> tuple[Any, ...]:
     """What parts offer under a name in their modules of one face, in the order of the list.
 
     Args:
-        face: `part`, `records`, `merging` or `view`.
+        face: `part`, `execution`, `records`, `merging` or `view`.
         name: of an attribute of that module; a part whose module has none offers nothing.
     """
     modules = (import_module(f"pytest_hricdv.extra.{part}.{face}") for part, has in PARTS.items() if face in has)

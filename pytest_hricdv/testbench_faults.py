@@ -9,8 +9,8 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.declarations.conformance import Conformance
 from pytest_hricdv.disturbance import faults
-from pytest_hricdv.extra.oracle.declaration import Conformance
 from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace

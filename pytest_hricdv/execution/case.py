@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
 
 from msgspec.structs import replace
 
@@ -15,6 +14,7 @@ from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, debugger
 from pytest_hricdv.execution import faults
+from pytest_hricdv.execution.execution_part import Follower, Watcher, execution_parts
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -36,21 +36,10 @@ from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
-if TYPE_CHECKING:
-    from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
-
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 
 UNMEASURED = NoMeasurement("nobody asked for it")
-
-
-class Watcher(Protocol):
-    """Sees a run in the words of its requirements, as the monitors do."""
-
-    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
-
-    def signal(self, time_s: float, name: str, value: Value) -> None: ...
 
 
 class MonitorFeed:
@@ -185,7 +174,9 @@ def execute(
     testbench, measurement = settings.testbench, settings.measurement
     recorder = Recorder()
     monitors = MonitorSet(_formulas(settings.requirements))
-    followers = _followers(settings.requirements, test)
+    followers = tuple(
+        follower for part in execution_parts() for follower in part.followers(settings.requirements, test)
+    )
     vocabulary = testbench.vocabulary()
     watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
     recorder.listeners += [MonitorFeed(each, vocabulary) for each in watchers]
@@ -242,37 +233,22 @@ def execute(
     )
 
 
-def oracles(testbench: Testbench) -> tuple[Criterion, ...]:
-    """The agent that each run of a testbench is compared with, ready for it; none if it declares none.
+def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
+    """What runs of a testbench are judged by beside its requirements: optional parts add it.
 
     Raises:
-        ConformanceError: a correspondence names what the model, or the run, does not have.
-        RequirementError: a condition of it does not parse.
+        InputError: what the testbench declares for a part is wrong.
+        RequirementError: a condition in it does not parse.
     """
-    if testbench.conformance is None:
-        return ()
-    from pytest_hricdv.extra.oracle.oracle import load_oracle
-
-    vocabulary, parameters = testbench.vocabulary(), testbench.concretization.run
-    return (load_oracle(testbench.conformance, testbench.model, vocabulary, parameters),)
+    return tuple(criterion for part in execution_parts() for criterion in part.criteria(testbench))
 
 
 def _formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
     return tuple(each for each in requirements if isinstance(each, Requirement))
 
 
-def _followers(requirements: Sequence[Criterion], test: ConcreteTest) -> tuple[ConformanceMonitor, ...]:
-    others = [each for each in requirements if not isinstance(each, Requirement)]
-    if not others:
-        return ()
-    from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor  # loads the BDI engine
-    from pytest_hricdv.extra.oracle.oracle import Oracle
-
-    return tuple(ConformanceMonitor(each, test.run) for each in others if isinstance(each, Oracle))
-
-
 def _finished(
-    settings: RunSettings, followers: tuple[ConformanceMonitor, ...], run: Run
+    settings: RunSettings, followers: tuple[Follower, ...], run: Run
 ) -> tuple[Outcome, tuple[Verdict, ...], Record]:
     """Run it to its end: what the testbench says of it, the verdicts, and the record."""
     outcome = settings.testbench.run(run)

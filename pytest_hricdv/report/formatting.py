@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.oracle.declaration import MODEL
+from pytest_hricdv.declarations.conformance import MODEL
 
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 

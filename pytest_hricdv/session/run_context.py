@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
-from pytest_hricdv.execution.case import RunSettings, oracles
+from pytest_hricdv.execution.case import RunSettings, part_criteria
 from pytest_hricdv.extra.film.filming import Filming
 from pytest_hricdv.extra.traces.tracing import Tracing
 from pytest_hricdv.monitor import (
@@ -28,7 +29,6 @@ from pytest_hricdv.results.model import RequirementText
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.replaying import Failures, Provenance
 from pytest_hricdv.session.usage import usage_error
-from pytest_hricdv.testbench import ConformanceError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -53,8 +53,8 @@ class RunContext:
         testbench = self.collection.testbench
         try:
             requirements = load_requirements(testbench.requirements, testbench.vocabulary())
-            found: tuple[Criterion, ...] = (*requirements, *oracles(testbench))
-        except (RequirementError, ConformanceError, ValueError) as error:
+            found: tuple[Criterion, ...] = (*requirements, *part_criteria(testbench))
+        except (RequirementError, InputError, ValueError) as error:
             raise usage_error(str(error)) from None
         names = [each.id for each in found]
         for name in self.options.stop_at:

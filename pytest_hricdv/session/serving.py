@@ -17,6 +17,7 @@ from typing import IO, TYPE_CHECKING, NoReturn
 import msgspec
 import pytest
 
+from pytest_hricdv.execution.execution_part import execution_parts
 from pytest_hricdv.extra.cluster.identity import identity
 
 try:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 PRELOADED = (
-    "pytest_hricdv.extra.oracle.conformance_monitor",
     "pytest_hricdv.monitor.parser",
     *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
 )
@@ -68,7 +68,7 @@ def session() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
 
 def preload() -> None:
     """Import what configuring pytest will import."""
-    for name in PRELOADED:
+    for name in (*PRELOADED, *(module for part in execution_parts() for module in part.preloaded)):
         importlib.import_module(name)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pytest_hricdv.disturbance import MessageDisturbance
-from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, oracles
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, part_criteria
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.testbench import Constant, Disturbance, Doubled, Late, Lost
@@ -27,7 +27,7 @@ def disturbed(disturbance: MessageDisturbance, *further: str) -> CaseResult:
     lines = ("disturb it", *bench.leg(), *bench.leg("110"), *further)
     abstract = AbstractTest("test", "tests", "a test", (), lines, seed=3)
     test = bench.forcing(concretize(abstract, testbench.commands), {"grip_s": 0.0, "outage_turn": 0.0})
-    criteria = (*bench.requirements(), *oracles(testbench))
+    criteria = (*bench.requirements(), *part_criteria(testbench))
     return execute(RunSettings(testbench, criteria), test)
 
 

@@ -18,7 +18,8 @@ from typing import Any
 
 import msgspec
 
-from pytest_hricdv.execution.case import CaseResult, Watcher, execute
+from pytest_hricdv.execution.case import CaseResult, execute
+from pytest_hricdv.execution.execution_part import Watcher
 from pytest_hricdv.extra.closing.branching import Leaf
 from pytest_hricdv.extra.closing.lived_run import LivedRun, role_of
 from pytest_hricdv.extra.closing.observation import Observation, observe

@@ -9,7 +9,7 @@ from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
 from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
-from pytest_hricdv.extra.oracle.declaration import MODEL, ConformanceError
+from pytest_hricdv.declarations.conformance import MODEL, ConformanceError
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, ObservedEvent, Product
 from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation

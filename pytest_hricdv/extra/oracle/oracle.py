@@ -16,7 +16,7 @@ from pytest_hricdv.coupling.agent_names import AgentNames
 from pytest_hricdv.coupling.agents import read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
 from pytest_hricdv.coupling.hears import CouplingError
-from pytest_hricdv.extra.oracle.declaration import MODEL, Conformance, ConformanceError
+from pytest_hricdv.declarations.conformance import MODEL, Conformance, ConformanceError
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Vocabulary
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.coupling.hears import Hears
-from pytest_hricdv.extra.oracle.declaration import Conformance, ConformanceError, Does
+from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
 from pytest_hricdv.monitor import RequirementError
 from tests.extra.oracle.toy import TOY, Toy
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.coupling.hears import Hears
-from pytest_hricdv.extra.oracle.declaration import Does
+from pytest_hricdv.declarations.conformance import Does
 from tests.extra.oracle.toy import HANDED_OVER, TOY, Event, Toy, moved, violation, without
 
 

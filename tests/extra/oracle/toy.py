@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.declarations.conformance import Conformance, Does
 from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
-from pytest_hricdv.extra.oracle.declaration import Conformance, Does
 from pytest_hricdv.extra.oracle.oracle import load_oracle
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Verdict, Vocabulary

@@ -1,0 +1,4 @@
+"""What a testbench declares for optional parts, as plain data that says nothing of how a part goes by it.
+
+- `conformance` (an agent of the model that each run is compared with; for `extra.oracle`)
+"""

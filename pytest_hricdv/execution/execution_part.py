@@ -1,0 +1,56 @@
+"""What an optional part does for the execution of tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Criterion, Verdict
+from pytest_hricdv.parts import faces
+from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.testbench import Testbench
+
+
+class Watcher(Protocol):
+    """Sees a run in the words of its requirements, as the monitors do."""
+
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None: ...
+
+    def signal(self, time_s: float, name: str, value: Value) -> None: ...
+
+
+class Follower(Watcher, Protocol):
+    """Watches a run, and judges it at its end."""
+
+    def finish(self, time_s: float) -> Verdict:
+        """The run ended at `time_s` (s of simulated time): the verdict."""
+
+
+class ExecutionPart:
+    """The face `EXECUTION` of a part; by default it does nothing.
+
+    Its module is loaded with the first testbench, whatever this declares: what is heavy is imported by the methods.
+
+    Attributes:
+        preloaded: modules that a process imports once which runs tests in forks of itself.
+    """
+
+    preloaded: tuple[str, ...] = ()
+
+    def criteria(self, testbench: Testbench) -> tuple[Criterion, ...]:
+        """What runs are judged by, beside the requirements.
+
+        Raises:
+            InputError: what the testbench declares of it is wrong.
+        """
+        return ()
+
+    def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
+        """For one run: what judges it by those of the criteria that are the part's, a verdict for each one."""
+        return ()
+
+
+def execution_parts() -> tuple[ExecutionPart, ...]:
+    """All that take part in execution."""
+    return faces("execution", "EXECUTION")

@@ -1,0 +1,45 @@
+"""The oracle in the execution of tests: a criterion beside the requirements, and what follows a run to judge it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pytest_hricdv.execution.execution_part import ExecutionPart, Follower
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Criterion, Requirement
+from pytest_hricdv.testbench import Testbench
+
+_MONITOR = "pytest_hricdv.extra.oracle.conformance_monitor"
+
+
+class OracleExecution(ExecutionPart):
+    """The agent that each run of a testbench is compared with, where it declares one."""
+
+    preloaded = (_MONITOR,)
+
+    def criteria(self, testbench: Testbench) -> tuple[Criterion, ...]:
+        """The agent, ready for runs; none if the testbench declares none.
+
+        Raises:
+            ConformanceError: a correspondence names what the model, or the run, does not have.
+            RequirementError: a condition of it does not parse.
+        """
+        if testbench.conformance is None:
+            return ()
+        from pytest_hricdv.extra.oracle.oracle import load_oracle
+
+        vocabulary, parameters = testbench.vocabulary(), testbench.concretization.run
+        return (load_oracle(testbench.conformance, testbench.model, vocabulary, parameters),)
+
+    def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
+        """A monitor for the agent, if it is one of the criteria."""
+        others = [criterion for criterion in criteria if not isinstance(criterion, Requirement)]
+        if not others:
+            return ()
+        from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor  # loads the BDI engine
+        from pytest_hricdv.extra.oracle.oracle import Oracle
+
+        return tuple(ConformanceMonitor(oracle, test.run) for oracle in others if isinstance(oracle, Oracle))
+
+
+EXECUTION = OracleExecution()
