@@ -210,7 +210,7 @@ def test_a_source_in_the_folder_or_the_current_one_is_shown(tmp_path: Path, monk
 
 
 @pytest.mark.parametrize(
-    ("count", "told"),
+    ("count", "message"),
     [
         ("#00000000199999999", "found '00000000199999999'"),
         ("#10001", "from 1 to 10000, found '10001'"),
@@ -221,11 +221,11 @@ def test_a_source_in_the_folder_or_the_current_one_is_shown(tmp_path: Path, monk
     ],
     ids=lambda value: value[:20],
 )
-def test_agents_have_a_largest_number(tmp_path: Path, count: str, told: str) -> None:
+def test_agents_have_a_largest_number(tmp_path: Path, count: str, message: str) -> None:
     (tmp_path / "mas.mas2j").write_text(f"MAS m {{ agents: a {count}; }}", encoding="utf-8")
     with pytest.raises(BdiSyntaxError) as caught:
         read_project(tmp_path / "mas.mas2j")
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_zeros_before_a_number_of_agents_do_not_matter(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def _sections(page: str) -> list[Section]:
     parts = re.split(r"^## ", (DOCS / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
     sections = []
     for part in parts:
-        blocks = [Block(found["kind"], found["name"], found["text"]) for found in _BLOCK.finditer(part)]
+        blocks = [Block(match["kind"], match["name"], match["text"]) for match in _BLOCK.finditer(part)]
         if blocks:
             sections.append(Section(f"{page}: {part.splitlines()[0]}", tuple(blocks)))
     return sections

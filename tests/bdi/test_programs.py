@@ -10,9 +10,9 @@ from pytest_hricdv.bdi import MultiAgentSystem
 
 
 def _programs(folder: str) -> list[Path]:
-    found = sorted(file.parent for file in (Path(__file__).parent / folder).glob("*/expected.txt"))
-    assert found, f"no programs in {folder}: the tests would pass without any"
-    return found
+    folders = sorted(file.parent for file in (Path(__file__).parent / folder).glob("*/expected.txt"))
+    assert folders, f"no programs in {folder}: the tests would pass without any"
+    return folders
 
 
 PROGRAMS = _programs("programs")

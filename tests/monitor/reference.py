@@ -54,7 +54,7 @@ class Judged:
 
 def flattened(formula: PastFormula) -> list[PastFormula]:
     parts = formula.operands if isinstance(formula, And) else ()
-    return [each for part in parts for each in flattened(part)] or [formula]
+    return [operand for part in parts for operand in flattened(part)] or [formula]
 
 
 def compares(formula: PastFormula) -> bool:
@@ -80,25 +80,25 @@ class ReferenceEvaluator(PastEvaluator):
         """Tick, missing conjuncts, and the distance of the one that is missing alone."""
         parts = flattened(antecedent)
         truths = [self.truth(part) for part in parts]
-        found = []
+        candidates = []
         for p in range(1, self.end + 1):
             held = [truth[p] and self.is_known(part, p) for part, truth in zip(parts, truths, strict=True)]
             missing = [part for part, holds in zip(parts, held, strict=True) if not holds]
             alone = -self.distance_to_return(missing[0], p) if len(missing) == 1 else math.inf
             alone = alone if len(missing) == 1 and compares(missing[0]) else math.inf
-            found.append((len(missing), alone, p, missing))
-        _, alone, p, missing = min(found, key=lambda each: each[:3])
+            candidates.append((len(missing), alone, p, missing))
+        _, alone, p, missing = min(candidates, key=lambda candidate: candidate[:3])
         return tick_of(p), [str(part) for part in missing], alone if math.isfinite(alone) else None
 
     def outcomes(self, antecedent: PastFormula) -> dict[str, set[bool]]:
         """What each conjunct was, where it had a value."""
-        found: dict[str, set[bool]] = {}
+        outcomes: dict[str, set[bool]] = {}
         for part in flattened(antecedent):
             truth = self.truth(part)
-            found.setdefault(str(part), set()).update(
+            outcomes.setdefault(str(part), set()).update(
                 bool(truth[p]) for p in range(1, self.end + 1) if self.is_known(part, p)
             )
-        return found
+        return outcomes
 
     def is_known(self, f: PastFormula, p: int) -> bool:
         """A field is unknown before its first message, except where the formula asks for the message as well.
@@ -131,14 +131,14 @@ class ReferenceEvaluator(PastEvaluator):
         failures = sum(bool(trigger.violations) for trigger in triggers)
         pending = sum(trigger.undecided for trigger in triggers)
         passes = len(triggers) - failures - pending
-        margin, tick = min((each for trigger in triggers for each in trigger.margins), default=(math.inf, 0))
+        margin, tick = min((margin for trigger in triggers for margin in trigger.margins), default=(math.inf, 0))
         return Summary(
             verdict="Failed" if failures else "Passed" if passes else "NC",
             triggers=len(triggers),
             passes=passes,
             failures=failures,
             pending=pending,
-            violations=sorted((each for trigger in triggers for each in trigger.violations), key=in_order),
+            violations=sorted((violation for trigger in triggers for violation in trigger.violations), key=in_order),
             margin=finite(margin),
             margin_time_s=tick * TICK_S if math.isfinite(margin) else None,
         )
@@ -192,10 +192,10 @@ class ReferenceEvaluator(PastEvaluator):
         self, formula: Formula, shows: tuple[str, ...], start: int, lasting: range, margin: float
     ) -> Violation:
         """The violation at the positions `lasting`: values at its first one; the largest ones of shown signals."""
-        known = self.values[lasting[0]]
-        values = {name: known[name] for name in shows if name in known}
+        values_at_first = self.values[lasting[0]]
+        values = {name: values_at_first[name] for name in shows if name in values_at_first}
         values = {name: max((self.values[p][name] for p in lasting), key=abs) for name in values}
-        values.update({name: known[name] for name in names_read(formula) if name in known})
+        values.update({name: values_at_first[name] for name in names_read(formula) if name in values_at_first})
         values.update({str(count): self.counted(count)[lasting[0]] for count in numbers(formula, Count)})
         times = {str(time): self.between(time)[lasting[0]] for time in numbers(formula, TimeBetween)}
         values.update({text: time for text, time in times.items() if time is not None})

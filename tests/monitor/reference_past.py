@@ -100,14 +100,14 @@ class PastEvaluator:
     def between(self, f: TimeBetween) -> list[float | None]:
         """The time from the last begin at or before the last end to that end, at every position."""
         begins, ends = self.occurrences(f.begin), self.occurrences(f.end)
-        found: list[float | None] = []
+        times_s: list[float | None] = []
         for p in self.positions:
             pairs = [
                 (q, max((b for b in range(1, q + 1) if begins[b]), default=None)) for q in range(1, p + 1) if ends[q]
             ]
-            known = [(end, begin) for end, begin in pairs if begin is not None]
-            found.append((tick_of(known[-1][0]) - tick_of(known[-1][1])) * TICK_S if known else None)
-        return found
+            complete = [(end, begin) for end, begin in pairs if begin is not None]
+            times_s.append((tick_of(complete[-1][0]) - tick_of(complete[-1][1])) * TICK_S if complete else None)
+        return times_s
 
     def elapsed(self, f: Comparison) -> list[bool]:
         """Whether a time since is less than a bound (at most, with `<=`); the open intervals have no end.
@@ -125,7 +125,7 @@ class PastEvaluator:
             return to_end < bound or (to_end == bound and f.relation in ("<=", ">"))
 
         within = [any(a[q] and is_within(p, q) for q in range(1, p + 1)) for p in self.positions]
-        return within if f.relation in ("<", "<=") else [not each for each in within]
+        return within if f.relation in ("<", "<=") else [not holds for holds in within]
 
     def compare_texts(self, f: TextComparison, p: int) -> bool:
         sides = {self.text(f.left, p), self.text(f.right, p)}
@@ -178,9 +178,9 @@ class PastEvaluator:
             case Not():
                 return [not a for a in self.truth(f.operand, since)]
             case And():
-                return [all(each) for each in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
+                return [all(values) for values in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
             case Or():
-                return [any(each) for each in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
+                return [any(values) for values in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
             case Rise():
                 return self.rise(self.truth(f.operand))
             case Fall():

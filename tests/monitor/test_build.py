@@ -66,9 +66,9 @@ def case_study() -> list[Requirement]:
 
 def test_the_case_study_built_in_python_is_the_one_in_the_file() -> None:
     built = case_study()
-    assert [each.formula for each in built] == [each.formula for each in (R1, R2, R3, R4)]
-    for each in built:
-        check_requirement(each, TABLE)
+    assert [rebuilt.formula for rebuilt in built] == [original.formula for original in (R1, R2, R3, R4)]
+    for rebuilt in built:
+        check_requirement(rebuilt, TABLE)
 
 
 @pytest.mark.parametrize(

@@ -49,8 +49,8 @@ def test_the_requirements_of_the_example_are_those_of_the_table_assembly(tmp_pat
     file = tmp_path / "requirements.toml"
     file.write_text(document, encoding="utf-8")
     shown = load_requirements(file, TABLE)
-    assert [(each.id, each.title, each.formula) for each in shown] == [
-        (each.id, each.title, each.formula) for each in (R1, R3)
+    assert [(requirement.id, requirement.title, requirement.formula) for requirement in shown] == [
+        (requirement.id, requirement.title, requirement.formula) for requirement in (R1, R3)
     ]
 
 
@@ -58,7 +58,7 @@ def test_the_patterns_of_the_examples_are_read_from_a_file(tmp_path: Path) -> No
     file = tmp_path / "requirements.toml"
     file.write_text("\n".join(blocks("patterns.md", "toml")), encoding="utf-8")
     table = replace(TABLE, messages={**TABLE.messages, "leg_ready": {}})
-    assert [each.id for each in load_requirements(file, table)] == ["P1", "P2", "P3", "P5"]
+    assert [requirement.id for requirement in load_requirements(file, table)] == ["P1", "P2", "P3", "P5"]
 
 
 def test_the_page_of_patterns_has_them_all() -> None:

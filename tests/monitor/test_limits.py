@@ -55,7 +55,7 @@ MANY = "\n".join(f'd{n} = "p"' for n in range(1001))
 
 
 @pytest.mark.parametrize(
-    ("formula", "definitions", "told"),
+    ("formula", "definitions", "message"),
     [
         ("p & " + "!" * 3000 + "p", "", "r.toml:5:90: requirement R1, column 79 of the formula: nested too deeply"),
         ("(" * 30_000 + "p" + ")" * 30_000, "", "nested too deeply: more than 64 operators or parentheses"),
@@ -80,10 +80,10 @@ MANY = "\n".join(f'd{n} = "p"' for n in range(1001))
     ],
     ids=lambda value: value[:20],
 )
-def test_what_grows_is_refused_with_its_place(tmp_path: Path, formula: str, definitions: str, told: str) -> None:
+def test_what_grows_is_refused_with_its_place(tmp_path: Path, formula: str, definitions: str, message: str) -> None:
     with pytest.raises(RequirementError) as raised:
         loaded(tmp_path, f"always(p -> {formula})", definitions)
-    assert told in str(raised.value)
+    assert message in str(raised.value)
     assert "r.toml:" in str(raised.value)
     assert len(str(raised.value)) <= 1000
 

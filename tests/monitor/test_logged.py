@@ -54,7 +54,9 @@ def test_a_run_that_starts_late_is_judged_as_by_monitors_that_are_fed(formula: F
 @RUNS
 def test_requirements_that_are_judged_together_have_the_verdicts_of_each_alone(trace: LoggedRun) -> None:
     log, watched = log_of(trace), [R1, R2, R3, R4, R5]
-    assert evaluate(watched, log) == tuple(verdict for each in watched for verdict in evaluate([each], log))
+    assert evaluate(watched, log) == tuple(
+        verdict for requirement in watched for verdict in evaluate([requirement], log)
+    )
 
 
 def test_several_requirements_are_judged_in_their_order() -> None:
@@ -80,7 +82,7 @@ def fed(text: str, log: Log) -> Verdict:
         for name, (times, values) in log.signals.items()
         for time_s, value in zip(times, values, strict=True)
     ]
-    updates += [(each.time_s, each.topic, dict(each.fields)) for each in log.messages]  # type: ignore[arg-type]
+    updates += [(message.time_s, message.topic, dict(message.fields)) for message in log.messages]  # type: ignore[arg-type]
     return judge(text, sorted(updates, key=itemgetter(0)), log.end_s)
 
 
@@ -167,7 +169,7 @@ def test_a_value_may_be_unknown_where_it_is_not_needed(
 ) -> None:
     watched, log = [requirement(text)], Log(signals, messages, 3.0)
     [verdict] = evaluate(watched, log)
-    assert [(each.begin_s, each.end_s, each.outcome) for each in verdict.history] == triggers
+    assert [(trigger.begin_s, trigger.end_s, trigger.outcome) for trigger in verdict.history] == triggers
     assert (verdict,) == explained([fed(text, log)], watched, log)
 
 

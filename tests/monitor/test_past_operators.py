@@ -88,7 +88,7 @@ def test_two_messages_at_one_instant_are_counted_as_two() -> None:
     updates: list[Update] = [NO_P, *at("a", 1.0, 1.0, 2.0)]
     for formula in ("count(on(a)) == 2", "count[0:0.5](on(a)) == 2"):
         verdict = judge(f"always({formula} -> p)", updates, 3.0)
-        assert [(each.trigger_s, each.values) for each in verdict.violations] == [
+        assert [(violation.trigger_s, violation.values) for violation in verdict.violations] == [
             (1.0, {"p": False, formula.partition(" ")[0]: 2})
         ]
     assert judge("always(on(a) -> count(on(a)) <= 1)", updates, 3.0).margin == -2.0

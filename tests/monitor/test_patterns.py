@@ -55,7 +55,7 @@ def log(updates: Sequence[Update], end_s: float = 20.0) -> Log:
 def messages(**times_s: Sequence[float]) -> list[Update]:
     """Messages of topics, in the order of time."""
     return sorted(
-        ((time_s, topic, {}) for topic, times in times_s.items() for time_s in times), key=lambda each: each[0]
+        ((time_s, topic, {}) for topic, times in times_s.items() for time_s in times), key=lambda message: message[0]
     )
 
 
@@ -215,16 +215,16 @@ def test_a_bounded_existence_counts_the_events_of_each_scope(events: set[int], s
 
 
 CASES: dict[str, Callable[[Condition, Condition], Formula]] = {
-    "response": lambda one, other: response(one, other, within_s=2),
-    "precedence": lambda one, other: precedence(one, other, within_s=2, after=a),
-    "absence": lambda one, other: absence(one, during=other),
-    "universality": lambda one, other: universality(one, after=other, for_s=2),
-    "existence": lambda one, other: existence(one, at_most=2, after=other),
-    "speed_and_separation": lambda one, other: speed_and_separation(x, y, stop_distance_m=1),
-    "power_and_force": lambda one, other: power_and_force(x, limit_n=1),
-    "contact_pressure": lambda one, other: contact_pressure(x, limit_n_cm2=1),
-    "protective_stop": lambda one, other: protective_stop(one, x, within_s=1, until=other),
-    "hand_guiding": lambda one, other: hand_guiding(one, other, within_s=1),
+    "response": lambda condition, other: response(condition, other, within_s=2),
+    "precedence": lambda condition, other: precedence(condition, other, within_s=2, after=a),
+    "absence": lambda condition, other: absence(condition, during=other),
+    "universality": lambda condition, other: universality(condition, after=other, for_s=2),
+    "existence": lambda condition, other: existence(condition, at_most=2, after=other),
+    "speed_and_separation": lambda condition, other: speed_and_separation(x, y, stop_distance_m=1),
+    "power_and_force": lambda condition, other: power_and_force(x, limit_n=1),
+    "contact_pressure": lambda condition, other: contact_pressure(x, limit_n_cm2=1),
+    "protective_stop": lambda condition, other: protective_stop(condition, x, within_s=1, until=other),
+    "hand_guiding": lambda condition, other: hand_guiding(condition, other, within_s=1),
 }
 
 
@@ -233,14 +233,14 @@ def test_each_pattern_is_tried_with_random_conditions() -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-@given(one=pasts, other=pasts)
+@given(condition=pasts, other=pasts)
 def test_a_pattern_of_any_conditions_can_be_written_and_read_again(
-    name: str, one: PastFormula, other: PastFormula
+    name: str, condition: PastFormula, other: PastFormula
 ) -> None:
-    assume(is_accepted(one) and is_accepted(other))
+    assume(is_accepted(condition) and is_accepted(other))
     if name in ("universality", "hand_guiding"):
-        assume(not is_instantaneous(one) and not is_instantaneous(other))
-    check_requirement(requirement("P", "", CASES[name](Condition(one), Condition(other))), SMALL)
+        assume(not is_instantaneous(condition) and not is_instantaneous(other))
+    check_requirement(requirement("P", "", CASES[name](Condition(condition), Condition(other))), SMALL)
 
 
 def is_accepted(condition: PastFormula) -> bool:
@@ -307,9 +307,9 @@ def test_a_limit_of_force_has_to_be_given() -> None:
 
 @pytest.mark.parametrize("module", ["", ".temporal", ".collaboration"])
 def test_the_examples_of_the_docstrings_give_what_they_show(module: str) -> None:
-    found = doctest.testmod(importlib.import_module(f"pytest_hricdv.monitor.patterns{module}"))
-    assert not found.failed
-    assert found.attempted
+    results = doctest.testmod(importlib.import_module(f"pytest_hricdv.monitor.patterns{module}"))
+    assert not results.failed
+    assert results.attempted
 
 
 @pytest.mark.parametrize("name", PATTERNS)

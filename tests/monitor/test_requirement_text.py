@@ -234,7 +234,7 @@ def test_values_of_what_is_no_text_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("text", "other"),
     [
         ("p | q & p", "p | (q & p)"),
         ("!p & q", "(!p) & q"),
@@ -251,8 +251,8 @@ def test_values_of_what_is_no_text_are_refused() -> None:
         ("x < 1 [hysteresis 1][for 2]", "x < 1 [for 2] [hysteresis 1]"),
     ],
 )
-def test_precedence(one: str, other: str) -> None:
-    assert parse_formula(f"always({one} -> p)", SMALL) == parse_formula(f"always( {other}\n->p )", SMALL)
+def test_precedence(text: str, other: str) -> None:
+    assert parse_formula(f"always({text} -> p)", SMALL) == parse_formula(f"always( {other}\n->p )", SMALL)
 
 
 def test_words_that_are_applied_can_be_names_as_well() -> None:
@@ -264,5 +264,8 @@ def test_words_that_are_applied_can_be_names_as_well() -> None:
 def test_every_word_of_the_grammar_is_a_keyword() -> None:
     grammar = Path(pytest_hricdv.monitor.__file__).with_name("requirement.lark").read_text(encoding="utf-8")
     alternatives = re.findall(r"/\(([a-z|]+)\)\\b/", grammar)
-    words = {*re.findall(r'"([a-z]+)"', grammar), *(word for each in alternatives for word in each.split("|"))}
+    words = {
+        *re.findall(r'"([a-z]+)"', grammar),
+        *(word for alternative in alternatives for word in alternative.split("|")),
+    }
     assert words == KEYWORDS

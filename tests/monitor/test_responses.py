@@ -108,7 +108,7 @@ def test_the_margin_of_a_missed_deadline_is_how_late_the_response_came() -> None
     at_the_end = judge(RESPOND, at("a", 10.0), 13.0)
     assert (at_the_end.margin, at_the_end.margin_time_s) == (0.0, 13.0)
     twice = judge(RESPOND, in_time(at("a", 10.0, 12.0), at("b", 16.0)), 99.0)
-    assert (twice.margin, [each.margin for each in twice.violations]) == (-3.0, [-3.0, -1.0])
+    assert (twice.margin, [violation.margin for violation in twice.violations]) == (-3.0, [-3.0, -1.0])
 
 
 def test_a_deadline_at_the_very_end_is_decided_and_one_after_it_is_pending() -> None:

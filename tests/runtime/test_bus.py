@@ -215,7 +215,7 @@ def test_a_fault_happens_to_the_next_message_of_its_topic_only(
     kernel.spawn("talker", talker)
     kernel.run(limit_s=10.0)
     assert heard == [*((time_s, 1) for time_s in heard_s), (2.0, 2)]
-    events = [(each.time_s, each.topic) for each in recorder.messages]
+    events = [(message.time_s, message.topic) for message in recorder.messages]
     assert events[:2] == [(1.0, "human_ready"), (1.0, f"{fault.name} ping")]
     assert [time_s for time_s, topic in events if topic == "ping"] == [*([1.0] if by_code else recorded_s), 2.0]
 
@@ -232,7 +232,7 @@ def test_a_late_message_that_nobody_listens_for_any_more_is_recorded_as_unheard(
     kernel.spawn("robot", robot)
     kernel.spawn("human", lambda: bus.publish("human", Ping(1)))
     kernel.run(limit_s=10.0)
-    assert [(each.time_s, each.topic) for each in recorder.messages] == [
+    assert [(message.time_s, message.topic) for message in recorder.messages] == [
         (0.0, "doubled ping"),
         (0.0, "ping"),
         (0.5, "unheard ping"),

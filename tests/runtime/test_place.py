@@ -28,8 +28,8 @@ def test_libraries_are_passed_over() -> None:
     hidden: dict[str, Any] = {"__name__": "library", "__tracebackhide__": True, "where": where}
     exec("def call():\n    return where()\n", hidden)
     line = sys._getframe().f_lineno
-    found = [json.loads("{}", object_hook=where), hidden["call"]()]
-    assert [each.rpartition(":")[2] for each in found] == [str(line + 1), str(line + 1)]
+    places = [json.loads("{}", object_hook=where), hidden["call"]()]
+    assert [place.rpartition(":")[2] for place in places] == [str(line + 1), str(line + 1)]
 
 
 def busy(kernel: Kernel) -> None:

@@ -26,9 +26,9 @@ def waiting(wait: Callable[[], object]) -> str:
 
 
 def wait_for_nobody() -> None:
-    one, other = socket.socketpair()
-    with one, other:
-        one.recv(1)
+    receiver, other = socket.socketpair()
+    with receiver, other:
+        receiver.recv(1)
 
 
 @pytest.mark.parametrize("wait", [threading.Event().wait, lambda: time.sleep(30), wait_for_nobody])

@@ -132,15 +132,15 @@ def test_parser_survives_any_order_of_real_tokens(tokens: list[str]) -> None:
 
 
 def _parse_or_locate(text: str) -> None:
-    found: BdiSyntaxError | None = None
+    raised: BdiSyntaxError | None = None
     try:
         parse_program(text, "fuzz.asl")
     except BdiSyntaxError as error:
-        found = error
-    if found is not None:
-        assert str(found).startswith(f"fuzz.asl:{found.line}:{found.column}: ")
-        assert 1 <= found.line <= text.count("\n") + 1
-        assert found.column >= 1
+        raised = error
+    if raised is not None:
+        assert str(raised).startswith(f"fuzz.asl:{raised.line}:{raised.column}: ")
+        assert 1 <= raised.line <= text.count("\n") + 1
+        assert raised.column >= 1
 
 
 @pytest.mark.parametrize(

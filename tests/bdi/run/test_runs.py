@@ -165,8 +165,8 @@ def load(folder: Path, sources: dict[str, str], environment: type[Environment]) 
 def recorded(folder: Path, case: str, environment: str, **options: Any) -> Any:
     """The run of a case as JSON holds it."""
     system = load(folder, CASES[case], ENVIRONMENTS[environment])
-    found = outcome(system.run, max_rounds=120, seed=3, **options)
-    text = json.dumps(found if isinstance(found, str) else found._asdict())
+    result = outcome(system.run, max_rounds=120, seed=3, **options)
+    text = json.dumps(result if isinstance(result, str) else result._asdict())
     return json.loads(text.replace(str(folder), "@"))
 
 
@@ -220,12 +220,12 @@ def test_more_than_two_thousand_messages_arrive_each_once(tmp_path: Path) -> Non
     assert system_of(tmp_path, a=sender, b=receiver).run().prints == [f"[b] {sum(range(2500))}"]
 
 
-@pytest.mark.parametrize("what", ["deep(T)", "T"])
-def test_a_deeply_nested_term_can_be_sent(tmp_path: Path, what: str) -> None:
-    sender = f"!g(0, z). +!g(N, T) : N < 3000 <- !g(N + 1, s(T)). +!g(_, T) <- .send(b, tell, {what}); do(sent)."
+@pytest.mark.parametrize("content", ["deep(T)", "T"])
+def test_a_deeply_nested_term_can_be_sent(tmp_path: Path, content: str) -> None:
+    sender = f"!g(0, z). +!g(N, T) : N < 3000 <- !g(N + 1, s(T)). +!g(_, T) <- .send(b, tell, {content}); do(sent)."
     result = system_of(tmp_path, a=sender, b="+deep(_) <- do(received).").run(max_rounds=20_000)
     assert ("a", "do(sent)") in result.actions
-    assert (("b", "do(received)") in result.actions) == (what == "deep(T)")
+    assert (("b", "do(received)") in result.actions) == (content == "deep(T)")
 
 
 def _write() -> None:

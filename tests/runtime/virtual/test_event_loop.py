@@ -76,7 +76,7 @@ def test_nodes_have_loops_of_their_own_and_a_coroutine_may_block() -> None:
     run(body("a"), body("b"))
     expected = [(0, 1.25), (1, 2.5)]
     assert said == [
-        *((name, *each) for each in expected for name in "ab"),
+        *((name, *step) for step in expected for name in "ab"),
         ("a", 3.5),
         ("b", 3.5),
     ]

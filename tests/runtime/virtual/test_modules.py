@@ -31,4 +31,4 @@ def test_what_takes_the_place_in_memory_of_a_hook_that_is_gone_is_left_alone(mon
         patch.setattr(threading, "excepthook", Hook())  # pytest sets one for each session
         replacements.update()
     others = [Hook() for _ in range(1000)]
-    assert all(replacements.of(each) is each for each in others)
+    assert all(replacements.of(other) is other for other in others)
