@@ -15,7 +15,7 @@ from pytest_hricdv.report.files import refused
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.section import report_sections, test_sections
 
-FOLDERS = ("failures", "films", "traces")
+FOLDERS = ("failures", "films")
 """Folders inside of a report."""
 
 
@@ -93,8 +93,6 @@ class _Names:
         return replace(
             test,
             film=film,
-            trace=test.trace
-            and replace(test.trace, file=self.file("traces", test.trace.file), bag=self.file("traces", test.trace.bag)),
             replay=self.replay(test.replay),
             repeats=tuple(map(self.of_test, test.repeats)),
         )

@@ -5,6 +5,7 @@ The views' own words are ASCII, so that a terminal of any encoding shows them as
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -147,6 +148,13 @@ def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Ite
     for line in wrap(visible(text).split(" "), columns - width(start)):
         yield Line(start + line, style)
         start = " " * width(start)
+
+
+def counted_notes(notes: Iterable[str], columns: int) -> Iterator[Line]:
+    """Notes on tests below a line, each once, with the number of tests that have it; empty ones are left out."""
+    for note, count in Counter(filter(None, notes)).items():
+        for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):
+            yield Line(f"  {line}", "warn")
 
 
 def _end(line: int) -> str:

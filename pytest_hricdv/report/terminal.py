@@ -1,7 +1,6 @@
 """What a run prints: the line in pytest's header, and the section at the end."""
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
@@ -16,6 +15,7 @@ from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
     and_more,
+    counted_notes,
     fit,
     labelled,
     listing,
@@ -26,7 +26,6 @@ from pytest_hricdv.report.formatting import (
     share,
     speedup,
     width,
-    wrap,
 )
 from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.report.view import views
@@ -200,10 +199,9 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
         yield Line(f"  not run: {and_more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
     yield _duration(report)
     yield from _slowest(report)
+    yield from _films(report, columns)
     for view in views():
         yield from view.file_lines(report, columns)
-    yield from _films(report, columns)
-    yield from _traces(report, columns)
 
 
 def _faults(report: Report) -> Iterator[Line]:
@@ -236,22 +234,7 @@ def _films(report: Report, columns: int) -> Iterator[Line]:
         return
     made = sum(film.video is not None for film in films)
     yield Line(f"films: {made} of {plural(len(films), 'failing test')}, beside the report", "ok" if made else "warn")
-    yield from _notes((film.note for film in films), columns)
-
-
-def _traces(report: Report, columns: int) -> Iterator[Line]:
-    traces = [test.trace for test in report.tests if test.trace]
-    if not traces:
-        return
-    written = sum(trace.file is not None for trace in traces)
-    yield Line(f"traces: {written} of {plural(len(traces), 'test')}, beside the report", "ok" if written else "warn")
-    yield from _notes((trace.note for trace in traces), columns)
-
-
-def _notes(notes: Iterable[str], columns: int) -> Iterator[Line]:
-    for note, count in Counter(filter(None, notes)).items():
-        for line in wrap(visible(f"{count} {note}").split(" "), columns - 2):
-            yield Line(f"  {line}", "warn")
+    yield from counted_notes((film.note for film in films), columns)
 
 
 def _replayed(test: str, replayed: ReplayComparison) -> Line:

@@ -228,7 +228,6 @@ def _content(run: TestResult) -> str:
         failure="",
         unmeasured="",
         film=None,
-        trace=None,
         replay=None,
         replayed=None,
         **{section.name: section.default for section in test_sections() if not section.identifies},
@@ -247,7 +246,7 @@ def _united(one: TestResult, other: TestResult) -> TestResult:
     )
 
 
-_ANY_OF = ("failure", "unmeasured", "film", "trace", "replay", "replayed")
+_ANY_OF = ("failure", "unmeasured", "film", "replay", "replayed")
 
 
 def _any_of_parts() -> Iterator[str]:

@@ -103,17 +103,6 @@ class FilmResult(PlainRecord, frozen=True, kw_only=True):
     note: str
 
 
-class TraceResult(PlainRecord, frozen=True, kw_only=True):
-    """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it.
-
-    `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None where there are none.
-    """
-
-    file: str | None
-    note: str = ""
-    bag: str | None = None
-
-
 class TestResult(PlainRecord, frozen=True, kw_only=True):
     """One test and its result.
 
@@ -171,7 +160,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     replay: str | None = None
     replayed: ReplayComparison | None = None
     film: FilmResult | None = None
-    trace: TraceResult | None = None
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
     beside: EngineComparison | None = None

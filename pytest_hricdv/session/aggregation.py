@@ -14,11 +14,10 @@ from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.session.collection import Collection, case_of
+from pytest_hricdv.session.collection import ATTRIBUTE, Collection, case_of
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.resuming import DONE
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.running import ATTRIBUTE
 
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
 FASTEST = 1

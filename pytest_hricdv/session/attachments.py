@@ -16,7 +16,7 @@ from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.timeline_text import timeline_text
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.session.running import ATTRIBUTE
+from pytest_hricdv.session.collection import ATTRIBUTE
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.collection import Collection

@@ -23,6 +23,9 @@ from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench, TestbenchError
 from pytest_hricdv.testbench_faults import checked, lacking
 
+ATTRIBUTE = "hricdv"
+"""Of pytest's report of a test's call: the result, as JSON."""
+
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"

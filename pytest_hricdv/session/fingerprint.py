@@ -43,7 +43,6 @@ def _options(options: Options) -> dict[str, str]:
         "--hri-shard": str(options.shard or ""),
         "--hri-no-cov": "" if options.coverage else "set",
         "--hri-film": "set" if options.film else "",
-        "--hri-mcap": options.mcap,
         "--hri-strict": "set" if options.strict else "",
         "known violations": ", ".join(sorted(known)),
         **{name: value for part in part_options() for name, value in part.fingerprint(options).items()},

@@ -126,8 +126,6 @@ AFTER_THE_TESTS = (
         key=False,
     ),
     Flag("film", "film the runs of failing tests"),
-    Flag("mcap", "write the runs of failing tests as MCAP files, which Foxglove and other viewers open"),
-    Flag("mcap-all", "write the runs of all tests as MCAP files"),
 )
 
 OUTPUT = (

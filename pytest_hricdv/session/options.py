@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import pytest
 
@@ -77,8 +77,6 @@ class Options:
     export: Path | None
     coverage: bool
     film: bool = False
-    mcap: Literal["", "failing", "all"] = ""
-    """Whose runs are written as MCAP files."""
     replay: tuple[Path, ...] = ()
     replay_anyway: bool = False
     learning: LearningOptions = field(default_factory=LearningOptions)
@@ -134,7 +132,6 @@ def read_options(config: pytest.Config) -> Options:
         fidelity=reader.text("fidelity"),
         engine=reader.text("engine"),
         film=reader.flag("film"),
-        mcap="all" if reader.flag("mcap_all") else "failing" if reader.flag("mcap") else "",
         resume=bool(config.getoption("hri_resume")),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),

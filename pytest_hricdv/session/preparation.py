@@ -11,7 +11,6 @@ from msgspec import structs
 
 from pytest_hricdv.extra.engines.choice import passed_over
 from pytest_hricdv.extra.film import filming as films
-from pytest_hricdv.extra.traces import tracing
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.baseline import (
     Baseline,
@@ -84,7 +83,7 @@ class Preparation:
         _ = self.context.known_while
         _ = self.context.code
         self._check_replays()
-        self._check_films_and_traces()
+        self._check_films()
         for part in parts():
             part.check(self.context)
         running = not self.collection.config.getoption("collectonly")
@@ -119,12 +118,10 @@ class Preparation:
             told = "\n  ".join(changed)
             raise usage_error(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
 
-    def _check_films_and_traces(self) -> None:
+    def _check_films(self) -> None:
         try:
             if self.options.film:
                 films.check(self.collection.testbench)
-            if self.options.mcap:
-                tracing.check()
         except TestbenchError as error:
             raise usage_error(str(error)) from None
 

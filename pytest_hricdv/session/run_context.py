@@ -14,7 +14,6 @@ from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.execution.case import RunSettings, part_criteria
 from pytest_hricdv.extra.film.filming import Filming
-from pytest_hricdv.extra.traces.tracing import Tracing
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,
@@ -43,6 +42,8 @@ class RunContext:
     def __init__(self, collection: Collection) -> None:
         self.collection = collection
         self.options = collection.options
+        self.stash = pytest.Stash()
+        """What optional parts keep for this process."""
 
     @cached_property
     def requirements(self) -> tuple[Criterion, ...]:
@@ -137,14 +138,6 @@ class RunContext:
         if not self.options.film:
             return None
         return Filming(self.run_settings, self.options.report)
-
-    @cached_property
-    def tracing(self) -> Tracing | None:
-        """Writes runs of this process as MCAP files; None without --hri-mcap."""
-        asked = self.options.mcap
-        if not asked:
-            return None
-        return Tracing(self.run_settings, self.options.report, every=asked == "all")
 
     @cached_property
     def run_settings(self) -> RunSettings:

@@ -23,13 +23,13 @@ from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import KernelError
-from pytest_hricdv.session.collection import case_of
+from pytest_hricdv.session.collection import ATTRIBUTE, case_of
+from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-ATTRIBUTE = "hricdv"
 NO_REASON = "xfail without a reason"
 
 
@@ -92,7 +92,10 @@ class Running:
             result = self._result(case, item.nodeid)
             failure = _failure(report, call, outcome, ending)
             result = replace(result, outcome=outcome, wall_s=call.duration, failure=failure)
-            setattr(report, ATTRIBUTE, encode(self._traced(case, self._filmed(case, result, report))))
+            result = self._filmed(case, result, report)
+            for part in parts():
+                result = part.finished(self.context, case, result, report)
+            setattr(report, ATTRIBUTE, encode(result))
             self._built = None
         return report  # type: ignore[return-value]
 
@@ -104,12 +107,6 @@ class Running:
         folder = os.path.relpath(self.options.report, self.collection.config.invocation_params.dir)
         report.sections.append(("film", film_text(film, Path(folder))))
         return replace(result, film=film)
-
-    def _traced(self, case: HriCase, result: TestResult) -> TestResult:
-        """The result with its MCAP file, if there is to be one."""
-        if self.context.tracing is None or case.result is None:
-            return result
-        return replace(result, trace=self.context.tracing.trace(case.result, result))
 
     def _checked(self, test: ConcreteTest, result: CaseResult) -> CaseResult:
         """The result, beside that on the second engine where engines check each other."""

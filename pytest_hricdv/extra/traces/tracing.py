@@ -6,24 +6,16 @@ import contextlib
 import io
 import re
 from collections.abc import Iterator, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.film.scene import ObservedWorld, SceneChange
-from pytest_hricdv.results.model import TestResult, TraceResult
-from pytest_hricdv.testbench import Run, TestbenchError
-
-FOLDER = "traces"
+from pytest_hricdv.extra.traces.records import FOLDER, TraceResult
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.testbench import Run
 
 SCENE_PERIOD_US = 50_000
 """Shapes are looked at twenty times a second: films of viewers look smooth, and files stay small."""
-
-
-def check() -> None:
-    """Raise TestbenchError, with what to do, if nothing can be written."""
-    if find_spec("mcap") is None:
-        raise TestbenchError('--hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"')
 
 
 class Tracing:
@@ -32,22 +24,18 @@ class Tracing:
     Args:
         settings: of the session's runs.
         folder: of the report; traces go into a folder inside.
-        every: also those of tests that did not fail.
     """
 
-    def __init__(self, settings: RunSettings, folder: Path, *, every: bool) -> None:
+    def __init__(self, settings: RunSettings, folder: Path) -> None:
         self._settings = settings
         self._testbench = settings.testbench
         self._folder = folder
-        self._every = every
 
-    def trace(self, run: CaseResult, test: TestResult) -> TraceResult | None:
-        """Write the trace of a run; None if it is not asked for.
+    def trace(self, run: CaseResult, test: TestResult) -> TraceResult:
+        """Write the trace of a run.
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        if not (self._every or test.leaves_evidence):
-            return None
         from pytest_hricdv.extra.traces import mcap_file, ros2_bag  # their library is not needed by all
         from pytest_hricdv.extra.traces.trace import Trace
 

@@ -51,12 +51,6 @@ function filmView(film) {
   return section("Film", strip, moving, film.note && h("p", { class: "soft" }, film.note));
 }
 
-function traceView(trace) {
-  return section("Trace", trace.file && h("p", {}, h("a", { href: trace.file }, trace.file), " (MCAP, for Foxglove and other viewers)"),
-    trace.bag && h("p", {}, h("a", { href: trace.bag }, trace.bag), " (the messages of ROS 2, for ros2 bag)"),
-    trace.note && h("p", { class: "soft" }, trace.note));
-}
-
 function neighbours(test) {
   const link = (other, text) => other && h("a", { href: "#test/" + other.anchor, title: other.id }, text);
   return h("p", { class: "neighbours" }, link(TESTS[test.number - 1], "← previous"), " ", h("a", { href: "#tests" }, "all tests"), " ", link(TESTS[test.number + 1], "next →"));
@@ -73,9 +67,8 @@ function testView(test, found) {
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     found.changed && behaviourView(found),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
-    TEST_SECTIONS.first.map((show) => show(found)),
     found.film && filmView(found.film),
-    found.trace && traceView(found.trace),
+    TEST_SECTIONS.first.map((show) => show(found)),
     h("ol", { class: "steps" },
       h("li", {}, section("Beliefs", chips(found.beliefs))),
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),

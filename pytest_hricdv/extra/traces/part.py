@@ -1,0 +1,63 @@
+"""Traces as a part of a session: whose runs are written as MCAP files, each where its test ran."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Literal
+
+import pytest
+
+from pytest_hricdv.session.option_kinds import Flag
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part
+from pytest_hricdv.session.part_options import HasParts
+from pytest_hricdv.session.usage import usage_error
+
+if TYPE_CHECKING:
+    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.extra.traces.tracing import Tracing
+    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.session.run_context import RunContext
+
+Traced = Literal["", "failing", "all"]
+"""The tests whose runs are written; empty for none."""
+
+_TRACING: pytest.StashKey[Tracing] = pytest.StashKey()
+
+
+class TracesPart(Part[Traced]):
+    """Writes runs as MCAP files, into the folder of the report."""
+
+    name = "traces"
+    options = (
+        Flag("mcap", "write the runs of failing tests as MCAP files, which Foxglove and other viewers open"),
+        Flag("mcap-all", "write the runs of all tests as MCAP files"),
+    )
+
+    def read(self, reader: OptionReader) -> Traced:
+        """Whose runs are written."""
+        return "all" if reader.flag("mcap_all") else "failing" if reader.flag("mcap") else ""
+
+    def fingerprint(self, options: HasParts) -> Mapping[str, str]:
+        """A result names its files."""
+        return {"--hri-mcap": self.settings(options)}
+
+    def check(self, context: RunContext) -> None:
+        """Whether the files can be written."""
+        if self.settings(context.options) and find_spec("mcap") is None:
+            raise usage_error('--hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"')
+
+    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+        """The result with its MCAP file, if there is to be one."""
+        traced = self.settings(context.options)
+        if case.result is None or not (traced == "all" or (traced and result.leaves_evidence)):
+            return result
+        from pytest_hricdv.extra.traces.records import TRACE
+        from pytest_hricdv.extra.traces.tracing import Tracing
+
+        tracing = context.stash.setdefault(_TRACING, Tracing(context.run_settings, context.options.report))
+        return TRACE.put(result, tracing.trace(case.result, result))
+
+
+PART = TracesPart()

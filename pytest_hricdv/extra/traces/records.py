@@ -1,0 +1,32 @@
+"""The MCAP files of a run, as a report names them."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from pytest_hricdv._base.record import PlainRecord
+from pytest_hricdv.results.section import FileNames, TestSection
+
+FOLDER = "traces"
+"""Of the report: the files are in it."""
+
+
+class TraceResult(PlainRecord, frozen=True, kw_only=True):
+    """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it.
+
+    `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None where there are none.
+    """
+
+    file: str | None
+    note: str = ""
+    bag: str | None = None
+
+
+def _renamed(trace: TraceResult | None, names: FileNames) -> TraceResult | None:
+    return trace and replace(trace, file=names.file(FOLDER, trace.file), bag=names.file(FOLDER, trace.bag))
+
+
+TRACE: TestSection[TraceResult | None] = TestSection("trace", TraceResult | None, None, rename=_renamed, folder=FOLDER)
+"""Of a test whose run was to be written."""
+
+TEST_SECTIONS = (TRACE,)
