@@ -88,7 +88,7 @@ class HriRun:
 
     def check(self, result: CaseResult) -> None:
         """Fail, with all explained, when a requirement failed that is not a known violation, or at a fault."""
-        built = next((built for known, built in self._results if known is result), None)
+        built = next((built for returned, built in self._results if returned is result), None)
         if built is None:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
         context, units = self._context, self._context.collection.testbench.units
@@ -125,13 +125,13 @@ def hri_run(request: pytest.FixtureRequest) -> HriRun:
 
 def _parsed(test: str | Iterable[str], seed: int, ranges: Concretization) -> AbstractTest:
     text = test if isinstance(test, str) else "\n".join(test)
-    found = parse_tests(text, file="hri_run", suite=SUITE, master_seed=seed, commands=tuple(ranges.commands))
-    if len(found) != 1:
+    tests = parse_tests(text, file="hri_run", suite=SUITE, master_seed=seed, commands=tuple(ranges.commands))
+    if len(tests) != 1:
         raise GenerateError(
-            f"hri_run: {len(found)} tests in the text; expected one: commands on lines of their own, no blank line "
+            f"hri_run: {len(tests)} tests in the text; expected one: commands on lines of their own, no blank line "
             "between them"
         )
-    return found[0]
+    return tests[0]
 
 
 def _with(test: ConcreteTest, parameters: Mapping[str, float], ranges: Concretization) -> ConcreteTest:
@@ -141,13 +141,13 @@ def _with(test: ConcreteTest, parameters: Mapping[str, float], ranges: Concretiz
         if name not in there:
             declared = set(ranges.run).union(*ranges.commands.values())
             why = "none of these commands has it" if name in declared else "the testbench declares none such"
-            known = ", ".join(sorted(there)) or "none"
-            raise GenerateError(f"hri_run: parameter {name!r}: {why}{nearest(name, there)}; there are: {known}")
+            names = ", ".join(sorted(there)) or "none"
+            raise GenerateError(f"hri_run: parameter {name!r}: {why}{nearest(name, there)}; there are: {names}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise GenerateError(f"hri_run: parameter {name!r} is {value!r}; expected a finite number")
-    actions = tuple(ConcreteAction(each.command, _given(each.parameters, parameters)) for each in test.actions)
-    return replace(test, actions=actions, run=_given(test.run, parameters))
+    actions = tuple(ConcreteAction(action.command, _replaced(action.parameters, parameters)) for action in test.actions)
+    return replace(test, actions=actions, run=_replaced(test.run, parameters))
 
 
-def _given(declared: Mapping[str, float], parameters: Mapping[str, float]) -> dict[str, float]:
+def _replaced(declared: Mapping[str, float], parameters: Mapping[str, float]) -> dict[str, float]:
     return {name: float(parameters.get(name, value)) for name, value in declared.items()}

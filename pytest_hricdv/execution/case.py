@@ -179,7 +179,7 @@ def execute(
     )
     vocabulary = testbench.vocabulary()
     watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
-    recorder.listeners += [MonitorFeed(each, vocabulary) for each in watchers]
+    recorder.listeners += [MonitorFeed(watcher, vocabulary) for watcher in watchers]
     # Disable the watchdog while debugging.
     kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
     code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
@@ -244,7 +244,7 @@ def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
 
 
 def _formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
-    return tuple(each for each in requirements if isinstance(each, Requirement))
+    return tuple(criterion for criterion in requirements if isinstance(criterion, Requirement))
 
 
 def _finished(
@@ -263,7 +263,7 @@ def _finished(
 
 def log_of(record: Record, end_s: float) -> Log:
     """What requirements are judged by: a record without its disturbances."""
-    heard = tuple(each for each in record.messages if not each.is_disturbance)
+    heard = tuple(message for message in record.messages if not message.is_disturbance)
     return Log({**record.signals, **record.texts}, heard, end_s)
 
 
@@ -272,7 +272,9 @@ def _marked(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) 
     if not verdict.violations or verdict.requirement not in known_while:
         return verdict
     condition = watched(known_while[verdict.requirement], log)
-    violations = (replace(each, outside=not condition.holds_at(each.time_s)) for each in verdict.violations)
+    violations = (
+        replace(violation, outside=not condition.holds_at(violation.time_s)) for violation in verdict.violations
+    )
     return replace(verdict, violations=tuple(violations))
 
 

@@ -105,10 +105,10 @@ def _failure(error: NodeError, code: CodeUnderTest) -> str:
     raised = error.__cause__
     if raised is None:
         return f"node {error}"
-    what = " ".join(f"{type(raised).__name__}: {raised}".removesuffix(": ").split())
+    description = " ".join(f"{type(raised).__name__}: {raised}".removesuffix(": ").split())
     if raised is code.raised:
-        return f"the code under test raised {what} in node {error.node} at {error.time_s:.3f} s"
-    return f"node {error.node} raised {what} at {error.time_s:.3f} s"
+        return f"the code under test raised {description} in node {error.node} at {error.time_s:.3f} s"
+    return f"node {error.node} raised {description} at {error.time_s:.3f} s"
 
 
 def of_bins(
@@ -116,9 +116,9 @@ def of_bins(
 ) -> tuple[dict[str, tuple[Bin, ...]], list[str]]:
     """The bins that a run hit, by cross product, and what is wrong with them, a sentence each."""
     judged: Mapping[str, str] = {verdict.requirement: verdict.verdict for verdict in verdicts}
-    known = ", ".join(testbench.cross) or "none"
+    declared = ", ".join(testbench.cross) or "none"
     unknown = sorted(outcome.cross.keys() - testbench.cross.keys())
-    faults = [f"cross product: run reported bins of {name!r}, but declared are: {known}" for name in unknown]
+    faults = [f"cross product: run reported bins of {name!r}, but declared are: {declared}" for name in unknown]
     hits = {}
     for name, product in testbench.cross.items():
         checked = product.checked(outcome.cross.get(name, ()), judged)

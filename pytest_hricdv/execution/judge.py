@@ -36,7 +36,7 @@ class Discrepancy(Protocol):
 
 def judge_run(
     result: CaseResult | None,
-    known: Mapping[str, str],
+    known_violations: Mapping[str, str],
     *,
     differences: Sequence[Discrepancy] = (),
     mismatch: str = "",
@@ -45,23 +45,23 @@ def judge_run(
 
     Args:
         result: of the run, with that on a second engine where engines check each other; None where it came to no end.
-        known: requirement -> why its violation is known; none in a strict session.
+        known_violations: requirement -> why its violation is known; none in a strict session.
         differences: what came out otherwise on the second engine.
         mismatch: that the run of a replay is another one than the recorded one, without a reason for it.
     """
     if result is None:
         return Judgement("error")
-    undeclared = undeclared_violations(result, known)
+    undeclared = undeclared_violations(result, known_violations)
     if mismatch or result.faults:
         return Judgement("failed", undeclared)
     if result.beside is not None:
-        by_engine = _judge_engines(result.beside, undeclared, known, differences)
+        by_engine = _judge_engines(result.beside, undeclared, known_violations, differences)
         if by_engine is not None:
             return by_engine
     if undeclared:
         return Judgement("failed", undeclared)
     if result.failed:
-        declared = "; ".join(f"{name} ({known[name]})" for name in result.failed)
+        declared = "; ".join(f"{name} ({known_violations[name]})" for name in result.failed)
         return Judgement("known-violation", reason=f"known violation of {declared}")
     return Judgement("passed")
 
@@ -84,14 +84,15 @@ def judge_test(end: FunctionEnd, judgement: Judgement | None, *, has_run: bool) 
     return "passed" if end == "returned" else "failed"
 
 
-def undeclared_violations(result: CaseResult, known: Container[str]) -> tuple[str, ...]:
+def undeclared_violations(result: CaseResult, known_violations: Container[str]) -> tuple[str, ...]:
     """The requirements that a run violated, on whichever engine, and whose violation there is not declared as known."""
     runs = (result,) if result.beside is None else (result, result.beside)
     names = (
         verdict.requirement
         for run in runs
         for verdict in run.verdicts
-        if verdict.verdict == "Failed" and not is_declared(verdict.requirement, known, outside=verdict.outside)
+        if verdict.verdict == "Failed"
+        and not is_declared(verdict.requirement, known_violations, outside=verdict.outside)
     )
     return tuple(dict.fromkeys(names))
 
@@ -99,7 +100,7 @@ def undeclared_violations(result: CaseResult, known: Container[str]) -> tuple[st
 def _judge_engines(
     beside: CaseResult,
     undeclared: tuple[str, ...],
-    known: Container[str],
+    known_violations: Container[str],
     differences: Sequence[Discrepancy],
 ) -> Judgement | None:
     """The judgement where the engine decides; None where it does not, as where the same violation is on both.
@@ -114,7 +115,7 @@ def _judge_engines(
         return None
     texts = [*(difference.text for difference in differences), *(f"{beside.engine}: {text}" for text in beside.faults)]
     unexplained = any(
-        not difference.tolerated and (difference.what in undeclared or difference.what not in known)
+        not difference.tolerated and (difference.what in undeclared or difference.what not in known_violations)
         for difference in differences
     )
     outcome: TestOutcome = "failed" if beside.faults or unexplained else "engine-sensitive"

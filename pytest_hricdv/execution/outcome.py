@@ -46,12 +46,12 @@ class Judgement:
     depends_on_engine: bool = False
 
 
-def is_declared(requirement: str, known: Container[str], *, outside: bool) -> bool:
+def is_declared(requirement: str, known_violations: Container[str], *, outside: bool) -> bool:
     """Whether a violation is declared as known.
 
     Args:
         requirement: that was violated.
-        known: requirements whose violations are known.
+        known_violations: requirements whose violations are known.
         outside: it was outside of the condition under which they are.
     """
-    return requirement in known and not outside
+    return requirement in known_violations and not outside

@@ -100,7 +100,7 @@ def started(
         path: where modules are found; None: as in this process.
     """
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
-    environment["PYTHONPATH"] = os.pathsep.join(each for each in (path if path is not None else sys.path) if each)
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path if path is None else path))
     environment |= dict.fromkeys(ONE_THREAD, "1") | dict(variables or {})
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         process = subprocess.Popen(

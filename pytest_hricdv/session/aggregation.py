@@ -135,7 +135,7 @@ class Aggregation:
     @cached_property
     def seeds(self) -> dict[str, int]:
         """Suite -> the seed that it was generated from."""
-        return {each.suite.name: each.suite.seed for each in self.collection.selected}
+        return {generated.suite.name: generated.suite.seed for generated in self.collection.selected}
 
     def late_errors(self) -> list[str]:
         """Errors of tests that have a result nevertheless, as of a fixture that could not be torn down."""

@@ -96,7 +96,7 @@ class HtmlAttaching(Attaching):
         """Attach what there is of a test."""
         from pytest_html import extras
 
-        found = [
+        attached = [
             extras.url(self._link(result, self._page.parent), name=LINK),
             extras.text(self._timeline(result), name=TIMELINE),
         ]
@@ -105,8 +105,8 @@ class HtmlAttaching(Attaching):
             content = relative(path, self._page.parent)
             if self._self_contained:
                 content = base64.b64encode(path.read_bytes()).decode()
-            found.append(kind(content, name=name))
-        setattr(report, "extras", [*getattr(report, "extras", []), *found])  # noqa: B010
+            attached.append(kind(content, name=name))
+        setattr(report, "extras", [*getattr(report, "extras", []), *attached])  # noqa: B010
 
 
 def attaching(collection: Collection) -> Iterator[Attaching]:

@@ -88,13 +88,13 @@ class Events:
 
 def first_violation(result: CaseResult, asked: Sequence[str]) -> tuple[str, float] | None:
     """The requirement that a run violated first, of those asked for, and when (s); None where it violated none."""
-    found = [
+    violated = [
         (violation.time_s, verdict.requirement)
         for verdict in result.verdicts
         if verdict.requirement in asked
         for violation in verdict.violations
     ]
-    return (min(found)[1], min(found)[0]) if found else None
+    return (min(violated)[1], min(violated)[0]) if violated else None
 
 
 @dataclass
@@ -117,15 +117,15 @@ class Breaking:
         """Run a test; where it violates a requirement, once more, to stop there. Returns the first run's result."""
         counting = Events()
         result = execute(self.settings, test, NAME, watching=[counting])
-        found = first_violation(result, self.asked)
-        if found is None:
+        first = first_violation(result, self.asked)
+        if first is None:
             return result
         code: list[CodeUnderTest] = []
 
         def stop(signals: Mapping[str, Value], messages: Mapping[str, Mapping[str, Value]]) -> None:
-            self._stop(self._now(found, result, signals, messages, code[0]), code[0])
+            self._stop(self._now(first, result, signals, messages, code[0]), code[0])
 
-        stopping = Events(counting.last_until(found[1]), stop)
+        stopping = Events(counting.last_until(first[1]), stop)
         try:
             execute(self.settings, test, NAME, watching=[stopping], begun=code.append)
         finally:
@@ -136,7 +136,7 @@ class Breaking:
 
     def _now(
         self,
-        found: tuple[str, float],
+        first: tuple[str, float],
         result: CaseResult,
         signals: Mapping[str, Value],
         messages: Mapping[str, Mapping[str, Value]],
@@ -144,12 +144,12 @@ class Breaking:
     ) -> Now:
         topic, _, name = self.settings.testbench.state.partition(".")
         return Now(
-            requirement=found[0],
-            time_s=found[1],
+            requirement=first[0],
+            time_s=first[1],
             signals=dict(signals),
             messages=dict(messages),
             state=str(messages.get(topic, {}).get(name, "")),
-            verdicts={each.requirement: each.verdict for each in result.verdicts},
+            verdicts={verdict.requirement: verdict.verdict for verdict in result.verdicts},
             nodes=tuple(code.waiting),
         )
 

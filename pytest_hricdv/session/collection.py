@@ -36,8 +36,8 @@ _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a
 
 def worker_input(config: pytest.Config) -> dict[str, object] | None:
     """What xdist's controller sent to this worker; None in the controller, or without xdist."""
-    given: dict[str, object] | None = getattr(config, "workerinput", None)
-    return given
+    values: dict[str, object] | None = getattr(config, "workerinput", None)
+    return values
 
 
 def case_of(item: pytest.Item) -> HriCase | None:
@@ -55,8 +55,8 @@ class Collection:
         self.options = options
         self.closing: Callable[[Sequence[GeneratedSuite]], GeneratedSuite] | None = None
         """Generates the suite that a closing loop leads to, given the others; where one is asked for."""
-        given = worker_input(config) or {}  # without a suite, a worker is sent nothing
-        self.done: frozenset[str] = frozenset(json.loads(str(given.get(DONE, "[]"))))
+        sent = worker_input(config) or {}  # without a suite, a worker is sent nothing
+        self.done: frozenset[str] = frozenset(json.loads(str(sent.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""
 
     @cached_property
@@ -71,9 +71,9 @@ class Collection:
             )
         code = implementations[-1].function.__code__
         try:
-            found = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
-            found = found.simulated(self.options.fidelity) if self.options.fidelity else found
-            return on_engine(found, self.options.engine)
+            testbench = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
+            testbench = testbench.simulated(self.options.fidelity) if self.options.fidelity else testbench
+            return on_engine(testbench, self.options.engine)
         except TestbenchError as error:
             raise usage_error(str(error)) from None
         except Exception as error:
@@ -87,9 +87,9 @@ class Collection:
     @cached_property
     def selected(self) -> list[GeneratedSuite]:
         """The suites; generated at most once in a session, and never in a worker."""
-        given = worker_input(self.config)
-        if given is not None:
-            return from_text(str(given[WORKER_INPUT]))
+        sent = worker_input(self.config)
+        if sent is not None:
+            return from_text(str(sent[WORKER_INPUT]))
         if self.options.replay:
             return replaying.suites(self.replays.values(), self.testbench)
         cache = getattr(self.config, "cache", None)
@@ -100,12 +100,12 @@ class Collection:
     @cached_property
     def replays(self) -> dict[str, ReplayInput]:
         """Test id -> its replay file; empty if nothing is replayed."""
-        handed = worker_input(self.config)
-        if handed is not None:
-            given = replaying.from_text(str(handed[REPLAYS]))
+        sent = worker_input(self.config)
+        if sent is not None:
+            files = replaying.from_text(str(sent[REPLAYS]))
         else:
-            given = replaying.given(self.options.replay, self.testbench, self.config.invocation_params.dir)
-        return {each.replay.test.id: each for each in given}
+            files = replaying.read_replays(self.options.replay, self.testbench, self.config.invocation_params.dir)
+        return {file.replay.test.id: file for file in files}
 
     @cached_property
     def cases(self) -> list[HriCase]:
@@ -118,17 +118,17 @@ class Collection:
         """All cases of the suites, in order."""
         if not self.replays:
             return cases(self.selected, self.testbench, self.options.concretizations, self.options.sampling)
-        found = cases(self.selected, self.testbench, 1)
-        for case in found:
+        replayed = cases(self.selected, self.testbench, 1)
+        for case in replayed:
             case.fixed = self.replays[case.abstract.id].replay.concrete
-        return found
+        return replayed
 
     @cached_property
     def only_cases(self) -> bool:
         """Whether only generated tests are collected: a suite is named on the command line, and no paths are."""
-        given = worker_input(self.config)
-        if given is not None:
-            return bool(given[ONLY_CASES])
+        sent = worker_input(self.config)
+        if sent is not None:
+            return bool(sent[ONLY_CASES])
         paths_named = self.config.args_source == pytest.Config.ArgsSource.ARGS
         return self.options.suite_named and not paths_named
 
@@ -166,12 +166,12 @@ class Collection:
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: object) -> None:
         """xdist: sends the suites to a worker that starts; workers do not generate."""
-        given: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
-        given[WORKER_INPUT] = to_text(self.selected)
-        given[ONLY_CASES] = self.only_cases
-        given[SESSION_DAY] = self.options.today.isoformat()
-        given[DONE] = json.dumps(sorted(self.done))
-        given[REPLAYS] = replaying.to_text(self.replays.values())
+        values: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
+        values[WORKER_INPUT] = to_text(self.selected)
+        values[ONLY_CASES] = self.only_cases
+        values[SESSION_DAY] = self.options.today.isoformat()
+        values[DONE] = json.dumps(sorted(self.done))
+        values[REPLAYS] = replaying.to_text(self.replays.values())
 
 
 def missing_items(arguments: Sequence[str], options: Options | None) -> str:
@@ -204,13 +204,13 @@ def _host_paths(config: pytest.Config) -> list[str]:
     Raises:
         pytest.UsageError: there is nothing of that name.
     """
-    found = []
-    for path in config.getini("hri_testpaths"):
-        matches = sorted(glob.glob(str(path), recursive=True))
+    paths = []
+    for pattern in config.getini("hri_testpaths"):
+        matches = sorted(glob.glob(str(pattern), recursive=True))
         if not matches:
-            raise usage_error(f"{config.inipath}: hri_testpaths: no such file or folder: {path}")
-        found += matches
-    return found
+            raise usage_error(f"{config.inipath}: hri_testpaths: no such file or folder: {pattern}")
+        paths += matches
+    return paths
 
 
 def _located(error: Exception) -> str:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def read_targets(config: pytest.Config) -> ExportTargets:
     """The files that options and ini keys name. Raises pytest.UsageError for one that cannot be written."""
     named = {name: _path(config, name) for name in EXPORT_FORMATS}
-    given = [path for path in named.values() if path is not None]
-    twice = next((path for path in given if given.count(path) > 1), None)
+    paths = [path for path in named.values() if path is not None]
+    twice = next((path for path in paths if paths.count(path) > 1), None)
     if twice is not None:
         names = " and ".join(f"--hri-{name}" for name, path in named.items() if path == twice)
         raise usage_error(f"{names}: expected a file for each, and both are to be {twice}")
@@ -32,10 +32,10 @@ def read_targets(config: pytest.Config) -> ExportTargets:
 
 
 def _path(config: pytest.Config, name: str) -> Path | None:
-    given = config.getoption(f"hri_{name}")
-    text = str(config.getini(f"hri_{name}") if given is None else given).strip()
+    option = config.getoption(f"hri_{name}")
+    text = str(config.getini(f"hri_{name}") if option is None else option).strip()
     if not text:
-        if given is not None:
+        if option is not None:
             raise usage_error(f"--hri-{name}: expected the name of a file to write")
         return None
     path = config.invocation_params.dir / text

@@ -18,8 +18,11 @@ def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str
     Which of the project's files a testbench loads is known only when all tests have run, so all count.
     """
     code = {name: text[:16] for name, text in provenance.code.items()}
-    suites = {f"suite {each.suite.name}": short_hash(each.suite.to_json().encode()) for each in collection.selected}
-    replays = {each.name: short_hash(each.replay.to_json().encode()) for each in collection.replays.values()}
+    suites = {
+        f"suite {generated.suite.name}": short_hash(generated.suite.to_json().encode())
+        for generated in collection.selected
+    }
+    replays = {file.name: short_hash(file.replay.to_json().encode()) for file in collection.replays.values()}
     project = files_and_versions(collection.config.rootpath)
     form = {"report.json": SCHEMA}
     return {**_options(collection.options), **form, **suites, **replays, **project, **code, **provenance.made_with}
@@ -32,7 +35,10 @@ def files_and_versions(root: Path) -> dict[str, str]:
 
 def _options(options: Options) -> dict[str, str]:
     """The options that results depend on, as far as suites do not tell."""
-    known = [f"{name} while {each.condition}" if each.condition else name for name, each in options.known.items()]
+    known_violations = (
+        f"{name} while {exemption.condition}" if exemption.condition else name
+        for name, exemption in options.known.items()
+    )
     return {
         "--hri-suite": options.suites,
         "--hri-seed": str(options.seed),
@@ -44,6 +50,6 @@ def _options(options: Options) -> dict[str, str]:
         "--hri-no-cov": "" if options.coverage else "set",
         "--hri-film": "set" if options.film else "",
         "--hri-strict": "set" if options.strict else "",
-        "known violations": ", ".join(sorted(known)),
+        "known violations": ", ".join(sorted(known_violations)),
         **{name: value for part in part_options() for name, value in part.fingerprint(options).items()},
     }

@@ -45,8 +45,8 @@ class LearningOptions:
 
 def read_learning(config: pytest.Config) -> LearningOptions:
     """The options of the ini file and the command line."""
-    given: Sequence[str] = config.getoption("hri_rl") or ()
-    named = [f"--hri-rl={line}" for line in given]
+    lines: Sequence[str] = config.getoption("hri_rl") or ()
+    named = [f"--hri-rl={line}" for line in lines]
     texts = {}
     for name in ("reward", "start", "save"):
         option = config.getoption(f"hri_rl_{name}")
@@ -56,7 +56,7 @@ def read_learning(config: pytest.Config) -> LearningOptions:
     folder = config.invocation_params.dir
     settings = [(f"hri_rl: {line}", line) for line in config.getini("hri_rl")]
     return LearningOptions(
-        settings=(*settings, *((f"--hri-rl={line}", line) for line in given)),
+        settings=(*settings, *((f"--hri-rl={line}", line) for line in lines)),
         reward=texts["reward"],
         start=folder / texts["start"] if texts["start"] else None,
         save=folder / texts["save"] if texts["save"] else None,
@@ -72,18 +72,18 @@ def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
     """
     from pytest_hricdv.generate import GenerateError
 
-    found = testbench.learning
+    constants = testbench.learning
     for where, line in options.settings:
         try:
-            found = replace(found, **_setting(line))
+            constants = replace(constants, **_setting(line))
         except GenerateError as error:
             raise usage_error(f"{where}: {error}") from None
     if options.reward:
         try:
-            found = replace(found, reward=options.reward)
+            constants = replace(constants, reward=options.reward)
         except GenerateError as error:
             raise usage_error(f"--hri-rl-reward={options.reward}: {error}") from None
-    return found
+    return constants
 
 
 def warm_start(options: LearningOptions, testbench: Testbench) -> WarmStart:
@@ -112,7 +112,7 @@ def _setting(line: str) -> dict[str, Any]:
     from pytest_hricdv.generate.qlearning import QLearning
 
     name, equals, text = (part.strip() for part in line.partition("="))
-    defaults = {each.name: each.default for each in fields(QLearning) if each.name != "reward"}
+    defaults = {field.name: field.default for field in fields(QLearning) if field.name != "reward"}
     if name == "reward":
         raise GenerateError("the reward has an option of its own: --hri-rl-reward=NAME")
     if not equals or name not in defaults:

@@ -140,7 +140,7 @@ OUTPUT = (
 )
 
 
-EXPORTS = tuple(Value(name, "FILE", what) for name, what in EXPORT_FORMATS.items())
+EXPORTS = tuple(Value(name, "FILE", description) for name, description in EXPORT_FORMATS.items())
 
 
 def add_options(parser: pytest.Parser) -> None:

@@ -59,7 +59,7 @@ class Status:
             parts.append(f"{self.failed} failed")
         if self.left_s is not None and self.done < self.total:
             parts.append(time_left(self.left_s))
-        start, shown = ", ".join(parts), [visible(each) for each in self.running]
+        start, shown = ", ".join(parts), [visible(test) for test in self.running]
         for count in range(len(shown), 0, -1):
             more = f" and {len(shown) - count} more" if count < len(shown) else ""
             text = f"{start}: {', '.join(shown[:count])}{more}"
@@ -159,7 +159,7 @@ class Progress:
         with self._writing():
             if not self._actions:
                 self._began_s = time.monotonic()
-                self._actions = {each: 1 + len(case.abstract.lines) for each, case in self._chosen.items()}
+                self._actions = {chosen: 1 + len(case.abstract.lines) for chosen, case in self._chosen.items()}
                 self._actions_left = sum(self._actions.values())
             self._running[nodeid] = None
             return (yield)

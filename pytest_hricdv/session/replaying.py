@@ -41,7 +41,7 @@ class ReplayInput:
     replay: Replay
 
 
-def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[ReplayInput, ...]:
+def read_replays(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[ReplayInput, ...]:
     """Read replay files, or folders of them.
 
     Args:
@@ -51,18 +51,18 @@ def given(paths: Iterable[Path], testbench: Testbench, start: Path) -> tuple[Rep
     Raises:
         pytest.UsageError: a file is missing, cut off, of another version, or speaks of what the testbench has not.
     """
-    found: dict[str, ReplayInput] = {}
+    by_test: dict[str, ReplayInput] = {}
     try:
         for path in _files(paths):
             name = os.path.relpath(path, start)
             replay = Replay.from_json(read(path), name)
             _check_parameters(replay, testbench, name)
-            if replay.test.id in found:
-                raise ReplayError(f"{found[replay.test.id].name} and {name} both have the test {replay.test.id}")
-            found[replay.test.id] = ReplayInput(name, replay)
+            if replay.test.id in by_test:
+                raise ReplayError(f"{by_test[replay.test.id].name} and {name} both have the test {replay.test.id}")
+            by_test[replay.test.id] = ReplayInput(name, replay)
     except ReplayError as error:
         raise usage_error(f"--hri-replay: {error}") from None
-    return tuple(found.values())
+    return tuple(by_test.values())
 
 
 def _files(paths: Iterable[Path]) -> Iterable[Path]:
@@ -94,8 +94,8 @@ def _check_names(where: str, parameters: Mapping[str, float], declared: Mapping[
 def suites(replays: Iterable[ReplayInput], testbench: Testbench) -> list[GeneratedSuite]:
     """The tests of replay files, as suites with the names and seeds that they come from."""
     by_name: dict[str, list[Replay]] = {}
-    for each in replays:
-        by_name.setdefault(each.replay.test.suite, []).append(each.replay)
+    for file in replays:
+        by_name.setdefault(file.replay.test.suite, []).append(file.replay)
     made = []
     for name, group in by_name.items():
         tests = [replay.test for replay in group]
@@ -107,7 +107,7 @@ def suites(replays: Iterable[ReplayInput], testbench: Testbench) -> list[Generat
 
 def to_text(replays: Iterable[ReplayInput]) -> str:
     """The files as text for xdist's `workerinput`."""
-    return json.dumps([[each.name, each.replay.to_json()] for each in replays])
+    return json.dumps([[file.name, file.replay.to_json()] for file in replays])
 
 
 def from_text(text: str) -> tuple[ReplayInput, ...]:
@@ -148,21 +148,21 @@ class Provenance:
             origin=origin,
         )
 
-    def compared(self, given: ReplayInput, result: TestResult) -> ReplayComparison:
+    def compared(self, file: ReplayInput, result: TestResult) -> ReplayComparison:
         """How the run of a replayed test compares with the recorded one."""
-        expected = given.replay.record_sha256
+        expected = file.replay.record_sha256
         return ReplayComparison(
-            file=given.name,
+            file=file.name,
             expected_sha256=expected,
             same=expected == result.record_sha256,
-            changed=tuple(differences(given.replay, self.code, self._with_simulation(result))),
+            changed=tuple(differences(file.replay, self.code, self._with_simulation(result))),
         )
 
-    def note(self, given: ReplayInput) -> str:
+    def note(self, file: ReplayInput) -> str:
         """What to say of a file before its test runs: what is not as it was; empty where all is."""
-        before = {name: text for name, text in given.replay.made_with.items() if name in self.made_with}
-        changed = differences(replace(given.replay, made_with=before), self.code, self.made_with)
-        return f"{given.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""
+        before = {name: text for name, text in file.replay.made_with.items() if name in self.made_with}
+        changed = differences(replace(file.replay, made_with=before), self.code, self.made_with)
+        return f"{file.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""
 
     def _with_simulation(self, result: TestResult) -> dict[str, str]:
         simulation = {"fidelity": result.fidelity, "engine": result.engine}
@@ -247,8 +247,8 @@ class Rerunning:
         return made, self.failures.keep(self.provenance.replay(made, built, self.seeds[case.suite], origin))
 
 
-def named(test: ConcreteTest, what: str) -> ConcreteTest:
-    """The test with a new id, made from what it is and from its content, so that equal tests have equal ids."""
+def named(test: ConcreteTest, made_by: str) -> ConcreteTest:
+    """The test with a new id, made from how it was made and from its content, so that equal tests have equal ids."""
     actions = [[action.command, sorted(action.parameters.items())] for action in test.actions]
     content = digest("made", test.suite, test.seed, actions, sorted(test.run.items()))
-    return replace(test, id=f"{slug(test.suite)}-{slug(what)}-{content[:8]}")
+    return replace(test, id=f"{slug(test.suite)}-{slug(made_by)}-{content[:8]}")

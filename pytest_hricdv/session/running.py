@@ -126,9 +126,9 @@ class Running:
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
-            what = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
+            place = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
         shown = self._shown_result(case, nodeid)
-        failure.add_note("\n" + explanation.aborted(shown, what, **self._rerun_info(case)))
+        failure.add_note("\n" + explanation.aborted(shown, place, **self._rerun_info(case)))
         raise failure
 
     def _stopped(self, test: ConcreteTest) -> CaseResult:
@@ -155,8 +155,8 @@ class Running:
 
         def explained() -> str:
             shown = replace(self._shown_result(case, nodeid), failure=mismatch)
-            known, units = self.context.known, self.collection.testbench.units
-            return explanation.failure(shown, self.context.texts, known=known, units=units, **self._rerun_info(case))
+            context, units, again = self.context, self.collection.testbench.units, self._rerun_info(case)
+            return explanation.failure(shown, context.texts, known=context.known, units=units, **again)
 
         try:
             raise_for(judgement, result, explained)
@@ -168,8 +168,8 @@ class Running:
         return replace(self._result(case, nodeid), nodeid=self.context.shown(nodeid))
 
     def _rerun_info(self, case: HriCase) -> RerunInfo:
-        given = self.collection.replays.get(case.abstract.id)
-        file = given.name if given else self.context.failures.name(case.abstract.id)
+        replayed = self.collection.replays.get(case.abstract.id)
+        file = replayed.name if replayed else self.context.failures.name(case.abstract.id)
         options = self.options
         return {"seed": options.seed, "suite": options.suites, "rerun_options": options.again, "file": file}
 
@@ -187,9 +187,9 @@ class Running:
             )
             if run is not None and run.beside is not None:
                 result = replace(result, beside=compare(run, run.beside, self.collection.testbench))
-            given = self.collection.replays.get(case.abstract.id)
-            if given is not None:
-                result = replace(result, replay=given.name, replayed=self.context.provenance.compared(given, result))
+            file = self.collection.replays.get(case.abstract.id)
+            if file is not None:
+                result = replace(result, replay=file.name, replayed=self.context.provenance.compared(file, result))
             self._built = (case, run, result)
         return self._built[2]
 

@@ -46,8 +46,8 @@ END = b""
 def arguments_of(config: pytest.Config) -> tuple[str, ...]:
     """The arguments of the session."""
     unmeasured = ["--no-cov"] if hasattr(config.option, "no_cov") else []  # of pytest-cov
-    given = [os.fspath(each) for each in config.invocation_params.args]
-    return (*given, *unmeasured, *UNWARNED)
+    arguments = map(os.fspath, config.invocation_params.args)
+    return (*arguments, *unmeasured, *UNWARNED)
 
 
 @contextmanager

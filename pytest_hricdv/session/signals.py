@@ -36,7 +36,7 @@ class Signals:
         """Within: a signal raises. Afterwards the handlers are as they were."""
         before = {}
         if threading.current_thread() is threading.main_thread():  # elsewhere Python cannot set handlers
-            before = {number: each for number, each in _REPLACED.items() if signal.getsignal(number) is each}
+            before = {number: handler for number, handler in _REPLACED.items() if signal.getsignal(number) is handler}
         try:
             for number in before:
                 signal.signal(number, self._receive)

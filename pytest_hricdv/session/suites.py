@@ -49,17 +49,17 @@ def selected_suites(
         ]
     except GenerateError as error:
         raise usage_error(f"--hri-suite: {error}") from None
-    total = options.concretizations * sum(len(each.suite.tests) for each in selected)
+    total = options.concretizations * sum(len(generated.suite.tests) for generated in selected)
     if total > MAX_TESTS:
-        what = f"{total:,} tests, {options.concretizations} of each abstract test"
-        raise usage_error(f"--hri-concretizations: {what}; expected at most {MAX_TESTS:,} in a session")
-    names = [each.suite.name for each in selected]
+        count = f"{total:,} tests, {options.concretizations} of each abstract test"
+        raise usage_error(f"--hri-concretizations: {count}; expected at most {MAX_TESTS:,} in a session")
+    names = [generated.suite.name for generated in selected]
     for name in names:
         if names.count(name) > 1:
             raise usage_error(f"--hri-suite: two suites have the name {name!r}; rename a file or folder")
-    for each in selected:
-        check_commands(each.suite, testbench)
-        _check_values(each.suite, testbench)
+    for generated in selected:
+        check_commands(generated.suite, testbench)
+        _check_values(generated.suite, testbench)
     return selected
 
 
@@ -124,11 +124,11 @@ def _generate(
 
 def check_commands(suite: Suite, testbench: Testbench) -> None:
     """Raise pytest.UsageError for a test with a command that the testbench does not know."""
-    known = testbench.commands.commands
+    declared = testbench.commands.commands
     for test in suite.tests:
         for line in test.lines:
-            if line not in known:
-                commands = ", ".join(known)
+            if line not in declared:
+                commands = ", ".join(declared)
                 raise usage_error(f"suite {suite.name}, test {test.id}: unknown command {line!r}; known: {commands}")
 
 
@@ -146,15 +146,15 @@ def cases(
     """One case for each concrete test."""
     ranges = testbench.commands
     return [
-        HriCase(each.suite.name, test, ranges, sampling)
-        for each in selected
-        for test in expand(each.suite.tests, concretizations, sampling)
+        HriCase(generated.suite.name, test, ranges, sampling)
+        for generated in selected
+        for test in expand(generated.suite.tests, concretizations, sampling)
     ]
 
 
 def to_text(selected: Iterable[GeneratedSuite]) -> str:
     """The suites as text for xdist's `workerinput`."""
-    return json.dumps([[each.suite.to_json(), each.wall_s, each.cached] for each in selected])
+    return json.dumps([[generated.suite.to_json(), generated.wall_s, generated.cached] for generated in selected])
 
 
 def from_text(text: str) -> list[GeneratedSuite]:
@@ -168,6 +168,7 @@ def export(selected: Iterable[GeneratedSuite], folder: Path) -> list[Path]:
     Raises pytest.UsageError where the folder cannot be written.
     """
     try:
-        return [write_text(folder / f"{each.suite.name}.txt", dump_tests(each.suite.tests)) for each in selected]
+        suites = [generated.suite for generated in selected]
+        return [write_text(folder / f"{suite.name}.txt", dump_tests(suite.tests)) for suite in suites]
     except OSError as error:
         raise usage_error(f"--hri-export={folder}: {error.strerror or error}; choose another folder") from None
