@@ -41,7 +41,7 @@ _KEYS = {
     "core": "the core",
     "library": "libraries of their own",
     "extra": "optional parts, in extra/",
-    "beside": "the table: controller and world",
+    "beside": "the table assembly",
 }
 
 
