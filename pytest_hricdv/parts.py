@@ -25,6 +25,7 @@ PARTS = MappingProxyType(
         "cluster": ("part",),
         "search": ("part", "records", "merging", "view"),
         "trend": ("part", "records", "view"),
+        "film": ("part", "records", "view"),
         "traces": ("part", "records", "view"),
         "oracle": ("execution",),
     }

@@ -14,8 +14,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
+from pytest_hricdv.declarations.film import Camera, Film
 from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, lines
-from pytest_hricdv.extra.film.film import Camera, Film
 from pytest_hricdv.extra.ros2.declaration import Ros2
 from pytest_hricdv.extra.ros2.launch import RosNode
 from pytest_hricdv.generate import GenerateError

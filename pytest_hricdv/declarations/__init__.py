@@ -1,4 +1,5 @@
 """What a testbench declares for optional parts, as plain data that says nothing of how a part goes by it.
 
 - `conformance` (an agent of the model that each run is compared with; for `extra.oracle`)
+- `film` (camera, key moments and shapes of a world; for `extra.film` and `extra.traces`)
 """

@@ -15,8 +15,8 @@ from pytest_hricdv.report.files import refused
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.section import report_sections, test_sections
 
-FOLDERS = ("failures", "films")
-"""Folders inside of a report."""
+REPLAYS = "failures"
+"""The folder of replay files inside of a report; parts have folders of their own."""
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Carrying:
 
     def _files(self) -> Iterator[Path]:
         for source in self.sources:
-            for name in (*FOLDERS, *(section.folder for section in test_sections() if section.folder)):
+            for name in (REPLAYS, *(section.folder for section in test_sections() if section.folder)):
                 yield from sorted(path for path in (source / name).glob("*") if path.is_file())
 
     def renamed(self, report: Report, source: Path) -> Report:
@@ -87,19 +87,15 @@ class _Names:
         for section in test_sections():
             if section.rename is not None:
                 test = section.put(test, section.rename(section.of(test), self))
-        film = test.film and replace(
-            test.film, video=self.file("films", test.film.video), strip=self.file("films", test.film.strip)
-        )
         return replace(
             test,
-            film=film,
             replay=self.replay(test.replay),
             repeats=tuple(map(self.of_test, test.repeats)),
         )
 
     def replay(self, name: str | None) -> str | None:
         """As it is given to pytest: relative to the folder where that is started."""
-        path = self.source / FOLDERS[0] / Path(name or "").name
+        path = self.source / REPLAYS / Path(name or "").name
         return os.path.relpath(self.carrying.target / self.carrying.name(path)) if name and path.is_file() else name
 
     def file(self, folder: str, name: str | None) -> str | None:

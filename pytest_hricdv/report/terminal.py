@@ -15,7 +15,6 @@ from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
     and_more,
-    counted_notes,
     fit,
     labelled,
     listing,
@@ -199,7 +198,6 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
         yield Line(f"  not run: {and_more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
     yield _duration(report)
     yield from _slowest(report)
-    yield from _films(report, columns)
     for view in views():
         yield from view.file_lines(report, columns)
 
@@ -226,15 +224,6 @@ def _slowest(report: Report) -> Iterator[Line]:
     wall_s, slow = max(timed)
     if wall_s > _SLOW_S and wall_s > _SLOW_FACTOR * sum(each for each, _ in timed) / len(timed):
         yield Line(f"slowest: {seconds(wall_s)} {slow}", "dim")
-
-
-def _films(report: Report, columns: int) -> Iterator[Line]:
-    films = [test.film for test in report.tests if test.film]
-    if not films:
-        return
-    made = sum(film.video is not None for film in films)
-    yield Line(f"films: {made} of {plural(len(films), 'failing test')}, beside the report", "ok" if made else "warn")
-    yield from counted_notes((film.note for film in films), columns)
 
 
 def _replayed(test: str, replayed: ReplayComparison) -> Line:

@@ -108,7 +108,6 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "faults": test.faults,
         "rerun": [line.strip() for line in explanation.instructions_of(report, test)[1:]],
         "facts": {name: value for name, value in _facts(test).items() if value},
-        "film": to_builtins(test.film),
         "repeats": len(test.repeats),
         "replayed": _replayed(test.replayed) if test.replayed else "",
         "timeline": to_builtins(test.timeline),

@@ -227,7 +227,6 @@ def _content(run: TestResult) -> str:
         code=None,
         failure="",
         unmeasured="",
-        film=None,
         replay=None,
         replayed=None,
         **{section.name: section.default for section in test_sections() if not section.identifies},
@@ -246,7 +245,7 @@ def _united(one: TestResult, other: TestResult) -> TestResult:
     )
 
 
-_ANY_OF = ("failure", "unmeasured", "film", "replay", "replayed")
+_ANY_OF = ("failure", "unmeasured", "replay", "replayed")
 
 
 def _any_of_parts() -> Iterator[str]:

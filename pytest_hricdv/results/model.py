@@ -93,16 +93,6 @@ class ReplayComparison(PlainRecord, frozen=True, kw_only=True):
     changed: Names
 
 
-class FilmResult(PlainRecord, frozen=True, kw_only=True):
-    """The film of a failed test, with paths relative to the report; `note` says why there is none, or what is wrong."""
-
-    video: str | None
-    strip: str | None
-    seconds: NotNegative | None
-    frames: Count
-    note: str
-
-
 class TestResult(PlainRecord, frozen=True, kw_only=True):
     """One test and its result.
 
@@ -159,7 +149,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     faults: Names = ()
     replay: str | None = None
     replayed: ReplayComparison | None = None
-    film: FilmResult | None = None
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
     beside: EngineComparison | None = None

@@ -14,6 +14,7 @@ import pytest
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.timeline_text import timeline_text
+from pytest_hricdv.report.view import views
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 LINK = "pytest-hricdv"
 TIMELINE = "timeline"
-FILM = "film"
-STRIP = "key frames"
 
 
 class Attaching(ABC):
@@ -59,11 +58,9 @@ class Attaching(ABC):
         return f"{relative(self._folder / PAGE_NAME, start)}#test/{anchor(result.nodeid)}"
 
     def _pictures(self, result: TestResult) -> Iterator[tuple[str, Path]]:
-        """Name and file of the film and its key frames, as far as they were made."""
-        film = result.film
-        for name, file in ((FILM, film and film.video), (STRIP, film and film.strip)):
-            if file:
-                yield name, self._folder / file
+        """Name and file of what parts show of it, as its film."""
+        for view in views():
+            yield from ((name, self._folder / file) for name, file in view.pictures(result))
 
 
 class AllureAttaching(Attaching):

@@ -48,7 +48,6 @@ def _options(options: Options) -> dict[str, str]:
         "--hri-engine": options.engine,
         "--hri-shard": str(options.shard or ""),
         "--hri-no-cov": "" if options.coverage else "set",
-        "--hri-film": "set" if options.film else "",
         "--hri-strict": "set" if options.strict else "",
         "known violations": ", ".join(sorted(known_violations)),
         **{name: value for part in part_options() for name, value in part.fingerprint(options).items()},

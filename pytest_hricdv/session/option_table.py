@@ -125,7 +125,6 @@ AFTER_THE_TESTS = (
         "time, signals, messages, the state and the verdicts",
         key=False,
     ),
-    Flag("film", "film the runs of failing tests"),
 )
 
 OUTPUT = (

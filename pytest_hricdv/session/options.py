@@ -76,7 +76,6 @@ class Options:
     strict: bool
     export: Path | None
     coverage: bool
-    film: bool = False
     replay: tuple[Path, ...] = ()
     replay_anyway: bool = False
     learning: LearningOptions = field(default_factory=LearningOptions)
@@ -131,7 +130,6 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not reader.flag("no_cov"),
         fidelity=reader.text("fidelity"),
         engine=reader.text("engine"),
-        film=reader.flag("film"),
         resume=bool(config.getoption("hri_resume")),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),

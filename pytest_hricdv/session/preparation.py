@@ -10,7 +10,6 @@ import pytest
 from msgspec import structs
 
 from pytest_hricdv.extra.engines.choice import passed_over
-from pytest_hricdv.extra.film import filming as films
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.baseline import (
     Baseline,
@@ -32,7 +31,7 @@ from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
 from pytest_hricdv.session.usage import usage_error
-from pytest_hricdv.testbench import Testbench, TestbenchError
+from pytest_hricdv.testbench import Testbench
 
 
 class Preparation:
@@ -83,7 +82,6 @@ class Preparation:
         _ = self.context.known_while
         _ = self.context.code
         self._check_replays()
-        self._check_films()
         for part in parts():
             part.check(self.context)
         running = not self.collection.config.getoption("collectonly")
@@ -117,13 +115,6 @@ class Preparation:
         if changed and not self.options.replay_anyway:
             told = "\n  ".join(changed)
             raise usage_error(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
-
-    def _check_films(self) -> None:
-        try:
-            if self.options.film:
-                films.check(self.collection.testbench)
-        except TestbenchError as error:
-            raise usage_error(str(error)) from None
 
     def _import_required(self) -> None:
         for name in self.collection.testbench.requires:

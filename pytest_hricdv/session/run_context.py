@@ -13,7 +13,6 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.execution.case import RunSettings, part_criteria
-from pytest_hricdv.extra.film.filming import Filming
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,
@@ -131,13 +130,6 @@ class RunContext:
     def failures(self) -> Failures:
         """Writes the replay files of failing tests."""
         return Failures(self.options.report, self.collection.config.invocation_params.dir)
-
-    @cached_property
-    def filming(self) -> Filming | None:
-        """Films failing tests of this process; None without --hri-film."""
-        if not self.options.film:
-            return None
-        return Filming(self.run_settings, self.options.report)
 
     @cached_property
     def run_settings(self) -> RunSettings:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable, Generator, Iterator
-from pathlib import Path
 from typing import TypedDict
 
 import pytest
@@ -16,7 +14,6 @@ from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test
 from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.extra.engines.comparison import compare
-from pytest_hricdv.extra.film.filming import film_text
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result
@@ -92,21 +89,11 @@ class Running:
             result = self._result(case, item.nodeid)
             failure = _failure(report, call, outcome, ending)
             result = replace(result, outcome=outcome, wall_s=call.duration, failure=failure)
-            result = self._filmed(case, result, report)
             for part in parts():
                 result = part.finished(self.context, case, result, report)
             setattr(report, ATTRIBUTE, encode(result))
             self._built = None
         return report  # type: ignore[return-value]
-
-    def _filmed(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
-        """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
-        if self.context.filming is None or case.result is None or not result.leaves_evidence:
-            return result
-        film = self.context.filming.film(case.result)
-        folder = os.path.relpath(self.options.report, self.collection.config.invocation_params.dir)
-        report.sections.append(("film", film_text(film, Path(folder))))
-        return replace(result, film=film)
 
     def _checked(self, test: ConcreteTest, result: CaseResult) -> CaseResult:
         """The result, beside that on the second engine where engines check each other."""

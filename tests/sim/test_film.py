@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings
-from pytest_hricdv.extra.film import film
-from pytest_hricdv.extra.film.filming import FOLDER, Filming
+from pytest_hricdv.extra.film import schedule
+from pytest_hricdv.extra.film.filming import Filming
 from pytest_hricdv.extra.film.recorder import ALARM
+from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.video import FRAMES_PER_S
-from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Recorder
 from sim.film import GAP_PX, HAND_PX, HEIGHT_PX, SCENE_PX, Camera, bodies, visible
 from sim.person import HEAD_RADIUS_M
@@ -54,8 +54,8 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Filmed]:
     folder = tmp_path_factory.mktemp("report")
     result = bench.run(bench.concrete(bench.leg("111"), seed=3, **IN_THE_WAY))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(film, "SHORTEST_STEP_S", 2.0)
-        patch.setattr(film, "SLOW_AFTER_S", 0.5)
+        patch.setattr(schedule, "SHORTEST_STEP_S", 2.0)
+        patch.setattr(schedule, "SLOW_AFTER_S", 0.5)
         yield Filmed(result, Filming(RunSettings(bench.testbench(), bench.requirements()), folder).film(result), folder)
 
 

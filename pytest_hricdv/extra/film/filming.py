@@ -8,44 +8,30 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
 from pytest_hricdv._base.atomic_file import temporary_path
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.extra.film.film import Film, Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
+from pytest_hricdv.extra.film.records import FOLDER, FilmResult
+from pytest_hricdv.extra.film.schedule import Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import MonitorSet, Verdict
 from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.results.model import FilmResult
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
-from pytest_hricdv.testbench import Run, Testbench, TestbenchError
-
-FOLDER = "films"
+from pytest_hricdv.testbench import Film, Run, TestbenchError
 
 FILMS_EACH = 5
 """Maximum number of filmed failures of each requirement in a process: a film takes far longer than its test."""
-
-
-def check(testbench: Testbench) -> None:
-    """Raise TestbenchError, with what to do, if nothing can be filmed."""
-    if testbench.film is None:
-        raise TestbenchError(
-            f"--hri-film: testbench {testbench.name!r} cannot be filmed: "
-            "give it film=Film(camera=...) (from pytest_hricdv.testbench import Film)"
-        )
-    if find_spec("PIL") is None:
-        raise TestbenchError('--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"')
 
 
 class Filming:
     """Films the failures of one process.
 
     Args:
-        settings: of the session's runs, with a testbench that `check` passed.
+        settings: of the session's runs, with a testbench that has a film.
         folder: of the report; films go into a folder inside.
     """
 

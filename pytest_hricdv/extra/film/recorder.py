@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Protocol
 
-from pytest_hricdv.extra.film.film import END, US_PER_S, VIOLATION, Camera, Schedule
+from pytest_hricdv.declarations.film import Camera
+from pytest_hricdv.extra.film.schedule import END, VIOLATION, Schedule
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video
 from pytest_hricdv.runtime import RecordedMessage, World
+from pytest_hricdv.runtime.kernel import US_PER_S
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -42,15 +42,6 @@ function actionTable(found) {
   return h("table", { class: times ? "actions timed" : "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
 }
 
-function filmView(film) {
-  const moving = film.video && (film.video.endsWith(".gif")
-    ? h("img", { class: "film", src: film.video, alt: "Film of the run", loading: "lazy" })
-    : h("video", { class: "film", src: film.video, controls: true, preload: "none" }));
-  const strip = film.strip && h("a", { href: film.strip },
-    h("img", { class: "film", src: film.strip, alt: "Key frames of the run", loading: "lazy" }));
-  return section("Film", strip, moving, film.note && h("p", { class: "soft" }, film.note));
-}
-
 function neighbours(test) {
   const link = (other, text) => other && h("a", { href: "#test/" + other.anchor, title: other.id }, text);
   return h("p", { class: "neighbours" }, link(TESTS[test.number - 1], "← previous"), " ", h("a", { href: "#tests" }, "all tests"), " ", link(TESTS[test.number + 1], "next →"));
@@ -67,7 +58,6 @@ function testView(test, found) {
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     found.changed && behaviourView(found),
     section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
-    found.film && filmView(found.film),
     TEST_SECTIONS.first.map((show) => show(found)),
     h("ol", { class: "steps" },
       h("li", {}, section("Beliefs", chips(found.beliefs))),

@@ -12,7 +12,7 @@ from PIL import Image
 
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.extra.film.filming import Filming
-from pytest_hricdv.results.model import FilmResult
+from pytest_hricdv.extra.film.records import FilmResult
 from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.report.parsed import Page, details
 
@@ -184,7 +184,7 @@ def test_what_cannot_be_filmed_is_refused_before_the_run(lamps: pytest.Pytester,
 
 
 def test_without_pillow_the_extra_is_named(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv.extra.film.filming.find_spec", lambda name: None)
+    monkeypatch.setattr("pytest_hricdv.extra.film.part.find_spec", lambda name: None)
     result = filmed.runpytest_inprocess("--hri-suite=by-hand", "--hri-film")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert '--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"' in result.stderr.str()

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.film.film import FRAMES, Film, Moment, key_moments, schedule
+from pytest_hricdv.declarations.film import Film
+from pytest_hricdv.extra.film.schedule import FRAMES, Moment, key_moments, schedule
 
 PERIOD_US = 50_000
 MOMENTS = {"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"}
