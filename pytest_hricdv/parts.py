@@ -3,7 +3,7 @@
 A part shows the core up to five faces, each a module of its folder that the core loads by name, when it needs it:
 
 - `part`: what it does in a session: options, checks, work on each result and after the tests (`session.part.Part`);
-- `execution`: what it does for the execution of tests: criteria of runs (`execution.execution_part.ExecutionPart`);
+- `execution`: what it adds to runs: criteria, a middleware (`execution.execution_part.ExecutionPart`);
 - `records`: the keys that it adds to `report.json` (`results.section.Section`);
 - `merging`: its keys of a merged report, where they are not just absent (`merge(reports, merged)`);
 - `view`: what it shows of them: lines for the terminal, a section of the page (`report.view.View`).
@@ -28,6 +28,7 @@ PARTS = MappingProxyType(
         "film": ("part", "records", "view"),
         "traces": ("part", "records", "view"),
         "oracle": ("execution",),
+        "ros2": ("execution",),
     }
 )
 """Part -> its faces; in the order in which sections follow each other in the terminal and on the page."""

@@ -15,8 +15,8 @@ from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 
 if TYPE_CHECKING:
-    from pytest_hricdv.extra.ros2.launch import RosNode
-    from pytest_hricdv.extra.ros2.system import Ros2Overlay, Ros2System
+    from pytest_hricdv.declarations.ros2 import RosNode
+    from pytest_hricdv.declarations.ros2_system import Middleware, Ros2System
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -74,7 +74,7 @@ class Run:
     """How `go` ended; None before."""
     disturbances: Disturbances = field(default_factory=dict)
     """Those of the testbench."""
-    rclpy: Ros2Overlay | None = field(default=None, repr=False)
+    middleware: Middleware | None = field(default=None, repr=False)
     """What `ros2` starts nodes with, where the testbench declares a ROS 2 system."""
     waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
     """How the person waits, if `waits` was called."""
@@ -93,10 +93,10 @@ class Run:
         Raises:
             TestbenchError: the testbench has no `ros2=Ros2(...)`, or a node cannot be started.
         """
-        if self.rclpy is None:
+        if self.middleware is None:
             raise TestbenchError("run.ros2: the testbench declares no ROS 2 system; give it ros2=Ros2(...)")
         try:
-            return self.rclpy.started(self.kernel, self.bus, self.measured, nodes)
+            return self.middleware.started(self.kernel, self.bus, self.measured, nodes)
         except InputError as error:
             raise TestbenchError(f"run.ros2: {error}") from None
 
@@ -194,8 +194,8 @@ class Run:
                 why, self.ending = f"{error.node} failed", Ending("failed", error.time_s, error)
             finally:
                 # Before the nodes end: it looks at where they wait.
-                if self.rclpy is not None:
-                    self.rclpy.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
+                if self.middleware is not None:
+                    self.middleware.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
                 self.kernel.close()
         return why
 

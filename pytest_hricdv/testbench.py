@@ -15,9 +15,8 @@ from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
 from pytest_hricdv.declarations.film import Camera, Film
+from pytest_hricdv.declarations.ros2 import Ros2, RosNode
 from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, lines
-from pytest_hricdv.extra.ros2.declaration import Ros2
-from pytest_hricdv.extra.ros2.launch import RosNode
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
@@ -28,6 +27,7 @@ from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
+from pytest_hricdv.parts import faces
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import text_of, topic_of
 from pytest_hricdv.runtime.body import Body
@@ -239,10 +239,11 @@ class Testbench:
                     topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts
-        for name, fields in (self.ros2.vocabulary() if self.ros2 is not None else {}).items():
-            if name in topics:
-                raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")
-            topics[name] = fields
+        for part in faces("execution", "EXECUTION"):
+            for name, fields in part.topics(self).items():
+                if name in topics:
+                    raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")
+                topics[name] = fields
         return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
 
 

@@ -10,8 +10,8 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.declarations.conformance import Conformance
+from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.disturbance import faults
-from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
@@ -19,6 +19,7 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.online.declaration import Online
+from pytest_hricdv.parts import faces
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.virtual import KINDS
@@ -37,7 +38,8 @@ def checked(candidate: object, where: str) -> Testbench:
         )
     _check_kinds(candidate, where)
     try:
-        _prepare_ros2(candidate)  # before the vocabulary: that imports the classes of messages, and with them rclpy
+        for part in faces("execution", "EXECUTION"):
+            part.prepare(candidate)  # before the vocabulary: that imports the classes of messages, and with them rclpy
         topics = candidate.vocabulary().messages
         disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
         for fault in (
@@ -52,17 +54,6 @@ def checked(candidate: object, where: str) -> Testbench:
     except (ValueError, GenerateError, Ros2Error) as error:
         raise TestbenchError(f"{where}: {error}") from None
     return candidate
-
-
-def _prepare_ros2(testbench: Testbench) -> None:
-    """Before anything imports `rclpy`."""
-    if testbench.ros2 is None:
-        return
-    try:
-        from pytest_hricdv.extra.ros2.system import prepare
-    except ModuleNotFoundError as error:  # it needs PyYAML
-        raise Ros2Error(f'ros2: {error}; install the extra: pip install "pytest-hricdv[ros2]"') from None
-    prepare()
 
 
 def lacking(error: Exception) -> str:

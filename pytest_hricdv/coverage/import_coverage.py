@@ -20,17 +20,17 @@ TIMEOUT_S = 120
 """A hundred times what the controller of the table takes; only an import that waits for something takes longer."""
 
 
-def import_bits(code: CodeMap, *, virtual_rclpy: bool = False) -> Bits:
+def import_bits(code: CodeMap, *, before: tuple[str, ...] = ()) -> Bits:
     """The statements and branches that run when every module under test is imported.
 
     Args:
-        virtual_rclpy: whether the extension of `rclpy` is to be replaced before.
+        before: functions without arguments, as "package.module:name", that are called before.
 
     Raises:
         CoverageError: a module cannot be imported; the last line of its traceback is given.
     """
     files = [str(file.path) for file in code.files]
-    task = {"packages": code.packages, "files": files, "virtual_rclpy": virtual_rclpy}
+    task = {"packages": code.packages, "files": files, "before": before}
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
     environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
     try:
@@ -65,10 +65,8 @@ def main() -> None:
     import coverage
 
     task = json.load(sys.stdin)
-    if task["virtual_rclpy"]:
-        from pytest_hricdv.extra.ros2.overlay import replace_extension
-
-        replace_extension()
+    for name in task["before"]:
+        pkgutil.resolve_name(name)()
     measurement = coverage.Coverage(data_file=None, config_file=False, branch=True, include=task["files"])
     measurement.set_option("run:core", "ctrace")
     measurement.start()

@@ -230,8 +230,14 @@ def read(data: CoverageData, code: CodeMap, pattern: str) -> Bits:
     return code.translated(lines, arcs)
 
 
-def choose(code: CodeMap, *, contexts_by_test: bool, virtual_rclpy: bool = False) -> Measurement:
-    """The measurement that fits the process as it is now: our own, the user's, or none (with the reason)."""
+def choose(code: CodeMap, *, contexts_by_test: bool, before: tuple[str, ...] = ()) -> Measurement:
+    """The measurement that fits the process as it is now: our own, the user's, or none (with the reason).
+
+    Args:
+        code: what is measured.
+        contexts_by_test: see `JoinedMeasurement`.
+        before: see `import_bits`.
+    """
     import coverage
 
     current = coverage.Coverage.current()
@@ -240,7 +246,7 @@ def choose(code: CodeMap, *, contexts_by_test: bool, virtual_rclpy: bool = False
     if current is not None and users_tracer() is None:
         return NoMeasurement("the running measurement uses sys.monitoring: set core = 'ctrace' for coverage")
     try:
-        imported = import_bits(code, virtual_rclpy=virtual_rclpy)
+        imported = import_bits(code, before=before)
     except CoverageError as error:
         return NoMeasurement(str(error))
     if current is None:

@@ -199,12 +199,10 @@ def execute(
     )
     kernel.virtual = frozenset(testbench.virtual)
     modules = VirtualModules(testbench.code)
-    if testbench.ros2 is not None:
-        from pytest_hricdv.extra.ros2.system import Ros2Overlay  # an optional part
-
-        run.rclpy = Ros2Overlay(testbench.ros2, testbench.code)
-        modules = run.rclpy.modules
-        kernel.virtual |= Ros2Overlay.VIRTUAL
+    run.middleware = next(filter(None, (part.middleware(testbench) for part in execution_parts())), None)
+    if run.middleware is not None:
+        modules = run.middleware.modules
+        kernel.virtual |= run.middleware.virtual
     try:
         with modules.installed():
             outcome, verdicts, record = _finished(settings, followers, run)
@@ -215,7 +213,7 @@ def execute(
     cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
     covered = measurement.take(context)
     ended = [*faults.of_ending(run.ending, code, testbench.may_end)] if run.ending else []
-    ended += run.rclpy.stuck_nodes if run.rclpy is not None else []
+    ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
         test=run.enacted,
         outcome=outcome,

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from pytest_hricdv.declarations.ros2_system import Middleware
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
+from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.parts import faces
 from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.testbench import Testbench
@@ -38,6 +40,25 @@ class ExecutionPart:
 
     preloaded: tuple[str, ...] = ()
 
+    def prepare(self, testbench: Testbench) -> None:
+        """Before the vocabulary of a testbench is asked for, in each process that loads it.
+
+        Raises:
+            Ros2Error: what the testbench declares cannot be had in this process.
+        """
+
+    def topics(self, testbench: Testbench) -> Mapping[str, Mapping[str, Kind]]:
+        """What requirements can name of a middleware other than the bus: name -> its fields, with their types.
+
+        Raises:
+            Ros2Error: what the testbench declares of it is wrong.
+        """
+        return {}
+
+    def before_imports(self, testbench: Testbench) -> tuple[str, ...]:
+        """Functions, as "package.module:name", to be called in a process before it imports the code under test."""
+        return ()
+
     def criteria(self, testbench: Testbench) -> tuple[Criterion, ...]:
         """What runs are judged by, beside the requirements.
 
@@ -49,6 +70,10 @@ class ExecutionPart:
     def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
         """For one run: what judges it by those of the criteria that are the part's, a verdict for each one."""
         return ()
+
+    def middleware(self, testbench: Testbench) -> Middleware | None:
+        """For one run: what the code under test runs on; None where that is the bus, or another part has it."""
+        return None
 
 
 def execution_parts() -> tuple[ExecutionPart, ...]:

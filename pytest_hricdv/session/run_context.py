@@ -13,6 +13,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
 from pytest_hricdv.execution.case import RunSettings, part_criteria
+from pytest_hricdv.execution.execution_part import execution_parts
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,
@@ -118,8 +119,8 @@ class RunContext:
     @cached_property
     def _chosen(self) -> Measurement:
         by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
-        ros2 = self.collection.testbench.ros2 is not None
-        return choose(self.code, contexts_by_test=by_test, virtual_rclpy=ros2)
+        before = [name for part in execution_parts() for name in part.before_imports(self.collection.testbench)]
+        return choose(self.code, contexts_by_test=by_test, before=tuple(before))
 
     @cached_property
     def provenance(self) -> Provenance:

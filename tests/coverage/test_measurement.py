@@ -105,6 +105,20 @@ def test_code_that_cannot_be_imported_is_unmeasured_with_the_reason(tmp_path: Pa
         sys.path.remove(str(tmp_path))
 
 
+def test_what_is_called_before_the_imports_shows_in_what_they_cover(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from pytest_hricdv.coverage.code_map import map_code
+    from pytest_hricdv.coverage.import_coverage import import_bits
+
+    write_package(tmp_path, "prepared_import", "import helper\nif helper.ready:\n    x = 1\n")
+    (tmp_path / "helper.py").write_text("ready = False\n\n\ndef prepare():\n    global ready\n    ready = True\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    code = map_code(["prepared_import"], tmp_path)
+    plain, prepared = import_bits(code), import_bits(code, before=("helper:prepare",))
+    assert (prepared | plain).statements == prepared.statements != plain.statements
+
+
 TOGETHER = """
 import json, sys
 from pathlib import Path

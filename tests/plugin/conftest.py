@@ -29,7 +29,7 @@ for _name in (
 _imported: dict[str, Bits] = {}
 
 
-def import_bits_once(code: CodeMap, *, virtual_rclpy: bool = False) -> Bits:
+def import_bits_once(code: CodeMap, *, before: tuple[str, ...] = ()) -> Bits:
     """What importing covers, measured once for equal code: it takes a process of its own, longer than a whole run."""
     if code.sha256 not in _imported:
         _imported[code.sha256] = import_coverage.import_bits(code)

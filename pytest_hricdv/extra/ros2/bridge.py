@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.extra.ros2.declaration import ROSOUT, Ros2, Ros2Error, requirement_name
+from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.fields import fields_of
 from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.extra.ros2.vocabulary import ROSOUT, requirement_name
 from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.plain import Value
 

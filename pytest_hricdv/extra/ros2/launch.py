@@ -1,4 +1,4 @@
-"""What is to be started of a ROS 2 system: nodes, named as the `Node` actions of a launch description name them."""
+"""How nodes that a testbench names are started: the command line of each one, and what its process calls."""
 
 from __future__ import annotations
 
@@ -8,161 +8,118 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.declarations.ros2 import LaunchError, RosNode
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _ELF = b"\x7fELF"
 
 
-class LaunchError(InputError):
-    """A node cannot be started; the text says which, what was expected, and what to do."""
-
-
-@dataclass(frozen=True)
-class RosNode:
-    """One process with a node, as `launch_ros.actions.Node` describes it.
-
-    Args:
-        package: of an executable, or empty where there is an entry.
-        executable: a console script of the package.
-        entry: instead of both, where its code is: "package.module:main" for a function without arguments, or
-            "package.module:Class" for a class of nodes, which is made without arguments, and spun.
-        name: the node's name instead of its own.
-        namespace: it is in, such as "/arm".
-        remappings: pairs of names, from and to.
-        parameters: mappings of names to values, or paths of YAML files; later ones win.
-        arguments: further ones of its command line.
+def command_line(node: RosNode) -> list[str]:
+    """`sys.argv` of the process of a node.
 
     Raises:
-        LaunchError: neither an executable nor an entry, or both.
+        LaunchError: a parameter that ROS has no type for.
     """
+    rules = [("__node", node.name), ("__ns", node.namespace)]
+    remapped = [f"{source}:={target}" for source, target in [*rules, *node.remappings] if target]
+    ros = [word for rule in remapped for word in ("-r", rule)]
+    for parameters in node.parameters:
+        if isinstance(parameters, Mapping):
+            ros += [word for name, value in _flat(node, "", parameters) for word in ("-p", f"{name}:={value}")]
+        else:
+            ros += ["--params-file", str(parameters)]
+    return [node.executable or node.label, *node.arguments, *(["--ros-args", *ros] if ros else [])]
 
-    package: str = ""
-    executable: str = ""
-    entry: str = ""
-    name: str = ""
-    namespace: str = ""
-    remappings: Sequence[tuple[str, str]] = ()
-    parameters: Sequence[Mapping[str, Any] | str | Path] = ()
-    arguments: Sequence[str] = ()
 
-    def __post_init__(self) -> None:
-        if bool(self.entry) == bool(self.executable) or bool(self.package) != bool(self.executable):
-            raise LaunchError(f'{self}: expected package="..." and executable="...", or entry="package.module:name"')
+def _flat(node: RosNode, above: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
+    flat = []
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            flat += _flat(node, f"{above}{name}.", value)
+        else:
+            flat.append((f"{above}{name}", _yaml(node, f"{above}{name}", value)))
+    return flat
 
-    def __str__(self) -> str:
-        return f"RosNode {self.entry or f'{self.package} {self.executable}'}"
 
-    @property
-    def label(self) -> str:
-        """What its process is called in messages."""
-        module, _, function = self.entry.partition(":")
-        return self.name or self.executable or (module.rpartition(".")[2] if function == "main" else function)
+def _yaml(node: RosNode, name: str, value: Any) -> str:
+    if isinstance(value, bool):  # before int, which it is, too
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return _yaml_float(value)
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_yaml(node, name, element) for element in value) + "]"
+    raise LaunchError(f"{node}: parameter {name!r} is {value!r}; expected a bool, a number, a text, or a list")
 
-    def command_line(self) -> list[str]:
-        """`sys.argv` of its process.
 
-        Raises:
-            LaunchError: a parameter that ROS has no type for.
-        """
-        rules = [("__node", self.name), ("__ns", self.namespace)]
-        remapped = [f"{source}:={target}" for source, target in [*rules, *self.remappings] if target]
-        ros = [word for rule in remapped for word in ("-r", rule)]
-        for parameters in self.parameters:
-            if isinstance(parameters, Mapping):
-                ros += [word for name, value in self._flat("", parameters) for word in ("-p", f"{name}:={value}")]
-            else:
-                ros += ["--params-file", str(parameters)]
-        return [self.executable or self.label, *self.arguments, *(["--ros-args", *ros] if ros else [])]
+def entry_point(node: RosNode) -> str:
+    """Where the code of a node is, "package.module:name".
 
-    def _flat(self, above: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
-        flat = []
-        for name, value in parameters.items():
-            if isinstance(value, Mapping):
-                flat += self._flat(f"{above}{name}.", value)
-            else:
-                flat.append((f"{above}{name}", self._yaml(f"{above}{name}", value)))
-        return flat
+    Raises:
+        LaunchError: there is no such package or executable, or it is not written in Python.
+    """
+    if node.entry:
+        return node.entry
+    try:
+        scripts = metadata.distribution(node.package).entry_points.select(group="console_scripts")
+    except metadata.PackageNotFoundError:
+        raise _not_a_script(node, []) from None
+    entries = {script.name: script.value for script in scripts}
+    if node.executable not in entries:
+        raise _not_a_script(node, list(entries))
+    return entries[node.executable]
 
-    def _yaml(self, name: str, value: Any) -> str:
-        if isinstance(value, bool):  # before int, which it is, too
-            return str(value).lower()
-        if isinstance(value, int):
-            return str(value)
-        if isinstance(value, float):
-            return _yaml_float(value)
-        if isinstance(value, str):
-            return "'" + value.replace("'", "''") + "'"
-        if isinstance(value, list | tuple):
-            return "[" + ", ".join(self._yaml(name, element) for element in value) + "]"
-        raise LaunchError(f"{self}: parameter {name!r} is {value!r}; expected a bool, a number, a text, or a list")
 
-    def entry_point(self) -> str:
-        """Where its code is, "package.module:name".
-
-        Raises:
-            LaunchError: there is no such package or executable, or it is not written in Python.
-        """
-        if self.entry:
-            return self.entry
-        try:
-            scripts = metadata.distribution(self.package).entry_points.select(group="console_scripts")
-        except metadata.PackageNotFoundError:
-            raise self._not_a_script([]) from None
-        entries = {script.name: script.value for script in scripts}
-        if self.executable not in entries:
-            raise self._not_a_script(list(entries))
-        return entries[self.executable]
-
-    def _not_a_script(self, scripts: Sequence[str]) -> LaunchError:
-        file = _installed_executable(self.package, self.executable)
-        if file is not None and file.read_bytes()[:4] == _ELF:
-            return LaunchError(
-                f"{self}: {file} is a compiled program, as of C++; nodes of rclpy can be run. Simulate what it does, "
-                "with run.ros2(...).node(...), or with a node in Python"
-            )
-        if file is not None:
-            return LaunchError(f'{self}: {file} is no entry point; name its function as entry="package.module:main"')
-        problem = f"has {', '.join(sorted(scripts))}{nearest(self.executable, scripts)}"
-        if not scripts:
-            problem = "is not installed, or has none"
+def _not_a_script(node: RosNode, scripts: Sequence[str]) -> LaunchError:
+    file = _installed_executable(node.package, node.executable)
+    if file is not None and file.read_bytes()[:4] == _ELF:
         return LaunchError(
-            f"{self}: no console script of this name; package {self.package!r} {problem}. "
-            'Source the workspace\'s setup file, or name the function as entry="package.module:main"'
+            f"{node}: {file} is a compiled program, as of C++; nodes of rclpy can be run. Simulate what it does, "
+            "with run.ros2(...).node(...), or with a node in Python"
         )
+    if file is not None:
+        return LaunchError(f'{node}: {file} is no entry point; name its function as entry="package.module:main"')
+    problem = f"has {', '.join(sorted(scripts))}{nearest(node.executable, scripts)}"
+    if not scripts:
+        problem = "is not installed, or has none"
+    return LaunchError(
+        f"{node}: no console script of this name; package {node.package!r} {problem}. "
+        'Source the workspace\'s setup file, or name the function as entry="package.module:main"'
+    )
 
-    def load(self) -> Callable[[], object]:
-        """Import its code; what its process is to call.
 
-        Raises:
-            LaunchError: there is no such module, or no such name in it.
-        """
-        entry = self.entry_point()
-        module_name, colon, name = entry.partition(":")
-        if not colon:
-            raise LaunchError(f'{self}: expected "package.module:function", not {entry!r}')
-        try:
-            with _stand_ins_as_arguments():
-                module = importlib.import_module(module_name)
-        except ModuleNotFoundError as error:
-            if error.name is None or not (module_name == error.name or module_name.startswith(f"{error.name}.")):
-                raise
-            raise LaunchError(f"{self}: there is no module {error.name!r}; is its folder on the path?") from None
-        target = vars(module).get(name)
-        if not callable(target):
-            callables = [
-                member for member, value in vars(module).items() if callable(value) and not member.startswith("_")
-            ]
-            raise LaunchError(f"{self}: {module_name} has no {name!r}{nearest(name, callables)}")
-        return _spinning(target) if isinstance(target, type) else _with_arguments(target, self.command_line())
+def load(node: RosNode) -> Callable[[], object]:
+    """Import the code of a node; what its process is to call.
+
+    Raises:
+        LaunchError: there is no such module, or no such name in it.
+    """
+    entry = entry_point(node)
+    module_name, colon, name = entry.partition(":")
+    if not colon:
+        raise LaunchError(f'{node}: expected "package.module:function", not {entry!r}')
+    try:
+        with _stand_ins_as_arguments():
+            module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not (module_name == error.name or module_name.startswith(f"{error.name}.")):
+            raise
+        raise LaunchError(f"{node}: there is no module {error.name!r}; is its folder on the path?") from None
+    target = vars(module).get(name)
+    if not callable(target):
+        callables = [member for member, value in vars(module).items() if callable(value) and not member.startswith("_")]
+        raise LaunchError(f"{node}: {module_name} has no {name!r}{nearest(name, callables)}")
+    return _spinning(target) if isinstance(target, type) else _with_arguments(target, command_line(node))
 
 
 _STAND_INS = ["program", "arguments of its process"]

@@ -8,13 +8,13 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import metadata
 
+from pytest_hricdv.declarations.ros2 import LaunchError, Ros2, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, parse
 from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
-from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.handles import RCLError
-from pytest_hricdv.extra.ros2.launch import LaunchError, RosNode
+from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes
@@ -40,7 +40,7 @@ _CHECK_FIELDS = "ROS_PYTHON_CHECK_FIELDS"
 Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
 
 
-class Ros2System:
+class StartedSystem:
     """The world's side of a system that was started."""
 
     def __init__(self, kernel: Kernel) -> None:
@@ -62,7 +62,7 @@ class Ros2Overlay:
         Ros2Error: as of `prepare`.
     """
 
-    VIRTUAL = frozenset({"time", "threading"})
+    virtual = frozenset({"time", "threading"})
     """What nodes of ROS 2 wait with."""
 
     def __init__(self, declared: Ros2, code: Sequence[str]) -> None:
@@ -73,7 +73,7 @@ class Ros2Overlay:
         self.stuck_nodes: list[str] = []
         """Nodes that wait for what never comes, a sentence each."""
 
-    def started(self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode]) -> Ros2System:
+    def started(self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode]) -> StartedSystem:
         """Start nodes, each in a process of its own.
 
         Raises:
@@ -89,9 +89,9 @@ class Ros2Overlay:
         self._know(variables)
         self.modules.imported.append(lambda: self._know(variables))
         for node, main in zip(nodes, mains, strict=True):
-            process = Process(kernel, variables, node.command_line())
+            process = Process(kernel, variables, command_line(node))
             kernel.spawn(node.label, measured(process.running(_until_exit(main))))
-        return Ros2System(kernel)
+        return StartedSystem(kernel)
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
         """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
@@ -106,16 +106,16 @@ class Ros2Overlay:
         if not isinstance(node, RosNode):
             raise LaunchError(f"expected RosNode(...), not {node!r}")
         try:
-            parse(node.command_line())
+            parse(command_line(node))
         except (RCLError, UnknownROSArgsError) as error:
             raise LaunchError(f"{node}: {error}") from None
-        package = node.entry_point().partition(":")[0].partition(".")[0]
+        package = entry_point(node).partition(":")[0].partition(".")[0]
         if package not in self._packages:
             raise Ros2Error(
                 f"{node}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
                 "there, so that it sees virtual time"
             )
-        return node.load()
+        return load(node)
 
 
 def _until_exit(main: Callable[[], object]) -> Callable[[], None]:

@@ -11,10 +11,10 @@ from typing import Any, Generic, TypeVar
 from pytest_hricdv.extra.ros2 import qos
 from pytest_hricdv.extra.ros2.actions import part_names
 from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context, Node
-from pytest_hricdv.extra.ros2.declaration import loaded
 from pytest_hricdv.extra.ros2.handles import Awaited
 from pytest_hricdv.extra.ros2.services import Client, Service
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.vocabulary import loaded
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import US_PER_S

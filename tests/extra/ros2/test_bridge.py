@@ -9,10 +9,11 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.bridge import Bridge
-from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.fields import fields_of
 from pytest_hricdv.extra.ros2.graph import carry_with
+from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.monitor import Vocabulary
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
@@ -84,17 +85,17 @@ def test_messages_that_differ_in_an_array_only_differ_in_the_record(fields: dict
 
 
 def test_requirements_name_nested_fields_lengths_services_and_actions() -> None:
-    vocabulary = Vocabulary(messages=CELL.vocabulary())
-    assert vocabulary.kind("cell_scan.origin.x") is float
-    assert vocabulary.kind("cell_scan.ranges.length") is float
-    assert vocabulary.kind("cell_scan.near") is bool
-    assert vocabulary.kind("grasp_request.force") is float
-    assert vocabulary.kind("grasp_response.held") is bool
-    assert vocabulary.kind("fetch_goal.part") is str
-    assert vocabulary.kind("fetch_answer.accepted") is bool
-    assert vocabulary.kind("fetch_result.status") is float
-    assert vocabulary.kind("rosout.msg") is str
-    assert "fetch_cancel" in vocabulary.messages
+    names = Vocabulary(messages=vocabulary(CELL))
+    assert names.kind("cell_scan.origin.x") is float
+    assert names.kind("cell_scan.ranges.length") is float
+    assert names.kind("cell_scan.near") is bool
+    assert names.kind("grasp_request.force") is float
+    assert names.kind("grasp_response.held") is bool
+    assert names.kind("fetch_goal.part") is str
+    assert names.kind("fetch_answer.accepted") is bool
+    assert names.kind("fetch_result.status") is float
+    assert names.kind("rosout.msg") is str
+    assert "fetch_cancel" in names.messages
 
 
 def test_the_world_serves_asks_and_is_answered() -> None:
@@ -290,7 +291,7 @@ def test_two_names_that_are_one_in_the_record_are_an_error() -> None:
 )
 def test_a_wrong_declaration_is_a_located_error(declared: Ros2, message: str) -> None:
     with pytest.raises(Ros2Error, match=message):
-        declared.vocabulary()
+        vocabulary(declared)
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.declarations.ros2 import LaunchError, Ros2, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2 import launch, system
 from pytest_hricdv.extra.ros2.arguments import parse
-from pytest_hricdv.extra.ros2.declaration import Ros2, Ros2Error
-from pytest_hricdv.extra.ros2.launch import LaunchError, RosNode
+from pytest_hricdv.extra.ros2.launch import command_line, load
 from pytest_hricdv.extra.ros2.overlay import OrderedSet
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.system import prepare
@@ -40,12 +40,12 @@ ARM = RosNode(
 
 
 def test_the_command_line_is_that_of_a_launch_description() -> None:
-    assert ARM.command_line() == [
+    assert command_line(ARM) == [
         *("left", "--fast", "--ros-args", "-r", "__node:=left", "-r", "__ns:=/cell", "-r", "scan:=/front/scan"),
         *("-p", "speed:=0.5", "-p", "names:=['a', 'b''s']", "-p", "limits.force:=1.0e-07", "-p", "limits.on:=true"),
         *("--params-file", "more.yaml"),
     ]
-    assert RosNode(entry="cell.arm:main").command_line() == ["arm"]
+    assert command_line(RosNode(entry="cell.arm:main")) == ["arm"]
 
 
 _TEXTS = st.text(st.characters(codec="ascii", min_codepoint=32, max_codepoint=126))
@@ -56,13 +56,13 @@ _NAMES = st.from_regex(r"[a-z]{1,5}", fullmatch=True)
 @given(st.dictionaries(_NAMES, _SCALARS | st.lists(st.floats(allow_nan=False)) | st.lists(_TEXTS)))
 def test_parameters_arrive_as_they_were_given(parameters: dict[str, Any]) -> None:
     node = RosNode(entry="cell.arm:main", parameters=[parameters])
-    assert {name: value for _, name, value in parse(node.command_line()).parameters} == parameters
+    assert {name: value for _, name, value in parse(command_line(node)).parameters} == parameters
 
 
 @pytest.mark.parametrize("value", [math.inf, -math.inf, 1e22, 5e-324])
 def test_extreme_floats_stay_floats(value: float) -> None:
     node = RosNode(entry="cell.arm:main", parameters=[{"speed": value}])
-    assert parse(node.command_line()).parameters == [("/**", "speed", value)]
+    assert parse(command_line(node)).parameters == [("/**", "speed", value)]
 
 
 @pytest.mark.parametrize("given_", [{}, {"package": "cell"}, {"entry": "a:b", "package": "cell", "executable": "arm"}])
@@ -95,12 +95,12 @@ def test_a_main_function_gets_its_arguments_by_its_default(
     (tmp_path / "with_default.py").write_text(_MAIN.format(parameter=parameter, value=value))
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "with_default", raising=False)
-    assert RosNode(entry="with_default:main", name="left").load()() == expected
+    assert load(RosNode(entry="with_default:main", name="left"))() == expected
 
 
 def test_a_parameter_that_ros_has_no_type_for_is_an_error() -> None:
     with pytest.raises(LaunchError, match="parameter 'at' is None; expected a bool, a number, a text, or a list"):
-        RosNode(entry="cell.arm:main", parameters=[{"at": None}]).command_line()
+        command_line(RosNode(entry="cell.arm:main", parameters=[{"at": None}]))
 
 
 def _installed(folder: Path) -> None:
@@ -118,15 +118,15 @@ def _installed(folder: Path) -> None:
 def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _installed(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    assert RosNode(package="cell_robot", executable="grasper").load()() == "grasped"
+    assert load(RosNode(package="cell_robot", executable="grasper"))() == "grasped"
     with pytest.raises(LaunchError, match=r"package 'cell_robot' has grasper; nearest: grasper"):
-        RosNode(package="cell_robot", executable="graspr").load()
+        load(RosNode(package="cell_robot", executable="graspr"))
     with pytest.raises(LaunchError, match=r"cell_robot\.grasper has no 'man'; nearest: main"):
-        RosNode(entry="cell_robot.grasper:man").load()
+        load(RosNode(entry="cell_robot.grasper:man"))
     with pytest.raises(LaunchError, match=r"there is no module 'cell_robot\.graspr'; is its folder on the path"):
-        RosNode(entry="cell_robot.graspr:main").load()
+        load(RosNode(entry="cell_robot.graspr:main"))
     with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has none"):
-        RosNode(package="no_robot", executable="arm").load()
+        load(RosNode(package="no_robot", executable="arm"))
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_another_executable_is_said_to_be_one(
     file.write_bytes(content)
     monkeypatch.setattr(launch, "_installed_executable", lambda package, executable: file)
     with pytest.raises(LaunchError, match=message):
-        RosNode(package="cell_driver", executable="driver").load()
+        load(RosNode(package="cell_driver", executable="driver"))
 
 
 MODULE = """
@@ -303,7 +303,7 @@ def test_what_cannot_be_started_is_said_before_anything_runs(
     monkeypatch.setattr(system, "prepare", lambda: None)
     monkeypatch.setattr(system, "_USED", ())  # there may be no rclpy
     run = _run()
-    run.rclpy = system.Ros2Overlay(Ros2(), ("other",))
+    run.middleware = system.Ros2Overlay(Ros2(), ("other",))
     with pytest.raises(TestbenchError, match=message):
         run.ros2(node)
 

@@ -8,9 +8,11 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv.execution.case import RunSettings, execute
 from pytest_hricdv.extra.ros2 import system
-from pytest_hricdv.run import TestbenchError
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, Testbench
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.run import Run, TestbenchError
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench
 from pytest_hricdv.testbench_faults import checked
 
 
@@ -57,3 +59,29 @@ def test_a_mistake_is_said(changes: dict[str, Any], message: str, testbench: Tes
     with pytest.raises(TestbenchError) as caught:
         checked(replace(testbench, **changes), "here")
     assert str(caught.value) == message
+
+
+NODE = """
+import time
+
+
+def main():
+    time.sleep(2.0)
+"""
+
+
+def test_a_node_of_a_run_waits_in_virtual_time(
+    testbench: Testbench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "_USED", ())  # there may be no rclpy
+    (tmp_path / "sleeping_node.py").write_text(NODE)
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def run(run: Run) -> Outcome:
+        run.ros2(RosNode(entry="sleeping_node:main"))
+        return Outcome(run.go(limit_s=10.0))
+
+    bench = replace(testbench, code=("sleeping_node",), run=run, may_end=("idle",))
+    result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
+    assert (result.outcome.ended, result.sim_s, result.faults) == ("idle", 2.0, ())
+    assert result.has_measured_node

@@ -1,0 +1,88 @@
+"""What a testbench says of its ROS 2 system: what requirements name of its graph, and the nodes to be started."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv._base.message import InputError
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+class Ros2Error(InputError):
+    """What a testbench says of ROS 2 is wrong; the text says what, and what was expected."""
+
+
+class LaunchError(InputError):
+    """A node cannot be started; the text says which, what was expected, and what to do."""
+
+
+@dataclass(frozen=True)
+class Ros2:
+    """The ROS 2 system of a testbench. Types are named as ROS names them: "sensor_msgs/msg/LaserScan".
+
+    In requirements, a topic has its full name without the first slash, with "_" for the others: "/arm/state" is
+    `arm_state`, and its fields `arm_state.pose.position.x`. Of an array there is the length, `arm_state.name.length`.
+    A service "/grasp" is the topics `grasp_request` and `grasp_response`; an action "/fetch" is `fetch_goal`,
+    `fetch_answer` (field `accepted`), `fetch_feedback`, `fetch_cancel` and `fetch_result` (with `status`). What nodes
+    log is `rosout`, with `name`, `level` and `msg`, without being declared.
+
+    Args:
+        topics: full name -> type of its messages.
+        services: full name -> type.
+        actions: full name -> type.
+        packages: of nodes that are not under test; they see virtual time, too.
+        patience_s: how long a node may have waited when a run ends, in a callback without a time-out, or for a service
+            that nobody serves.
+    """
+
+    topics: Mapping[str, str] = field(default_factory=dict, hash=False)
+    services: Mapping[str, str] = field(default_factory=dict, hash=False)
+    actions: Mapping[str, str] = field(default_factory=dict, hash=False)
+    packages: tuple[str, ...] = ()
+    patience_s: float = 30.0
+
+
+@dataclass(frozen=True)
+class RosNode:
+    """One process with a node, as `launch_ros.actions.Node` describes it.
+
+    Args:
+        package: of an executable, or empty where there is an entry.
+        executable: a console script of the package.
+        entry: instead of both, where its code is: "package.module:main" for a function without arguments, or
+            "package.module:Class" for a class of nodes, which is made without arguments, and spun.
+        name: the node's name instead of its own.
+        namespace: it is in, such as "/arm".
+        remappings: pairs of names, from and to.
+        parameters: mappings of names to values, or paths of YAML files; later ones win.
+        arguments: further ones of its command line.
+
+    Raises:
+        LaunchError: neither an executable nor an entry, or both.
+    """
+
+    package: str = ""
+    executable: str = ""
+    entry: str = ""
+    name: str = ""
+    namespace: str = ""
+    remappings: Sequence[tuple[str, str]] = ()
+    parameters: Sequence[Mapping[str, Any] | str | Path] = ()
+    arguments: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        if bool(self.entry) == bool(self.executable) or bool(self.package) != bool(self.executable):
+            raise LaunchError(f'{self}: expected package="..." and executable="...", or entry="package.module:name"')
+
+    def __str__(self) -> str:
+        return f"RosNode {self.entry or f'{self.package} {self.executable}'}"
+
+    @property
+    def label(self) -> str:
+        """What its process is called in messages."""
+        module, _, function = self.entry.partition(":")
+        return self.name or self.executable or (module.rpartition(".")[2] if function == "main" else function)
