@@ -93,9 +93,11 @@ class HriRun:
             raise ValueError(f"hri_run.check: expected what hri_run returned in this test, got {result!r:.60}")
         context, units = self._context, self._context.collection.testbench.units
         raise_for(
-            judge_run(result, context.known),
+            judge_run(result, context.known_violations),
             result,
-            lambda: explanation.failure(built, context.texts, seed=None, known=context.known, units=units),
+            lambda: explanation.failure(
+                built, context.texts, seed=None, known_violations=context.known_violations, units=units
+            ),
         )
 
     def __repr__(self) -> str:

@@ -22,7 +22,7 @@ def failure(
     *,
     seed: int | None,
     suite: str | None = None,
-    known: Mapping[str, str] | None = None,
+    known_violations: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     rerun_options: Sequence[str] = (),
     file: str | None = None,
@@ -34,7 +34,7 @@ def failure(
         requirements: name -> texts.
         seed: the suite's seed, for the command that runs the test again; None for a custom test function.
         suite: what `--hri-suite` was given, for the same; None for the suite's name, empty in a replay.
-        known: known violations, name -> reason; they are listed last and do not count as the cause, unless they are
+        known_violations: name -> reason; they are listed last and do not count as the cause, unless they are
             outside of the condition under which they are known.
         units: signal -> unit.
         rerun_options: further options for the command that runs the test again.
@@ -43,7 +43,7 @@ def failure(
     Returns:
         Several lines without a last end of line; control characters of names are shown as escapes.
     """
-    reasons = known or {}
+    reasons = known_violations or {}
     failed = [name for name in _names(test) if test.requirements[name].verdict == "Failed"]
     failed.sort(key=lambda name: name in reasons and not test.requirements[name].outside)
     lines: list[str] = []
@@ -63,7 +63,7 @@ def failure(
 
 def aborted(
     test: TestResult,
-    what: str,
+    place: str,
     *,
     seed: int,
     suite: str | None = None,
@@ -74,12 +74,12 @@ def aborted(
 
     Args:
         test: as for `failure`.
-        what: where it was when it ended, in a line.
+        place: where it was when it ended, in a line.
         seed: the suite's seed, for the command that runs the test again; `suite`, `rerun_options` and `file` as for
             `failure`.
     """
     again = instructions(test, suite, seed, rerun_options, file)
-    lines = [f"{what}; nothing was checked", "", *_actions(test), "", *again]
+    lines = [f"{place}; nothing was checked", "", *_actions(test), "", *again]
     return "\n".join(visible(line) for line in lines)
 
 
@@ -187,14 +187,14 @@ def _requirement(
     name: str,
     result: RequirementResult,
     texts: RequirementText | None,
-    known: str | None,
+    known_as: str | None,
     units: Mapping[str, str],
 ) -> Iterator[str]:
     yield f"{name} Failed: {_one_line(texts.title)}" if texts and texts.title else f"{name} Failed"
-    if known is not None and result.outside:
-        yield f"  known only {_one_line(known)}"
-    elif known is not None:
-        yield f"  a known violation{f' ({_one_line(known)})' if known else ''}: it does not fail the run"
+    if known_as is not None and result.outside:
+        yield f"  known only {_one_line(known_as)}"
+    elif known_as is not None:
+        yield f"  a known violation{f' ({_one_line(known_as)})' if known_as else ''}: it does not fail the run"
     if texts and texts.text:
         yield f"  checked as  {_one_line(texts.text)}"
     if texts and texts.source:

@@ -210,10 +210,10 @@ def _lines(value: object, indent: str = "\n") -> str:
     """JSON with sorted keys; what is None in a record is left out."""
     inner = f"{indent} "
     if isinstance(value, PlainRecord) and not isinstance(value, Behaviour):
-        value = {name: each for name, each in asdict(value).items() if each is not None}
+        value = {name: item for name, item in asdict(value).items() if item is not None}
     if isinstance(value, Mapping) and value:
         items = [f"{json.dumps(key)}: {_lines(value[key], inner)}" for key in sorted(value)]
         return f"{{{inner}{f',{inner}'.join(items)}{indent}}}"
     if isinstance(value, tuple) and value:
-        return f"[{inner}{f',{inner}'.join(_lines(each, inner) for each in value)}{indent}]"
+        return f"[{inner}{f',{inner}'.join(_lines(item, inner) for item in value)}{indent}]"
     return json.dumps(to_builtins(value), sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -20,16 +20,18 @@ def compare(report: Report, baseline: Baseline, *, whole: bool) -> tuple[Differe
     Args:
         whole: all tests of the suites were selected.
     """
-    found: list[Difference] = []
+    differences: list[Difference] = []
     for name, now in baseline_of(report).suites.items():
         before = baseline.suites.get(name)
         if before is None:
             text = f"suite {name} is not in the baseline: --hri-update-baseline adds it"
-            found.append(Difference(suite=name, what="suite", before="-", now="new", items=(), worse=False, text=text))
+            differences.append(
+                Difference(suite=name, what="suite", before="-", now="new", items=(), worse=False, text=text)
+            )
         else:
             suite = _Suite(name, before, now)
-            found += [*suite.new_failures(), *(suite.others() if whole else ())]
-    return tuple(sorted(found, key=lambda each: not each.worse))
+            differences += [*suite.new_failures(), *(suite.others() if whole else ())]
+    return tuple(sorted(differences, key=lambda difference: not difference.worse))
 
 
 class _Suite:
@@ -84,26 +86,25 @@ class _Suite:
         """Plans and bins that were lost or gained."""
         before, now = _points(self.before), _points(self.now)
         for worse, word, some, others in ((True, "lost", before, now), (False, "gained", now, before)):
-            for what, points in some.items():
-                missing = sorted(points - others.get(what, set()))
+            for kind, points in some.items():
+                missing = sorted(points - others.get(kind, set()))
                 if missing:
-                    counts = (str(len(before.get(what, ()))), str(len(now.get(what, ()))))
-                    yield self._made(
-                        what, counts, f"{word} {what}: {_shown(missing)}", items=tuple(missing), worse=worse
-                    )
+                    counts = (str(len(before.get(kind, ()))), str(len(now.get(kind, ()))))
+                    text = f"{word} {kind}: {_shown(missing)}"
+                    yield self._made(kind, counts, text, items=tuple(missing), worse=worse)
 
     def _tests(
-        self, what: str, before: Sequence[str], now: Sequence[str], items: list[str], text: str, *, worse: bool
+        self, kind: str, before: Sequence[str], now: Sequence[str], items: list[str], text: str, *, worse: bool
     ) -> Difference:
         counts = (_tests(len(before)), _tests(len(now)))
-        return self._made(what, counts, text, items=tuple(items), worse=worse)
+        return self._made(kind, counts, text, items=tuple(items), worse=worse)
 
     def _made(
-        self, what: str, values: tuple[str, str], text: str, *, items: tuple[str, ...] = (), worse: bool
+        self, kind: str, values: tuple[str, str], text: str, *, items: tuple[str, ...] = (), worse: bool
     ) -> Difference:
         before, now = values
         text = f"suite {self.name}: {text}"
-        return Difference(suite=self.name, what=what, before=before, now=now, items=items, worse=worse, text=text)
+        return Difference(suite=self.name, what=kind, before=before, now=now, items=items, worse=worse, text=text)
 
 
 def _tests(count: int) -> str:
@@ -113,7 +114,7 @@ def _tests(count: int) -> str:
 def _points(suite: SuiteBaseline) -> dict[str, set[str]]:
     """What was covered, by name: plans of each agent, and bins of each cross product."""
     plans = {f"plans of {agent}": set(plans) for agent, plans in suite.plans.items()}
-    return plans | {f"bins of {name}": {" x ".join(each) for each in bins} for name, bins in suite.bins.items()}
+    return plans | {f"bins of {name}": {" x ".join(bin_) for bin_ in bins} for name, bins in suite.bins.items()}
 
 
 def _shown(names: list[str], most: int = 3) -> str:

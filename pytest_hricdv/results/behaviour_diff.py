@@ -13,11 +13,13 @@ from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMess
 from pytest_hricdv.results.model import Report, TestResult
 
 _LONGEST_VALUE = 40
+"""Characters; chosen: two of them and their message fit in a line of a terminal."""
 _ABSENT = object()
 _NEVER = sys.maxsize
+"""Farther than any message of a run."""
 
 
-class Difference(NamedTuple):
+class FirstDifference(NamedTuple):
     """The first difference of two runs: its kind, without times and numbers, and all of it as text.
 
     `time_s` (s) and `topic` are of the message that differs; None and empty where all messages are the same.
@@ -38,11 +40,11 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
     suites = {suite.name: baseline.suites.get(suite.name) for suite in report.suites}
     run = [test for test in report.tests if test.outcome != "not-run"]
     pairs = [(test, _before(suites.get(test.suite), test)) for test in run]
-    known = [(test, before) for test, before in pairs if before is not None]
-    found = {test.nodeid: change_of(before, behaviour_of(test)) for test, before in known}
-    changed = {nodeid: change for nodeid, change in found.items() if change is not None}
+    compared = [(test, before) for test, before in pairs if before is not None]
+    changes = {test.nodeid: change_of(before, behaviour_of(test)) for test, before in compared}
+    changed = {nodeid: change for nodeid, change in changes.items() if change is not None}
     return BehaviourChanges(
-        compared=len(known),
+        compared=len(compared),
         changed=changed,
         kinds=_kinds(changed),
         new=tuple(test.id for test, before in pairs if before is None and _has_behaviour(suites.get(test.suite))),
@@ -86,22 +88,22 @@ def change_of(before: Behaviour, now: Behaviour) -> Change | None:
     )
 
 
-def first_difference(before: Behaviour, now: Behaviour) -> Difference:
+def first_difference(before: Behaviour, now: Behaviour) -> FirstDifference:
     """The first difference of two runs that are not the same: of messages; else of the end; else of signals."""
     if now.record_sha256 is None:
-        return Difference("ends in error", "the test is in error; in the baseline its run came to its end")
+        return FirstDifference("ends in error", "the test is in error; in the baseline its run came to its end")
     if before.record_sha256 is None:
-        return Difference("no longer in error", "the run came to its end; in the baseline the test was in error")
-    found = _first_message(before.messages, now.messages) or _other_end(before, now) or _other_signals(before, now)
+        return FirstDifference("no longer in error", "the run came to its end; in the baseline the test was in error")
+    first = _first_message(before.messages, now.messages) or _other_end(before, now) or _other_signals(before, now)
     if before.parameters == now.parameters:
-        return found
-    return found._replace(kind="has other parameters", text=f"the test itself has other parameters; {found.text}")
+        return first
+    return first._replace(kind="has other parameters", text=f"the test itself has other parameters; {first.text}")
 
 
 # Messages
 
 
-def _first_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> Difference | None:
+def _first_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> FirstDifference | None:
     for number, (old, new) in enumerate(zip_longest(before, now)):
         if new is None:
             return _missing(old)
@@ -118,7 +120,7 @@ def _content(message: BusMessage) -> tuple[str, str, Mapping[str, Any]]:
     return message.sender, message.topic, message.fields
 
 
-def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> Difference:
+def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> FirstDifference:
     """Of two sequences that begin with different messages. The earlier of the two is the first difference.
 
     It comes early or late if the other run has it too, and sooner than the other message; else it is extra or missing.
@@ -139,19 +141,19 @@ def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> D
 
 def _distance(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
     """After how many messages the same content comes."""
-    return next((n for n, each in enumerate(sequence) if _content(each) == _content(message)), _NEVER)
+    return next((n for n, later in enumerate(sequence) if _content(later) == _content(message)), _NEVER)
 
 
-def _other_fields(old: BusMessage, new: BusMessage) -> Difference:
+def _other_fields(old: BusMessage, new: BusMessage) -> FirstDifference:
     names = dict.fromkeys((*old.fields, *new.fields))
     other = [name for name in names if old.fields.get(name, _ABSENT) != new.fields.get(name, _ABSENT)]
     return _instead(old, new, other)
 
 
-def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = None) -> Difference:
+def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = None) -> FirstDifference:
     """One message instead of another; where only some fields differ, `names` are these."""
-    kind, kind_before = (_said(each, names, words=True) for each in (new, old))
-    said, said_before = (_said(each, names) for each in (new, old))
+    kind, kind_before = (_said(message, names, words=True) for message in (new, old))
+    said, said_before = (_said(message, names) for message in (new, old))
     fields = ", ".join(f"`{name}`" for name in names or ())
     if kind != kind_before:
         kind = f"{kind} instead of {kind_before}"
@@ -161,31 +163,31 @@ def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = Non
         kind = f"`{new.topic}` with another {fields}"
     else:
         kind = f"`{new.topic}` with a slightly other {fields}"
-        said, said_before = (_said(each, names, exact=True) for each in (new, old))
+        said, said_before = (_said(message, names, exact=True) for message in (new, old))
     before_s = "" if _tenths(old.time_s) == _tenths(new.time_s) else f" at {_tenths(old.time_s)}"
     text = f"at {_tenths(new.time_s)} {said} instead of {said_before}{before_s}"
-    return Difference(kind, text, new.time_s, new.topic)
+    return FirstDifference(kind, text, new.time_s, new.topic)
 
 
-def _missing(old: BusMessage) -> Difference:
+def _missing(old: BusMessage) -> FirstDifference:
     return _at(old, "is missing")
 
 
-def _extra(new: BusMessage) -> Difference:
+def _extra(new: BusMessage) -> FirstDifference:
     return _at(new, "is extra")
 
 
-def _at(message: BusMessage, what: str) -> Difference:
-    text = f"at {_tenths(message.time_s)} {_said(message)} {what}"
-    return Difference(f"{_said(message, words=True)} {what}", text, message.time_s, message.topic)
+def _at(message: BusMessage, verb: str) -> FirstDifference:
+    text = f"at {_tenths(message.time_s)} {_said(message)} {verb}"
+    return FirstDifference(f"{_said(message, words=True)} {verb}", text, message.time_s, message.topic)
 
 
-def _moved(old: BusMessage, new: BusMessage) -> Difference:
+def _moved(old: BusMessage, new: BusMessage) -> FirstDifference:
     by_s = new.time_s - old.time_s
     size = f"{abs(by_s):.1f} s" if abs(by_s) >= 0.05 else f"{abs(by_s):.3f} s"
     how = "later" if by_s > 0 else "earlier"
     text = f"at {_tenths(new.time_s)} {_said(new)}, {size} {how} than in the baseline"
-    return Difference(f"{_said(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
+    return FirstDifference(f"{_said(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
 
 
 def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: bool = False, exact: bool = False) -> str:
@@ -219,9 +221,9 @@ def _tenths(time_s: float) -> str:
 # The end, signals, verdicts
 
 
-def _other_end(before: Behaviour, now: Behaviour) -> Difference | None:
+def _other_end(before: Behaviour, now: Behaviour) -> FirstDifference | None:
     for kind, text in _ends(before, now):
-        return Difference(kind, f"the messages are the same, but it {text}")
+        return FirstDifference(kind, f"the messages are the same, but it {text}")
     return None
 
 
@@ -231,28 +233,30 @@ def _ends(before: Behaviour, now: Behaviour) -> Iterator[tuple[str, str]]:
         text = f"ended with {now.ended!r} instead of {before.ended!r}"
         yield text, text
     if before.outcomes != now.outcomes:
-        told, old = (", ".join(outcomes) or "none" for outcomes in (now.outcomes, before.outcomes))
-        yield "other outcomes", f"had the outcomes {told} instead of {old}"
+        new, old = (", ".join(outcomes) or "none" for outcomes in (now.outcomes, before.outcomes))
+        yield "other outcomes", f"had the outcomes {new} instead of {old}"
     if before.faults != now.faults:
-        told, old = ("; ".join(faults) or "none" for faults in (now.faults, before.faults))
-        yield "other faults", f"had the faults {told} instead of {old}"
+        new, old = ("; ".join(faults) or "none" for faults in (now.faults, before.faults))
+        yield "other faults", f"had the faults {new} instead of {old}"
 
 
-def _other_signals(before: Behaviour, now: Behaviour) -> Difference:
+def _other_signals(before: Behaviour, now: Behaviour) -> FirstDifference:
     old, new = before.signals, now.signals
     groups = {
         ("differs", "differ"): [name for name in new if name in old and new[name] != old[name]],
         ("is new", "are new"): [name for name in new if name not in old],
         ("is missing", "are missing"): [name for name in old if name not in new],
     }
-    told = [
+    sentences = [
         f"signal{'s' * (len(names) > 1)} {', '.join(sorted(names))} {verbs[len(names) > 1]}"
         for verbs, names in groups.items()
         if names
     ]
-    if not told:
-        return Difference("messages less than 1 ms earlier or later", "messages come less than 1 ms earlier or later")
-    return Difference("only signals differ", f"the messages are the same, but {'; '.join(told)}")
+    if not sentences:
+        return FirstDifference(
+            "messages less than 1 ms earlier or later", "messages come less than 1 ms earlier or later"
+        )
+    return FirstDifference("only signals differ", f"the messages are the same, but {'; '.join(sentences)}")
 
 
 def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:
@@ -270,11 +274,11 @@ def _also(before: Behaviour, now: Behaviour) -> Iterator[str]:
 
 
 def _kinds(changed: Mapping[str, Change]) -> tuple[ChangeKind, ...]:
-    found: dict[str, list[str]] = {}
+    by_kind: dict[str, list[str]] = {}
     for nodeid in sorted(changed, key=lambda nodeid: (changed[nodeid].time_s or 0.0, nodeid)):
-        found.setdefault(changed[nodeid].kind, []).append(nodeid)
-    kinds = [ChangeKind(kind=kind, tests=len(nodeids), example=nodeids[0]) for kind, nodeids in found.items()]
-    return tuple(sorted(kinds, key=lambda each: (-each.tests, each.kind)))
+        by_kind.setdefault(changed[nodeid].kind, []).append(nodeid)
+    kinds = [ChangeKind(kind=kind, tests=len(nodeids), example=nodeids[0]) for kind, nodeids in by_kind.items()]
+    return tuple(sorted(kinds, key=lambda kind: (-kind.tests, kind.kind)))
 
 
 def _gone(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterator[str]:
@@ -301,10 +305,10 @@ def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, change
 
 def _causes(before: SuiteBaseline, code_sha256: str, made_with: Mapping[str, str]) -> Iterator[str]:
     """What other than the code under test can have changed the behaviour."""
-    for what, version in made_with.items():
-        old = before.made_with.get(what, version)
+    for name, version in made_with.items():
+        old = before.made_with.get(name, version)
         if old != version:
-            yield f"the baseline was made with {what} {old}, this run with {version}: records may differ for that"
+            yield f"the baseline was made with {name} {old}, this run with {version}: records may differ for that"
     if before.code_sha256 == code_sha256:
         yield (
             "the code under test is the same as in the baseline, so the testbench, its world, the model or a library "

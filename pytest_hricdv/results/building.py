@@ -134,7 +134,7 @@ class SessionInfo:
     suites: tuple[GeneratedSuite, ...]
     code: CodeMap
     unmeasured: str
-    known: Mapping[str, Exemption]
+    known_violations: Mapping[str, Exemption]
     may_be_nc: Mapping[str, Exemption]
     until: Mapping[str, str]
     strict: bool
@@ -153,8 +153,10 @@ class SessionInfo:
 def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, RequirementText]:
     """Requirement -> its texts for people."""
     return {
-        each.id: RequirementText(title=each.title, source=each.source, text=each.text, group=each.group)
-        for each in requirements
+        criterion.id: RequirementText(
+            title=criterion.title, source=criterion.source, text=criterion.text, group=criterion.group
+        )
+        for criterion in requirements
     }
 
 
@@ -176,12 +178,14 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         not_run_tests=(),
         wall_s=0.0,
         workers=session.workers,
-        known_violations={name: each.reason for name, each in session.known.items()},
+        known_violations={name: exemption.reason for name, exemption in session.known_violations.items()},
         may_be_nc={
-            name: NcExemption(reason=each.reason, suites=each.suites, until=str(each.until or ""))
-            for name, each in session.may_be_nc.items()
+            name: NcExemption(reason=exemption.reason, suites=exemption.suites, until=str(exemption.until or ""))
+            for name, exemption in session.may_be_nc.items()
         },
-        known_while={name: each.condition for name, each in session.known.items() if each.condition},
+        known_while={
+            name: exemption.condition for name, exemption in session.known_violations.items() if exemption.condition
+        },
         known_until=dict(session.until),
         strict=session.strict,
         shard=session.shard,
@@ -205,9 +209,9 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         models=session.models,
         cross_products=session.reachability.products,
         exploration=session.reachability.exploration,
-        suites=tuple(_suite(each, session.sizes[each.suite.name], session.models) for each in session.suites),
+        suites=tuple(_suite(made, session.sizes[made.suite.name], session.models) for made in session.suites),
         closure=NO_CLOSURE,
-        closing=next((each.closing for each in session.suites if each.closing is not None), None),
+        closing=next((made.closing for made in session.suites if made.closing is not None), None),
         tests=tuple(build_result(case, nodeid, None, requirements=()) for nodeid, case in sorted(chosen.items())),
     )
 
@@ -235,13 +239,13 @@ def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSourc
 
 
 def _diagnosis(suite: Suite) -> Diagnosis:
-    found = diagnose(suite)
+    diagnosis = diagnose(suite)
     return Diagnosis(
-        distinct_subsets=found.distinct_subsets,
-        belief_entropy_bits=found.belief_entropy_bits,
-        belief_entropy_most_bits=found.belief_entropy_most_bits,
-        plans_executed={agent: len(labels) for agent, labels in found.plans.items()},
-        last_new_plan=LastNewPlan(iteration=suite.generation.last_new_plan_at, test=found.last_new_plan_at),
+        distinct_subsets=diagnosis.distinct_subsets,
+        belief_entropy_bits=diagnosis.belief_entropy_bits,
+        belief_entropy_most_bits=diagnosis.belief_entropy_most_bits,
+        plans_executed={agent: len(labels) for agent, labels in diagnosis.plans.items()},
+        last_new_plan=LastNewPlan(iteration=suite.generation.last_new_plan_at, test=diagnosis.last_new_plan_at),
     )
 
 

@@ -102,10 +102,10 @@ def load(path: Path) -> Report:
     _refuse_unfinished(file)
     try:
         text = read_text(file, MAX_REPORT_BYTES)
-        found = from_json(text, _Head).schema
-        if found != SCHEMA:
+        schema = from_json(text, _Head).schema
+        if schema != SCHEMA:
             raise ReportError(
-                f"{file}: expected schema {SCHEMA!r}, found {quoted(found)}: run the suite again, or read the report "
+                f"{file}: expected schema {SCHEMA!r}, found {quoted(schema)}: run the suite again, or read the report "
                 "with the version of the plugin that wrote it"
             )
         report = from_json(text, Report)

@@ -51,7 +51,7 @@ def _repeated(place: str, key: str, names: Iterable[str]) -> Iterator[tuple[str,
 
 
 def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:
-    shards = {f"sessions[{number}].shard": each.shard for number, each in enumerate(report.sessions)}
+    shards = {f"sessions[{number}].shard": session.shard for number, session in enumerate(report.sessions)}
     for place, shard in {"shard": report.shard, **shards}.items():
         index, _, of = shard.partition("/")
         if shard and int(index) > int(of):
@@ -60,7 +60,8 @@ def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:
 
 def _bad_days(report: Report) -> Iterator[tuple[str, str]]:
     days = {f"known_until.{name}": day for name, day in report.known_until.items()}
-    days |= {f"may_be_nc.{name}.until": each.until for name, each in report.may_be_nc.items() if each.until}
+    exemptions = report.may_be_nc.items()
+    days |= {f"may_be_nc.{name}.until": exemption.until for name, exemption in exemptions if exemption.until}
     for place, day in days.items():
         try:
             datetime.date.fromisoformat(day)
@@ -72,45 +73,44 @@ def _bad_waivers(report: Report) -> Iterator[tuple[str, str]]:
     statements = {file.file: set(file.statements) for file in report.code_under_test.map}
     for number, waiver in enumerate(report.code_under_test.waivers):
         if statements and waiver.line not in statements.get(waiver.file, ()):
-            found = f"{quoted(waiver.file)}, line {waiver.line}"
-            yield f"code_under_test.waivers[{number}]", f"expected a statement of the code under test, got {found}"
+            place = f"{quoted(waiver.file)}, line {waiver.line}"
+            yield f"code_under_test.waivers[{number}]", f"expected a statement of the code under test, got {place}"
 
 
 def _bad_products(report: Report) -> Iterator[tuple[str, str]]:
     for name, product in report.cross_products.items():
         place = f"cross_products.{name}"
         try:
-            CrossProduct({each.name: each.bins for each in product.coordinates})
+            CrossProduct({coordinate.name: coordinate.bins for coordinate in product.coordinates})
         except CoverageError as error:
             yield place, str(error)
-        yield from _repeated(f"{place}.coordinates", "name", (each.name for each in product.coordinates))
-        for bins in ([each.bin for each in product.impossible], [each.bin for each in product.illegal]):
-            for each in bins:
-                yield from _bad_bin(place, report, name, each)
+        yield from _repeated(f"{place}.coordinates", "name", (coordinate.name for coordinate in product.coordinates))
+        for bin_ in [*(record.bin for record in product.impossible), *(record.bin for record in product.illegal)]:
+            yield from _bad_bin(place, report, name, bin_)
 
 
-def _bad_bin(place: str, report: Report, product: str, found: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+def _bad_bin(place: str, report: Report, product: str, bin_: tuple[str, ...]) -> Iterator[tuple[str, str]]:
     coordinates = report.cross_products[product].coordinates
-    fits = len(found) == len(coordinates) and all(
-        part in each.bins for part, each in zip(found, coordinates, strict=True)
+    fits = len(bin_) == len(coordinates) and all(
+        part in coordinate.bins for part, coordinate in zip(bin_, coordinates, strict=True)
     )
     if not fits:
-        yield place, f"expected a bin of the cross product, a part for each coordinate, got {quoted(found)}"
+        yield place, f"expected a bin of the cross product, a part for each coordinate, got {quoted(bin_)}"
 
 
 def _bad_run(place: str, report: Report, run: TestResult, sizes: tuple[int, int]) -> Iterator[tuple[str, str]]:
-    wanted, found = report.requirements.keys(), run.requirements.keys()
-    if strange := found - wanted:
+    wanted, judged = report.requirements.keys(), run.requirements.keys()
+    if strange := judged - wanted:
         yield f"{place}.requirements", f"expected the report's requirements, got {quoted(min(strange))}"
-    if run.outcome != "not-run" and (missing := wanted - found):
+    if run.outcome != "not-run" and (missing := wanted - judged):
         yield f"{place}.requirements", f"expected a verdict on each requirement, got none on {quoted(min(missing))}"
     for product, bins in (run.cross or {}).items():
         if product not in report.cross_products:
             yield f"{place}.cross", f"expected the report's cross products, got {quoted(product)}"
         else:
-            for each in bins:
-                yield from _bad_bin(f"{place}.cross", report, product, each)
+            for bin_ in bins:
+                yield from _bad_bin(f"{place}.cross", report, product, bin_)
     if run.code is not None and report.code_under_test.map:
-        for bits, size, what in zip(run.code.bits, sizes, ("statements", "branches"), strict=True):
+        for bits, size, kind in zip(run.code.bits, sizes, ("statements", "branches"), strict=True):
             if bits is not None and int(bits, 16) >> size:
-                yield f"{place}.code.bits", f"expected bits of the {size} {what} of the code under test, got more"
+                yield f"{place}.code.bits", f"expected bits of the {size} {kind} of the code under test, got more"

@@ -126,7 +126,7 @@ def _suite(
         suite,
         tests=len(mine),
         fidelity=" and ".join(sorted({test.fidelity for test in tests} - {""})),
-        engine=" and ".join(sorted({each for test in tests for each in test.engines})),
+        engine=" and ".join(sorted({engine for test in tests for engine in test.engines})),
         requirements={name: tally(name, mine) for name in report.requirements},
         code=code_coverage(code, union(mine)) if code else SuiteCode(statements=None, branches=None),
         plans=plan_coverage(mine, {agent: plans.declared for agent, plans in suite.plans.items()}),
@@ -137,7 +137,7 @@ def _suite(
 
 
 def _index(report: Report, code: CodeMap | None) -> PointIndex:
-    illegal = {name: [each.bin for each in product.illegal] for name, product in report.cross_products.items()}
+    illegal = {name: [record.bin for record in product.illegal] for name, product in report.cross_products.items()}
     return PointIndex(code.statements if code else 0, code.branches if code else 0, illegal)
 
 
@@ -183,7 +183,8 @@ def _percentage(suite: SuiteResult, kind: str) -> float | None:
         return None if coverage is None else float(coverage.percent_reachable)
     if kind == "plans":
         plans = suite.plans.values()
-        return percent(sum(len(each.covered) for each in plans), sum(each.total for each in plans)) if plans else None
+        covered, total = sum(len(agent.covered) for agent in plans), sum(agent.total for agent in plans)
+        return percent(covered, total) if plans else None
     if kind == "assertions":
         tallies = suite.requirements.values()
         checked = sum(tally.passed + tally.failed > 0 for tally in tallies)
@@ -207,7 +208,7 @@ def code_covered(report: Report, kind: str, globs: Iterable[str] = ()) -> tuple[
         if kind == "branches":
             every = {tuple(arc) for arc in file.branches}
             missing = {tuple(arc) for arc in covered[file.file].missing_branches}
-        counted = {each for each in every if not any((file.file, line) in waived for line in each)}
+        counted = {point for point in every if not any((file.file, line) in waived for line in point)}
         total += len(counted)
         hit += len(counted - missing)
     return hit, total

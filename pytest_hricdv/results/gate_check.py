@@ -35,7 +35,7 @@ def gates_of(
     Raises:
         ReportError: an exemption ends on a day that does not exist.
     """
-    known = {
+    known_violations = {
         name: Exemption(
             name,
             report.known_violations.get(name, "no longer known"),
@@ -45,18 +45,18 @@ def gates_of(
         for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until]))
     }
     may_be_nc = {
-        name: Exemption(name, each.reason, _day(each.until), suites=each.suites)
-        for name, each in report.may_be_nc.items()
+        name: Exemption(name, exemption.reason, _day(exemption.until), suites=exemption.suites)
+        for name, exemption in report.may_be_nc.items()
     } | {name: Exemption(name, "named with --allow-nc") for name in allowed}
     policy = report.policy or GatePolicy()
     named = tuple(thresholds)
     kept = (Threshold(kind, percent, named=False) for kind, percent in policy.thresholds.items())
-    others = (each for each in kept if each.kind not in {threshold.kind for threshold in named})
+    others = (threshold for threshold in kept if threshold.kind not in {other.kind for other in named})
     return Gates(
         (*named, *others),
         fail_on_nc or policy.fail_on_nc,
         may_be_nc,
-        known,
+        known_violations,
         fail_on_change or policy.fail_on_change,
     )
 
@@ -85,8 +85,8 @@ def check_gates(
         failed += _changed(report, report.changes)
     improved = list(_needless(report, gates)) if whole else []
     differences = () if baseline is None else compare(report, baseline, whole=whole)
-    failed += [each.text for each in differences if each.worse]
-    improved += [each.text for each in differences if not each.worse]
+    failed += [difference.text for difference in differences if difference.worse]
+    improved += [difference.text for difference in differences if not difference.worse]
     return GateResult(failed=tuple(failed), improved=tuple(improved), differences=differences)
 
 
@@ -113,11 +113,11 @@ def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) ->
 
 
 def _expired(report: Report, gates: Gates, today: datetime.date, *, whole: bool) -> Iterator[str]:
-    for name, known in gates.known.items():
-        if known.expired(today) and (whole or _violations(report, name)):
+    for name, exemption in gates.known_violations.items():
+        if exemption.expired(today) and (whole or _violations(report, name)):
             yield (
-                f"the known violation of {name} ({known.text}) was accepted until {known.until}, which is over: "
-                "mend it, or agree on another day in hri_known_violations"
+                f"the known violation of {name} ({exemption.text}) was accepted until {exemption.until}, which is "
+                "over: mend it, or agree on another day in hri_known_violations"
             )
 
 
@@ -152,9 +152,9 @@ def _needless(report: Report, gates: Gates) -> Iterator[str]:
     """
     aimed = report.closing.suite if report.closing is not None else None
     untriggered, suites = _untriggered(report), {suite.name for suite in report.suites if suite.name != aimed}
-    for name, known in gates.known.items():
-        if not _violations(report, name) and name not in untriggered and known.reason:
-            yield f"{name} is a known violation ({known.text}), but no test violated it"
+    for name, exemption in gates.known_violations.items():
+        if not _violations(report, name) and name not in untriggered and exemption.reason:
+            yield f"{name} is a known violation ({exemption.text}), but no test violated it"
     for name, exemption in gates.may_be_nc.items():
         checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name != aimed)
         if checked and suites.issubset(exemption.suites or suites):

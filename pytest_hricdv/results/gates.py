@@ -14,7 +14,7 @@ KINDS = ("statements", "branches", "plans", "assertions", "cross")
 """Kinds of coverage that have a percentage."""
 
 MAX_SHARDS = 9_999
-"""Most parts that suites are run in: reports are asked which of them are missing."""
+"""Most parts that suites are run in: reports are asked which of them are missing. Chosen: a suite has fewer tests."""
 
 KNOWN = "REQUIREMENT [while CONDITION] [until YYYY-MM-DD]: reason"
 MAY_BE_NC = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"
@@ -104,13 +104,13 @@ def parse_exemptions(lines: Iterable[str], form: str) -> dict[str, Exemption]:
     Raises:
         ExemptionError: a line of another form, a day that does not exist, or a second line for a requirement.
     """
-    found: dict[str, Exemption] = {}
+    exemptions: dict[str, Exemption] = {}
     for line in lines:
         exemption = parse_exemption(line, form)
-        if exemption.requirement in found:
+        if exemption.requirement in exemptions:
             raise ExemptionError(f"{line!r}: a second line for {exemption.requirement}; expected one")
-        found[exemption.requirement] = exemption
-    return found
+        exemptions[exemption.requirement] = exemption
+    return exemptions
 
 
 def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
@@ -126,11 +126,11 @@ def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
     Raises:
         ExemptionError: it has another form, or a day that does not exist.
     """
-    head, colon, given = _split(line.strip())
+    head, colon, after = _split(line.strip())
     match = _HEAD.match(head)
-    reason = given.strip() or reason
+    reason = after.strip() or reason
     refused = match is not None and any(match[name] and f"[{name} " not in form for name in ("in", "while", "until"))
-    if match is None or refused or not reason or (colon and not given.strip()):
+    if match is None or refused or not reason or (colon and not after.strip()):
         raise ExemptionError(f"{line!r}: expected 'REQUIREMENT: reason' or '{form}'")
     until = None if match["until"] is None else _day(match["until"], line)
     suites = tuple(filter(None, (match["in"] or "").split(",")))
@@ -162,12 +162,12 @@ class Gates:
         fail_on_nc: fail when no test triggered a requirement, unless `may_be_nc` exempts it, also where a number of
             tests was asked for; whole suites always do.
         may_be_nc: requirements that need not be triggered.
-        known: exemptions for violations; one that has expired fails the session.
+        known_violations: exemptions for violations; one that has expired fails the session.
         fail_on_change: fail when a test behaves otherwise than in the baseline.
     """
 
     thresholds: tuple[Threshold, ...] = ()
     fail_on_nc: bool = False
     may_be_nc: Mapping[str, Exemption] = field(default_factory=dict)
-    known: Mapping[str, Exemption] = field(default_factory=dict)
+    known_violations: Mapping[str, Exemption] = field(default_factory=dict)
     fail_on_change: bool = False

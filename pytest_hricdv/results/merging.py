@@ -56,15 +56,15 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
     merged = replace(
         first,
         code_under_test=replace(first.code_under_test, reason=reasons[0] if reasons else ""),
-        wall_s=round(math.fsum(each.wall_s for each in sessions), 3),
-        workers=max(each.workers for each in sessions),
+        wall_s=round(math.fsum(session.wall_s for session in sessions), 3),
+        workers=max(session.workers for session in sessions),
         rerun=_rerun(all_reports),
         sessions=sessions,
         exploration=max((report.exploration for report in all_reports), key=canonical),
         models=max((report.models for report in all_reports), key=canonical),
         suites=_suites(reports),
         tests=_tests(all_reports),
-        units=first.units if all(each.units == first.units for each in all_reports) else None,
+        units=first.units if all(report.units == first.units for report in all_reports) else None,
         shard="",
         gates=None,
         policy=_policy(all_reports),
@@ -74,7 +74,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
         campaign=None,
-        closing=first.closing if all(each.closing == first.closing for each in all_reports) else None,
+        closing=first.closing if all(report.closing == first.closing for report in all_reports) else None,
     )
     try:
         merged = derive(merged)
@@ -118,19 +118,19 @@ def _refuse_others(first_name: str, first: Report, name: str, report: Report) ->
 
 
 def _difference(first: Report, report: Report, key: str) -> str:
-    one, other = getattr(first, key), getattr(report, key)
-    if isinstance(one, dict) and isinstance(other, dict):
-        return ", ".join(_unequal_keys(one, other))
-    return f"{one!r} and {other!r}"
+    value, other = getattr(first, key), getattr(report, key)
+    if isinstance(value, dict) and isinstance(other, dict):
+        return ", ".join(_unequal_keys(value, other))
+    return f"{value!r} and {other!r}"
 
 
 def _changed_files(first: Report, report: Report) -> str:
-    one, other = ({file.file: file for file in each.code_under_test.map} for each in (first, report))
-    return ", ".join(_unequal_keys(one, other)) or "one of them does not say which"
+    files, others = ({file.file: file for file in merged.code_under_test.map} for merged in (first, report))
+    return ", ".join(_unequal_keys(files, others)) or "one of them does not say which"
 
 
-def _unequal_keys(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
-    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
+def _unequal_keys(values: Mapping[str, object], others: Mapping[str, object]) -> list[str]:
+    return sorted(name for name in values.keys() | others.keys() if values.get(name) != others.get(name))
 
 
 def sessions_of(report: Report) -> tuple[SessionSummary, ...]:
@@ -151,53 +151,53 @@ def sessions_of(report: Report) -> tuple[SessionSummary, ...]:
 
 def _sessions(reports: Iterable[Report]) -> tuple[SessionSummary, ...]:
     """Of all reports; two reports with the same content are one session."""
-    found = {session.sha256: session for report in reports for session in sessions_of(report)}
-    return tuple(found[key] for key in sorted(found))
+    by_content = {session.sha256: session for report in reports for session in sessions_of(report)}
+    return tuple(by_content[sha256] for sha256 in sorted(by_content))
 
 
 def _rerun(reports: Iterable[Report]) -> RerunOptions:
-    given = [report.rerun for report in reports]
-    suites = {name for each in given for name in each.suite.split(",")} - {""}
-    options = {option for each in given for option in each.options}
+    reruns = [report.rerun for report in reports]
+    suites = {name for rerun in reruns for name in rerun.suite.split(",")} - {""}
+    options = {option for rerun in reruns for option in rerun.options}
     return RerunOptions(suite=",".join(sorted(suites)), options=tuple(sorted(options)))
 
 
 def _policy(reports: Iterable[Report]) -> GatePolicy | None:
     """All that any of the sessions was to keep."""
-    given = [report.policy for report in reports if report.policy is not None]
-    if not given:
+    policies = [report.policy for report in reports if report.policy is not None]
+    if not policies:
         return None
     thresholds: dict[str, float] = {}
-    for each in given:
-        for kind, percent in each.thresholds.items():
+    for policy in policies:
+        for kind, percent in policy.thresholds.items():
             thresholds[kind] = max(percent, thresholds.get(kind, 0.0))
     return GatePolicy(
         thresholds=dict(sorted(thresholds.items())),
-        fail_on_nc=any(each.fail_on_nc for each in given),
-        fail_on_change=any(each.fail_on_change for each in given),
+        fail_on_nc=any(policy.fail_on_nc for policy in policies),
+        fail_on_change=any(policy.fail_on_change for policy in policies),
     )
 
 
 def _suites(reports: Sequence[tuple[str, Report]]) -> tuple[SuiteResult, ...]:
-    found: dict[str, tuple[str, SuiteResult]] = {}
+    suites: dict[str, tuple[str, SuiteResult]] = {}
     for where, report in reports:
         for suite in report.suites:
             plans = {agent: plans.declared for agent, plans in suite.plans.items()}
             declared = declare_suite(suite.name, suite.seed, suite.size, suite.generation, plans)
-            before = found.get(suite.name)
-            found[suite.name] = (where, _same_suite(*before, where, declared) if before else declared)
-    return tuple(found[name][1] for name in sorted(found))
+            before = suites.get(suite.name)
+            suites[suite.name] = (where, _same_suite(*before, where, declared) if before else declared)
+    return tuple(suites[name][1] for name in sorted(suites))
 
 
-def _same_suite(where: str, one: SuiteResult, there: str, other: SuiteResult) -> SuiteResult:
-    timeless = [replace(each, generation=_timeless(each.generation)) for each in (one, other)]
+def _same_suite(where: str, suite: SuiteResult, there: str, other: SuiteResult) -> SuiteResult:
+    timeless = [replace(result, generation=_timeless(result.generation)) for result in (suite, other)]
     if timeless[0] != timeless[1]:
-        what = "another seed" if one.seed != other.seed else "other tests or options"
+        difference = "another seed" if suite.seed != other.seed else "other tests or options"
         raise MergeError(
-            f"{where} and {there}: two suites have the name {one.name!r} but {what}; merge runs of one and "
+            f"{where} and {there}: two suites have the name {suite.name!r} but {difference}; merge runs of one and "
             "the same suite, or rename one"
         )
-    return min(one, other, key=lambda each: (-each.generation.wall_s, canonical(each)))
+    return min(suite, other, key=lambda result: (-result.generation.wall_s, canonical(result)))
 
 
 def _timeless(generation: GenerationResult) -> GenerationResult:
@@ -234,14 +234,14 @@ def _content(run: TestResult) -> str:
     return canonical(same)
 
 
-def _united(one: TestResult, other: TestResult) -> TestResult:
+def _united(run: TestResult, other: TestResult) -> TestResult:
     """One run, reported twice: the shorter time, what either measured, and of texts and files the first by content."""
-    times = [run.wall_s for run in (one, other) if run.wall_s is not None]
+    times = [result.wall_s for result in (run, other) if result.wall_s is not None]
     return replace(
-        one,
+        run,
         wall_s=min(times, default=None),
-        code=_most_measured(one.code, other.code),
-        **{name: _first(getattr(one, name), getattr(other, name)) for name in (*_ANY_OF, *_any_of_parts())},
+        code=_most_measured(run.code, other.code),
+        **{name: _first(getattr(run, name), getattr(other, name)) for name in (*_ANY_OF, *_any_of_parts())},
     )
 
 
@@ -252,19 +252,19 @@ def _any_of_parts() -> Iterator[str]:
     return (section.name for section in test_sections() if not section.identifies)
 
 
-def _first(one: object, other: object) -> object:
+def _first(value: object, other: object) -> object:
     """The first of two values by content; an empty one only where both are."""
-    return min(filter(None, (one, other)), key=_text, default=one)
+    return min(filter(None, (value, other)), key=_text, default=value)
 
 
 def _text(value: object) -> str:
     return canonical({"value": value})
 
 
-def _most_measured(one: CodeShare | None, other: CodeShare | None) -> CodeShare | None:
+def _most_measured(share: CodeShare | None, other: CodeShare | None) -> CodeShare | None:
     """What the run covered, by the report that measured most of it."""
-    measured = [each for each in (one, other) if each is not None]
-    return max(measured, key=lambda each: (each.bits[1] is not None, each.statements, canonical(each)), default=None)
+    measured = [code for code in (share, other) if code is not None]
+    return max(measured, key=lambda code: (code.bits[1] is not None, code.statements, canonical(code)), default=None)
 
 
 def _with_repeats(runs: list[TestResult]) -> TestResult:

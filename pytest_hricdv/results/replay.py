@@ -143,10 +143,10 @@ class _Head(msgspec.Struct):
 
 def _decoded(text: str, where: str) -> _File:
     try:
-        found = from_json(text, _Head).schema
-        if found != SCHEMA:
+        schema = from_json(text, _Head).schema
+        if schema != SCHEMA:
             raise ReplayError(
-                f"{where}: expected schema {SCHEMA!r}, found {quoted(found)}; "
+                f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; "
                 "expected a file from the folder 'failures' of a report, or the plugin's version that wrote this one"
             )
         return from_json(text, _File)
@@ -154,9 +154,9 @@ def _decoded(text: str, where: str) -> _File:
         raise ReplayError(f"{where}{error}; expected a replay file") from None
 
 
-def _concrete(test: AbstractTest, given: ConcreteParameters) -> ConcreteTest:
-    actions = tuple(ConcreteAction(each.command, _floats(each.parameters)) for each in given.actions)
-    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(given.run))
+def _concrete(test: AbstractTest, parameters: ConcreteParameters) -> ConcreteTest:
+    actions = tuple(ConcreteAction(action.command, _floats(action.parameters)) for action in parameters.actions)
+    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(parameters.run))
 
 
 def _floats(parameters: Mapping[str, float]) -> dict[str, float]:
@@ -193,16 +193,16 @@ def write(replay: Replay, folder: Path) -> Path:
 
 def differences(replay: Replay, code: Mapping[str, str], made_with: Mapping[str, str]) -> list[str]:
     """What has changed of the things a run depends on, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
-    found = []
+    changes = []
     for name in sorted(replay.code.keys() | code.keys()):
         if name not in code:
-            found.append(f"{name} is gone")
+            changes.append(f"{name} is gone")
         elif name not in replay.code:
-            found.append(f"{name} is new")
+            changes.append(f"{name} is new")
         elif code[name] != replay.code[name]:
-            found.append(f"{name} changed")
+            changes.append(f"{name} changed")
     for name in sorted(replay.made_with.keys() | made_with.keys()):
         before, now = replay.made_with.get(name, "unknown"), made_with.get(name, "unknown")
         if before != now:
-            found.append(f"{name} {before}, now {now}")
-    return found
+            changes.append(f"{name} {before}, now {now}")
+    return changes

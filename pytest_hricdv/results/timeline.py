@@ -32,7 +32,9 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
         end_s=round(end_s, 3),
         messages=tuple(map(_message, record.messages)),
         signals={name: _signal(*series, end_s) for name, series in sorted(record.signals.items())},
-        triggers={each.requirement: " ".join(map(_trigger, each.history)) for each in verdicts if each.history},
+        triggers={
+            verdict.requirement: " ".join(map(_trigger, verdict.history)) for verdict in verdicts if verdict.history
+        },
         checksums=dict(sorted(_checksums(record))),
         texts={
             name: tuple((round(time_s, 3), text) for time_s, text in zip(*series, strict=True))

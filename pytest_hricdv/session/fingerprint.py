@@ -37,7 +37,7 @@ def _options(options: Options) -> dict[str, str]:
     """The options that results depend on, as far as suites do not tell."""
     known_violations = (
         f"{name} while {exemption.condition}" if exemption.condition else name
-        for name, exemption in options.known.items()
+        for name, exemption in options.known_violations.items()
     )
     return {
         "--hri-suite": options.suites,

@@ -71,7 +71,7 @@ class Options:
     sampling: str
     report: Path
     gates: Gates
-    known: Mapping[str, Exemption]
+    known_violations: Mapping[str, Exemption]
     """The known violations that have not expired; also in a strict run, which ignores them."""
     strict: bool
     export: Path | None
@@ -99,7 +99,7 @@ class Options:
 def read_options(config: pytest.Config) -> Options:
     """The options in force. Raises pytest.UsageError for an invalid one."""
     reader, replay, today = OptionReader(config), _replay(config), session_day(config)
-    known, baseline = _exemptions(config, "known", "known_violations", KNOWN), reader.text("baseline")
+    known_violations, baseline = _exemptions(config, "known", "known_violations", KNOWN), reader.text("baseline")
     if config.getoption("hri_update_baseline") and not baseline:
         raise usage_error("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(reader):
@@ -117,10 +117,12 @@ def read_options(config: pytest.Config) -> Options:
             thresholds=_thresholds(config),
             fail_on_nc=reader.flag("fail_on_nc"),
             may_be_nc=_exemptions(config, "allow_nc", "allow_nc", MAY_BE_NC),
-            known={} if reader.flag("strict") else known,
+            known_violations={} if reader.flag("strict") else known_violations,
             fail_on_change=_fail_on_change(reader),
         ),
-        known={name: each for name, each in known.items() if not each.expired(today)},
+        known_violations={
+            name: exemption for name, exemption in known_violations.items() if not exemption.expired(today)
+        },
         shard=_shard(config),
         baseline=config.invocation_params.dir / baseline if baseline else None,
         update_baseline=bool(config.getoption("hri_update_baseline")),
@@ -174,7 +176,7 @@ def _closing(reader: OptionReader, suites: str) -> ClosingOptions:
 
 def _again(config: pytest.Config) -> tuple[str, ...]:
     single = [(name, config.getoption(f"hri_{name}")) for name in _AGAIN]
-    known = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
+    known_violations = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
     strict = ["--hri-strict"] if config.getoption("hri_strict") else []
     learned = read_learning(config).again
     anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
@@ -183,7 +185,7 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     closed = (f"--hri-close-{name}={value}" for name, value in closing if value is not None)
     close = ("--hri-close",) if config.getoption("hri_close") else ()
     further = (option for part in part_options() for option in part.again(OptionReader(config)))
-    return (*drawn, *learned, *known, *strict, *anyway, *close, *closed, *further)
+    return (*drawn, *learned, *known_violations, *strict, *anyway, *close, *closed, *further)
 
 
 def _sampling(reader: OptionReader) -> str:

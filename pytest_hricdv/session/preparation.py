@@ -153,7 +153,7 @@ class GateCheck:
         Raises:
             pytest.UsageError: an exemption for a requirement that does not exist, or a baseline that cannot be read.
         """
-        allowed = {"known violation of": {*self.options.known, *self.options.gates.known}}
+        allowed = {"known violation of": {*self.options.known_violations, *self.options.gates.known_violations}}
         allowed["NC is allowed for"] = set(self.options.gates.may_be_nc)
         for what, names in allowed.items():
             for name in sorted(names):

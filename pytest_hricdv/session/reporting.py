@@ -185,9 +185,13 @@ class Reporting:
             suites=tuple(self.collection.selected),
             code=self.context.code,
             unmeasured="no test was measured" if self.options.coverage else "switched off",
-            known=self.options.known,
+            known_violations=self.options.known_violations,
             may_be_nc=self.options.gates.may_be_nc,
-            until={name: str(each.until) for name, each in self.options.gates.known.items() if each.until},
+            until={
+                name: str(exemption.until)
+                for name, exemption in self.options.gates.known_violations.items()
+                if exemption.until
+            },
             strict=self.options.strict,
             version=version("pytest-hricdv"),
             made_with=self.context.provenance.made_with,

@@ -64,9 +64,13 @@ class RunContext:
         return found
 
     @property
-    def known(self) -> Mapping[str, str]:
+    def known_violations(self) -> Mapping[str, str]:
         """Requirements with a known violation, with the reasons; none in a strict run."""
-        return {} if self.options.strict else {name: each.text for name, each in self.options.known.items()}
+        return (
+            {}
+            if self.options.strict
+            else {name: exemption.text for name, exemption in self.options.known_violations.items()}
+        )
 
     @cached_property
     def known_while(self) -> Mapping[str, PastFormula]:
@@ -80,10 +84,10 @@ class RunContext:
         testbench, parsed = self.collection.testbench, {}
         try:
             vocabulary = load_definitions(testbench.requirements, testbench.vocabulary())
-            for name, known in self.options.known.items():
-                if known.condition:
-                    source = FormulaSource(known.condition, owner=f"known violation of {name}: condition")
-                    parsed[name] = parse_condition(known.condition, vocabulary, source)
+            for name, exemption in self.options.known_violations.items():
+                if exemption.condition:
+                    source = FormulaSource(exemption.condition, owner=f"known violation of {name}: condition")
+                    parsed[name] = parse_condition(exemption.condition, vocabulary, source)
         except RequirementError as error:
             raise usage_error(str(error)) from None
         return {} if self.options.strict else parsed

@@ -102,7 +102,7 @@ def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResu
 def _built(
     context: RunContext, case: HriCase, request: RunRequest, result: CaseResult | None, failure: str
 ) -> TestResult:
-    judgement = judge_run(result, context.known)
+    judgement = judge_run(result, context.known_violations)
     ending = Ending(outcome=judgement.outcome, wall_s=0.0, failure=failure or judgement.reason)
     built = build_result(
         case,
@@ -119,7 +119,7 @@ def _built(
     text = explanation.failure(
         built,
         context.texts,
-        known=context.known,
+        known_violations=context.known_violations,
         units=context.collection.testbench.units,
         seed=request.suite_seed,
         suite=context.options.suites,

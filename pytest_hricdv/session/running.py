@@ -137,13 +137,18 @@ class Running:
         built = self._result(case, nodeid)
         mismatch = replay_mismatch(built.replayed)
         differences = built.beside.differences if built.beside is not None else ()
-        judgement = judge_run(result, self.context.known, differences=differences, mismatch=mismatch)
+        judgement = judge_run(result, self.context.known_violations, differences=differences, mismatch=mismatch)
         case.judgement = judgement
 
         def explained() -> str:
             shown = replace(self._shown_result(case, nodeid), failure=mismatch)
-            context, units, again = self.context, self.collection.testbench.units, self._rerun_info(case)
-            return explanation.failure(shown, context.texts, known=context.known, units=units, **again)
+            return explanation.failure(
+                shown,
+                self.context.texts,
+                known_violations=self.context.known_violations,
+                units=self.collection.testbench.units,
+                **self._rerun_info(case),
+            )
 
         try:
             raise_for(judgement, result, explained)

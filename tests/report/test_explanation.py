@@ -60,7 +60,7 @@ def test_a_violation_before_anything_was_done_says_so() -> None:
 
 
 def test_a_known_violation_is_listed_after_the_cause() -> None:
-    text = failure(_failing("R1", "R3"), REQUIREMENTS, seed=0, known={"R1": "slow release"})
+    text = failure(_failing("R1", "R3"), REQUIREMENTS, seed=0, known_violations={"R1": "slow release"})
     assert text.startswith("R3 Failed")
     assert "a known violation (slow release): it does not fail the run" in text[text.index("R1 Failed") :]
 

@@ -162,7 +162,7 @@ class _Serving:
             code=self._context.code,
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
-            known_violations=self._context.known,
+            known_violations=self._context.known_violations,
             state=self._collection.testbench.state,
             choices=() if lived is None else lived.agent.choices,
         )

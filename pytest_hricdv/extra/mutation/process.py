@@ -195,7 +195,7 @@ class _Trying:
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
             return
-        oracles = tuple(_failed(result, context.known))
+        oracles = tuple(_failed(result, context.known_violations))
         outcome = result.outcome
         now = (result.record.sha256, outcome.ended, tuple(outcome.outcomes))
         changed = now != (test.record_sha256, test.ended, test.outcomes)

@@ -172,7 +172,7 @@ class PostSession:
                 break
             self.interrupted = record.ended == "interrupted"
             conditions = self.rerunning.settings.known_while
-            tolerated = requirement.id in self.options.known and requirement.id not in conditions
+            tolerated = requirement.id in self.options.known_violations and requirement.id not in conditions
             if record.status == "violated" and (self.options.strict or not tolerated):
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
             if made is not None and self.settings.shrink and not self.interrupted:
