@@ -167,14 +167,14 @@ def test_the_graph_tells_who_does_what() -> None:
         publisher = Publisher(made, Reading, "scan", Profile())
         Subscription(node("viewer"), Point, "/goal", Profile())
         Service(made, Grasp, "~/grasp", Profile())
-        kind = "tests/extra/ros2/Reading"
+        kind = "tests/extra/Reading"
         assert graph_queries.topic_names_and_types(made, False) == [
             ("/cell/scan", [kind]),
-            ("/goal", ["tests/extra/ros2/Point"]),
+            ("/goal", ["tests/extra/Point"]),
         ]
         assert graph_queries.publishers_by_node(made, False, "robot", "/cell") == [("/cell/scan", [kind])]
         assert graph_queries.subscribers_by_node(made, False, "robot", "/cell") == []
-        assert graph_queries.service_names_and_types(made) == [("/cell/robot/grasp", ["tests/extra/ros2/Grasp"])]
+        assert graph_queries.service_names_and_types(made) == [("/cell/robot/grasp", ["tests/extra/Grasp"])]
         with pytest.raises(graph_queries.NodeNameNonExistentError, match="nonexistent node /cell/arm"):
             graph_queries.publishers_by_node(made, False, "arm", "/cell")
         publisher.destroy_when_not_in_use()
