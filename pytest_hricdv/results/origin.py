@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import datetime
+import shutil
+import subprocess
+from collections.abc import Iterable, Mapping
+from importlib.metadata import version
+from pathlib import Path
 
 from pytest_hricdv._base.record import Names, PlainRecord
+
+_TIMEOUT_S = 10.0
+"""For git, which answers within milliseconds. Chosen: how long a session may wait for a repository that hangs."""
+
+_PACKAGES = ("pytest", "pytest-xdist", "coverage")
 
 
 class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
@@ -25,3 +35,44 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
     dirty: bool = False
     ini: str = ""
     versions: Mapping[str, str] = {}
+
+
+def origin_of_session(
+    arguments: Iterable[object], root: Path, ini: Path | None, began: datetime.datetime, made_with: Mapping[str, str]
+) -> ReportOrigin:
+    """Where the report of a session comes from that ends now.
+
+    Args:
+        arguments: that pytest was given.
+        root: of the project.
+        ini: the file with the options, if there is one.
+        began: when the session did (UTC).
+        made_with: what records depend on, name -> version.
+    """
+    revision = _git(root, "rev-parse", "HEAD")
+    return ReportOrigin(
+        began=began.isoformat(timespec="seconds"),
+        command=tuple(map(str, arguments)),
+        revision=revision,
+        dirty=bool(revision and _git(root, "status", "--porcelain", "--untracked-files=no")),
+        ini=_relative(ini, root),
+        versions={**made_with, **{name: version(name) for name in _PACKAGES}},
+    )
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    """What git prints; nothing where there is no git, or no repository."""
+    git = shutil.which("git")
+    if git is None:
+        return ""
+    try:
+        done = subprocess.run([git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT_S)
+    except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def _relative(path: Path | None, root: Path) -> str:
+    if path is None:
+        return ""
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name

@@ -150,14 +150,14 @@ def _fail_on_change(reader: OptionReader) -> bool:
 
 
 def _replay(config: pytest.Config) -> tuple[Path, ...]:
-    given = config.getoption("hri_replay")
-    if given is None:
+    text = config.getoption("hri_replay")
+    if text is None:
         return ()
     if config.getoption("hri_suite") is not None:
         raise usage_error("--hri-replay and --hri-suite: give one of them; a replay file brings its test along")
-    names = [name.strip() for name in given.split(",")]
+    names = [name.strip() for name in text.split(",")]
     if not all(names):
-        raise usage_error(f"--hri-replay={given}: expected the path of a replay file")
+        raise usage_error(f"--hri-replay={text}: expected the path of a replay file")
     return tuple(config.invocation_params.dir / name for name in names)
 
 
@@ -200,10 +200,10 @@ def _sampling(reader: OptionReader) -> str:
 
 
 def _stop_at(config: pytest.Config) -> tuple[str, ...]:
-    given = str(config.getoption("hri_break") or "")
-    if given and getattr(config.option, "numprocesses", None):
+    text = str(config.getoption("hri_break") or "")
+    if text and getattr(config.option, "numprocesses", None):
         raise usage_error("--hri-break: a debugger needs a terminal, and workers have none: leave -n out, or give -n0")
-    return tuple(name.strip() for name in given.split(",") if name.strip())
+    return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def _thresholds(config: pytest.Config) -> tuple[Threshold, ...]:
@@ -213,10 +213,10 @@ def _thresholds(config: pytest.Config) -> tuple[Threshold, ...]:
     thresholds: dict[str, Threshold] = {}
     for line, on_command_line in lines:
         try:
-            found = parse_threshold(line, named=on_command_line)
+            threshold = parse_threshold(line, named=on_command_line)
         except ThresholdError as error:
             raise usage_error(f"--hri-fail-under={error}") from None
-        thresholds.setdefault(found.kind, found)
+        thresholds.setdefault(threshold.kind, threshold)
     return tuple(thresholds.values())
 
 
@@ -234,21 +234,21 @@ def _shard(config: pytest.Config) -> Shard | None:
 def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict[str, Exemption]:
     """Requirement -> exemption, of the ini file and of the command line, which wins."""
     try:
-        found = parse_exemptions(config.getini(f"hri_{ini}"), form)
+        exemptions = parse_exemptions(config.getini(f"hri_{ini}"), form)
     except ExemptionError as error:
         raise usage_error(f"hri_{ini}: {error}") from None
     name = f"--hri-{option.replace('_', '-')}"
-    for given in config.getoption(f"hri_{option}") or ():
+    for value in config.getoption(f"hri_{option}") or ():
         # Several names are separated by commas; conditions and reasons may have commas of their own.
-        for text in [given] if re.search(r":|\s(?:in|while|until)\s", given) else given.split(","):
+        for text in [value] if re.search(r":|\s(?:in|while|until)\s", value) else value.split(","):
             try:
                 exemption = parse_exemption(text, form, reason=f"named with {name}")
             except ExemptionError as error:
                 raise usage_error(f"{name}={error}") from None
-            before = found.get(exemption.requirement)
+            before = exemptions.get(exemption.requirement)
             if before is None or (before.condition, before.suites) != (exemption.condition, exemption.suites):
-                found[exemption.requirement] = exemption
-    return found
+                exemptions[exemption.requirement] = exemption
+    return exemptions
 
 
 def session_day(config: pytest.Config) -> datetime.date:

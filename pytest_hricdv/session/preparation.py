@@ -54,7 +54,7 @@ class Preparation:
         ]
 
     def _header(self) -> list[str]:
-        names = [each.suite.name for each in self.collection.selected]
+        names = [generated.suite.name for generated in self.collection.selected]
         tests = len(self.collection.cases)  # also generates them, with its errors, before anything else
         named = self.collection.config.args_source == pytest.Config.ArgsSource.ARGS
         return [
@@ -71,9 +71,9 @@ class Preparation:
         return [terminal.engine_header(testbench.engine, second.engine if second else "", missing)]
 
     def _replay_header(self) -> list[str]:
-        given = self.collection.replays.values()
-        notes = [self.context.provenance.note(each) for each in given]
-        return [terminal.replay_header(self.collection.testbench.name, len(given)), *(note for note in notes if note)]
+        files = self.collection.replays.values()
+        notes = [self.context.provenance.note(file) for file in files]
+        return [terminal.replay_header(self.collection.testbench.name, len(files)), *(note for note in notes if note)]
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionstart(self) -> None:
@@ -110,11 +110,11 @@ class Preparation:
 
     def _check_replays(self) -> None:
         """Refuse replay files of other code or versions, unless --hri-replay-anyway is given."""
-        notes = [self.context.provenance.note(each) for each in self.collection.replays.values()]
+        notes = [self.context.provenance.note(file) for file in self.collection.replays.values()]
         changed = [note for note in notes if note]
         if changed and not self.options.replay_anyway:
-            told = "\n  ".join(changed)
-            raise usage_error(f"--hri-replay: {told}\nadd --hri-replay-anyway to run it all the same")
+            lines = "\n  ".join(changed)
+            raise usage_error(f"--hri-replay: {lines}\nadd --hri-replay-anyway to run it all the same")
 
     def _import_required(self) -> None:
         for name in self.collection.testbench.requires:
@@ -131,7 +131,7 @@ class Preparation:
         try:
             importlib.import_module(testbench.engines[name])
         except ImportError as error:
-            others = ", ".join(each for each in testbench.engines if each != name)
+            others = ", ".join(engine for engine in testbench.engines if engine != name)
             instead = f"; or choose another one with --hri-engine: {others}" if others else ""
             raise usage_error(f"engine {name!r}: {error}{instead}") from None
 
@@ -155,11 +155,11 @@ class GateCheck:
         """
         allowed = {"known violation of": {*self.options.known_violations, *self.options.gates.known_violations}}
         allowed["NC is allowed for"] = set(self.options.gates.may_be_nc)
-        for what, names in allowed.items():
+        for use, names in allowed.items():
             for name in sorted(names):
                 if name not in requirements:
-                    known = ", ".join(sorted(requirements))
-                    raise usage_error(f"{what} {name!r}: no such requirement; there are {known}")
+                    existing = ", ".join(sorted(requirements))
+                    raise usage_error(f"{use} {name!r}: no such requirement; there are {existing}")
         _ = self._baseline
 
     def check_suites(self) -> None:
@@ -170,7 +170,7 @@ class GateCheck:
         """
         if self._baseline is None or self.options.update_baseline or self._collection.replays:
             return
-        seeds = {each.suite.name: each.suite.seed for each in self._collection.selected}
+        seeds = {generated.suite.name: generated.suite.seed for generated in self._collection.selected}
         try:
             check_suites(self._baseline, seeds, str(self.options.baseline), behaviour=self.options.gates.fail_on_change)
         except BaselineError as error:

@@ -25,9 +25,9 @@ from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.model import GatePolicy, ModelSource, Report, RerunOptions, TestResult
+from pytest_hricdv.results.origin import origin_of_session
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
-from pytest_hricdv.session.origin import origin
 from pytest_hricdv.session.part import Part, PartSession, parts
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.run_context import RunContext
@@ -153,8 +153,10 @@ class Reporting:
             _ = self._reachability  # for its problems, which fail this session, too
             return resumed.declared
         declared = declare_report(self.session_info(), self.aggregation.chosen)
-        came_from = origin(self.collection.config, self._began_at, self.context.provenance.made_with)
-        return encode(msgspec.structs.replace(declared, origin=came_from)).encode()
+        config, made_with = self.collection.config, self.context.provenance.made_with
+        arguments = config.invocation_params.args
+        origin = origin_of_session(arguments, config.rootpath, config.inipath, self._began_at, made_with)
+        return encode(msgspec.structs.replace(declared, origin=origin)).encode()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Writes one section at the end."""
@@ -208,7 +210,7 @@ class Reporting:
     def _policy(self) -> GatePolicy | None:
         """The gates of the session; None where it has none, so that a report does not speak of them."""
         gates = self.options.gates
-        thresholds = {each.kind: each.percent for each in gates.thresholds}
+        thresholds = {threshold.kind: threshold.percent for threshold in gates.thresholds}
         if not (thresholds or gates.fail_on_nc or gates.fail_on_change):
             return None
         return GatePolicy(thresholds=thresholds, fail_on_nc=gates.fail_on_nc, fail_on_change=gates.fail_on_change)

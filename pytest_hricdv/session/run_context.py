@@ -54,23 +54,20 @@ class RunContext:
         testbench = self.collection.testbench
         try:
             requirements = load_requirements(testbench.requirements, testbench.vocabulary())
-            found: tuple[Criterion, ...] = (*requirements, *part_criteria(testbench))
+            criteria: tuple[Criterion, ...] = (*requirements, *part_criteria(testbench))
         except (RequirementError, InputError, ValueError) as error:
             raise usage_error(str(error)) from None
-        names = [each.id for each in found]
+        names = [criterion.id for criterion in criteria]
         for name in self.options.stop_at:
             if name not in names:
                 raise usage_error(f"--hri-break={name}: no such requirement; there are: {', '.join(names)}")
-        return found
+        return criteria
 
     @property
     def known_violations(self) -> Mapping[str, str]:
         """Requirements with a known violation, with the reasons; none in a strict run."""
-        return (
-            {}
-            if self.options.strict
-            else {name: exemption.text for name, exemption in self.options.known_violations.items()}
-        )
+        exemptions = {} if self.options.strict else self.options.known_violations
+        return {name: exemption.text for name, exemption in exemptions.items()}
 
     @cached_property
     def known_while(self) -> Mapping[str, PastFormula]:
@@ -116,8 +113,8 @@ class RunContext:
     def _stepping(self) -> str:
         if self.options.stop_at:
             return "--hri-break was given: measuring would get in its way"
-        given = self.collection.config.option
-        asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(given, use, False)]
+        namespace = self.collection.config.option
+        asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(namespace, use, False)]
         return f"{asked[0]} was given: measuring would get in its way" if asked else ""
 
     @cached_property

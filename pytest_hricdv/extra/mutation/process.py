@@ -217,9 +217,9 @@ class _Trying:
         self._send(encode(MutantRunEnded(self._trial.mutant, self._runs[-1], behaviour)))
 
 
-def _failed(result: CaseResult, known: Container[str]) -> Iterator[str]:
+def _failed(result: CaseResult, known_violations: Container[str]) -> Iterator[str]:
     """The oracles that fail a run."""
-    yield from undeclared_violations(result, known)
+    yield from undeclared_violations(result, known_violations)
     if result.ending_faults:
         yield EXCEPTION if result.error is not None else ENDING
     if result.bin_faults:
