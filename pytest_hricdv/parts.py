@@ -21,6 +21,8 @@ from typing import Any
 PARTS = MappingProxyType(
     {
         "mutation": ("part", "records", "view"),
+        "closing": ("part", "records", "merging", "view"),
+        "campaign": ("records", "view"),
         "verification_plan": ("part", "records", "merging", "view"),
         "cluster": ("part",),
         "search": ("part", "records", "merging", "view"),

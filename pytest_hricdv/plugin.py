@@ -74,15 +74,13 @@ def _register(config: pytest.Config, options: Options) -> None:
 def _register_in_controller(config: pytest.Config, context: RunContext, options: Options) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.exports import Exporting, read_targets
+    from pytest_hricdv.session.part import parts
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
 
     collection = context.collection
-    if options.closing.asked:
-        from pytest_hricdv.extra.closing.closing import Closing
-
-        collection.closing = Closing(collection, context).suite
+    collection.generate_further = lambda suites: [suite for part in parts() for suite in part.generate(context, suites)]
     gate_check = GateCheck(collection)
     aggregation = Aggregation(collection, context)
     reporting = Reporting(collection, context, aggregation, gate_check)

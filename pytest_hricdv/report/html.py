@@ -15,14 +15,12 @@ from markupsafe import Markup
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import OUTCOMES
-from pytest_hricdv.extra.campaign import view as campaign_view
-from pytest_hricdv.extra.closing import view as closing_view
 from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_view, tests_view, totals, waivers_view
 from pytest_hricdv.report.failure_groups import failure_groups
 from pytest_hricdv.report.margin import margin_text, margin_unit
-from pytest_hricdv.report.requirement_view import requirement_view, triggers_over_time
+from pytest_hricdv.report.requirement_view import grouped, requirement_view, triggers_over_time
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
-from pytest_hricdv.report.view import PageSection, Place, views
+from pytest_hricdv.report.view import Place, views
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -104,12 +102,6 @@ def _folder_of(part: str) -> Traversable:
     return files("pytest_hricdv").joinpath("extra", part, "page")
 
 
-def _sections(report: Report) -> dict[Place, list[PageSection]]:
-    """What parts show on the page, by place."""
-    shown = [section for view in views() if (section := view.section(report)) is not None]
-    return {place: [section for section in shown if section.place == place] for place in get_args(Place)}
-
-
 def _finalize(value: object) -> object:
     """Applied by jinja2 to every value before it escapes it: no invisible character gets onto the page."""
     return visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
@@ -128,6 +120,8 @@ def _address(name: str) -> str:
 
 def _context(report: Report) -> dict[str, Any]:
     names = tests_view.requirement_names(report)
+    requirements = [requirement_view(report, name) for name in names]
+    sections = [section for view in views() if (section := view.section(report)) is not None]
     return {
         "report": report,
         "code": report.code_under_test,
@@ -147,15 +141,15 @@ def _context(report: Report) -> dict[str, Any]:
         "by_group": totals.by_group,
         "share": formatting.share,
         "plural": formatting.plural,
-        "requirements": [requirement_view(report, name) for name in names],
+        "requirements": requirements,
+        "requirement_groups": grouped(requirements),
         "no_count": CoverageCount(),
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
         "failing": [test for test in report.tests if test.fails or test.outcome == "not-run"],
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
-        "sections": _sections(report),
-        "closing": closing_view.page(report),
-        "campaign": campaign_view.page(report),
+        "all_sections": sections,
+        "sections": {place: [section for section in sections if section.place == place] for place in get_args(Place)},
         "failure_groups": failure_groups(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda name, violation: explanation.violation_line(
@@ -189,7 +183,6 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
             "statements": [(file.file, line) for file in report.code_under_test.map for line in file.statements],
             "cross": heat_maps(report),
             "minimal": minimal_suite(report),
-            "closing": closing_view.curves(report),
             "changes": behaviour_view.index(report),
         }
         | {key: value for view in views() for key, value in view.data(report).items()}

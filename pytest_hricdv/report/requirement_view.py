@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,6 +75,14 @@ def requirement_view(report: Report, name: str) -> RequirementView:
         notes=tuple(note for view in views() if (note := view.of_requirement(report, name)) is not None),
         unit=margin_unit(report, name),
     )
+
+
+def grouped(requirements: Iterable[RequirementView]) -> list[tuple[str, list[RequirementView]]]:
+    """The requirements by their group, in the order of their first ones; where none has a group, one without a name."""
+    groups: dict[str, list[RequirementView]] = {}
+    for view in requirements:
+        groups.setdefault(view.texts.group, []).append(view)
+    return [*groups.items()]
 
 
 def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict[str, Any] | None:

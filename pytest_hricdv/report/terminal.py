@@ -6,8 +6,6 @@ from pathlib import Path
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
-from pytest_hricdv.extra.campaign import view as campaign_view
-from pytest_hricdv.extra.closing import view as closing_view
 from pytest_hricdv.extra.engines import view as engines_view
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.files import PAGE_NAME
@@ -89,10 +87,6 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
         lines += [*shown, Line("")] if shown else []
     engines = list(engines_view.lines(report, width))
     lines += [*engines, Line("")] if engines else []
-    closing = list(closing_view.lines(report))
-    lines += [*closing, Line("")] if closing else []
-    campaign = list(campaign_view.lines(report))
-    lines += [*campaign, Line("")] if campaign else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []
@@ -186,7 +180,7 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
 def _totals(report: Report, columns: int) -> Iterator[Line]:
     counts = totals.outcomes(report)
     bad = totals.has_failed(report)
-    what = "runs to keep" if report.campaign and not report.campaign.is_listed else "tests"
+    what = next(filter(None, (view.listed_tests(report) for view in views())), "tests")
     yield Line(f"{what}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)
     expected = f"expected {report.selected}, reported {report.reported}"

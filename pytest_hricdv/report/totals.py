@@ -13,6 +13,7 @@ from pytest_hricdv.report import holes_view
 from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.margin import margin_unit
 from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.report.view import views
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -212,8 +213,9 @@ def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:
 
 def duration(report: Report) -> Duration:
     """The session's wall clock, and the simulated time of its tests; of a campaign, that of all runs."""
-    simulated_s = report.campaign.sim_s if report.campaign else sum(test.sim_s for test in report.tests)
-    return Duration(report.wall_s, simulated_s, report.workers or 1)
+    of_all_runs = [total_s for view in views() if (total_s := view.simulated_s(report)) is not None]
+    simulated_s = of_all_runs[0] if of_all_runs else sum(test.sim_s for test in report.tests)
+    return Duration(report.wall_s, simulated_s, report.workers)
 
 
 def statements_covered(report: Report) -> tuple[int, int]:

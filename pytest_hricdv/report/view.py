@@ -23,6 +23,8 @@ class PageSection:
         template: its file in the part's folder `page`, as `PART/NAME.html.jinja`.
         values: what the template reads as `part`.
         place: where it stands.
+        headline: of the page's summary, a link to the section; empty for none.
+        remark: a sentence after it.
     """
 
     id: str
@@ -30,6 +32,8 @@ class PageSection:
     template: str
     values: Mapping[str, Any]
     place: Place = "after cross"
+    headline: str = ""
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,14 @@ class View:
     def properties(self, report: Report) -> Iterable[tuple[str, object]]:
         """Of the JUnit file's test suite."""
         return ()
+
+    def simulated_s(self, report: Report) -> float | None:
+        """Simulated time of all runs that the report is of, where it does not list all of them as tests; else None."""
+        return None
+
+    def listed_tests(self, report: Report) -> str:
+        """What the tests are that the report lists, where it does not list all runs; empty otherwise."""
+        return ""
 
     def pictures(self, test: TestResult) -> Iterable[tuple[str, str]]:
         """Name and file, relative to the report, of what reports of other plugins attach to a test."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypedDict
+from typing import Any, TypedDict
+
+from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.execution.outcome import TestOutcome
-from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite import Suite, diagnose
@@ -116,13 +117,14 @@ UNCHECKED = RequirementResult(
 class GeneratedSuite:
     """A suite with the wall time that generating it took (s; 0 and `cached` when it came from the cache).
 
-    `closing` is what a closing loop has shown, where one generated it; xdist's workers do not need it.
+    `sections` are keys of the report that the part has to say something in that generated it; xdist's workers do not
+    need them.
     """
 
     suite: Suite
     wall_s: float
     cached: bool
-    closing: ClosingResult | None = None
+    sections: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -168,7 +170,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         chosen: node id -> test, of all that are selected.
     """
     code, testbench = session.code, session.testbench
-    return Report(
+    report = Report(
         schema=SCHEMA,
         version=session.version,
         testbench=testbench.name,
@@ -211,9 +213,9 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         exploration=session.reachability.exploration,
         suites=tuple(_suite(made, session.sizes[made.suite.name], session.models) for made in session.suites),
         closure=NO_CLOSURE,
-        closing=next((made.closing for made in session.suites if made.closing is not None), None),
         tests=tuple(build_result(case, nodeid, None, requirements=()) for nodeid, case in sorted(chosen.items())),
     )
+    return replace(report, **{key: value for suite in session.suites for key, value in suite.sections.items()})
 
 
 def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSource]) -> SuiteResult:

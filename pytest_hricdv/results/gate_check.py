@@ -6,6 +6,7 @@ import datetime
 from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_hricdv.coverage.gaps import nearest_miss
+from pytest_hricdv.parts import faces
 from pytest_hricdv.results.baseline import Baseline
 from pytest_hricdv.results.baseline_diff import compare
 from pytest_hricdv.results.behaviour import BehaviourChanges
@@ -150,13 +151,13 @@ def _needless(report: Report, gates: Gates) -> Iterator[str]:
 
     That a suite checks a requirement which was generated to check all of them is no sign that others do.
     """
-    aimed = report.closing.suite if report.closing is not None else None
-    untriggered, suites = _untriggered(report), {suite.name for suite in report.suites if suite.name != aimed}
+    aimed = {name_aimed(report) for name_aimed in faces("records", "aimed_suite")}
+    untriggered, suites = _untriggered(report), {suite.name for suite in report.suites if suite.name not in aimed}
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:
             yield f"{name} is a known violation ({exemption.text}), but no test violated it"
     for name, exemption in gates.may_be_nc.items():
-        checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name != aimed)
+        checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name not in aimed)
         if checked and suites.issubset(exemption.suites or suites):
             yield f"{name} need not be checked ({exemption.reason}), but was"
 

@@ -73,8 +73,6 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         whole="",
         made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
         changes=None,
-        campaign=None,
-        closing=first.closing if all(report.closing == first.closing for report in all_reports) else None,
     )
     try:
         merged = derive(merged)

@@ -30,8 +30,6 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
 )
 from pytest_hricdv.execution.outcome import FAILING, TestOutcome
-from pytest_hricdv.extra.campaign.records import CampaignResult
-from pytest_hricdv.extra.closing.records import ClosingResult
 from pytest_hricdv.extra.engines.records import EngineComparison
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges
@@ -303,8 +301,6 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         policy: the gates that were asked for; of a merged report, those of all sessions.
         problems: what went wrong beside tests and gates, a sentence each; it fails a merge, too.
         changes: how its tests behave, compared with a baseline.
-        closing: where a suite came from a closing loop; in a merged report, where all sessions had the same.
-        campaign: where it is of a campaign; a merged report has none.
         origin: where it comes from; of a merged one, its sessions have theirs.
         whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
     """
@@ -343,8 +339,6 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     may_be_nc: Mapping[str, NcExemption] = {}
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
-    closing: ClosingResult | None = None
-    campaign: CampaignResult | None = None
     whole: str = ""
     origin: ReportOrigin | None = None
 

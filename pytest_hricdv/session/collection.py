@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -53,8 +53,8 @@ class Collection:
     def __init__(self, config: pytest.Config, options: Options) -> None:
         self.config = config
         self.options = options
-        self.closing: Callable[[Sequence[GeneratedSuite]], GeneratedSuite] | None = None
-        """Generates the suite that a closing loop leads to, given the others; where one is asked for."""
+        self.generate_further: Callable[[Sequence[GeneratedSuite]], Iterable[GeneratedSuite]] = lambda suites: ()
+        """Generates the suites of optional parts, given the others; set in the controlling process."""
         sent = worker_input(config) or {}  # without a suite, a worker is sent nothing
         self.done: frozenset[str] = frozenset(json.loads(str(sent.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""
@@ -95,7 +95,7 @@ class Collection:
         cache = getattr(self.config, "cache", None)
         root = self.config.invocation_params.dir
         suites = selected_suites(self.options, root, self.testbench, cache, self.say)
-        return suites if self.closing is None else [*suites, self.closing(suites)]
+        return [*suites, *self.generate_further(suites)]
 
     @cached_property
     def replays(self) -> dict[str, ReplayInput]:

@@ -55,13 +55,6 @@ TESTS = (
     Value("export", "DIR", "write the suites as text files, which --hri-suite=DIR reads"),
 )
 
-CLOSING = (
-    Flag("close", "after the suites, generate the suite closure, which covers what these leave open", key=False),
-    Value("close-runs", "N", "closure: end the closing loop after N runs (default 400)"),
-    Value("close-seconds", "S", "closure: end the closing loop after S seconds, whatever is open (default 600)"),
-    Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
-)
-
 LEARNING = (
     Repeatable(
         "rl",
@@ -147,7 +140,6 @@ def add_options(parser: pytest.Parser) -> None:
     group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
     table: Iterable[Option] = (
         *TESTS,
-        *CLOSING,
         *LEARNING,
         *GATES,
         *AFTER_THE_TESTS,

@@ -12,8 +12,6 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.closing.options import NAME as CLOSURE
-from pytest_hricdv.extra.closing.options import ClosingOptions, read_closing
 from pytest_hricdv.results.gates import (
     KNOWN,
     MAX_SHARDS,
@@ -79,7 +77,6 @@ class Options:
     replay: tuple[Path, ...] = ()
     replay_anyway: bool = False
     learning: LearningOptions = field(default_factory=LearningOptions)
-    closing: ClosingOptions = field(default_factory=ClosingOptions)
     stop_at: tuple[str, ...] = ()
     """Requirements at whose violation a debugger stops."""
     shard: Shard | None = None
@@ -104,10 +101,11 @@ def read_options(config: pytest.Config) -> Options:
         raise usage_error("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(reader):
         raise usage_error("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
-    suites = "" if replay else reader.text("suite") or (CLOSURE if config.getoption("hri_close") else "")
+    asking = [part for part in part_options() if part.asks_for_suites(reader)]
+    suites = "" if replay else reader.text("suite") or ",".join(name for part in asking for name in part.suites)
     return Options(
         suites=suites,
-        suite_named=bool(replay or config.getoption("hri_close")) or config.getoption("hri_suite") is not None,
+        suite_named=bool(replay or asking) or config.getoption("hri_suite") is not None,
         seed=reader.integer("seed", 0, least=None) or 0,
         tests=reader.integer("tests", None, least=1, most=MAX_TESTS),
         concretizations=reader.integer("concretizations", 1, least=1, most=MAX_CONCRETIZATIONS) or 1,
@@ -137,7 +135,6 @@ def read_options(config: pytest.Config) -> Options:
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
         parts={part.name: part.read(reader) for part in part_options()},
         learning=read_learning(config),
-        closing=_closing(reader, suites),
         stop_at=_stop_at(config),
         again=_again(config),
     )
@@ -161,19 +158,6 @@ def _replay(config: pytest.Config) -> tuple[Path, ...]:
     return tuple(config.invocation_params.dir / name for name in names)
 
 
-def _closing(reader: OptionReader, suites: str) -> ClosingOptions:
-    options = read_closing(
-        suites,
-        close=bool(suites and reader.named("close")),
-        runs=reader.integer("close_runs", ClosingOptions.runs, least=1) or 0,
-        seconds=reader.integer("close_seconds", ClosingOptions.seconds, least=1) or 0,
-        without=reader.text("close_without"),
-    )
-    if options.asked and _sampling(reader) != "uniform":
-        raise usage_error(f"--hri-sampling and the suite {CLOSURE}: the closing loop chooses parameters itself")
-    return options
-
-
 def _again(config: pytest.Config) -> tuple[str, ...]:
     single = [(name, config.getoption(f"hri_{name}")) for name in _AGAIN]
     known_violations = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
@@ -181,11 +165,8 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     learned = read_learning(config).again
     anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
     drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
-    closing = [(name, config.getoption(f"hri_close_{name}")) for name in ("runs", "without")]
-    closed = (f"--hri-close-{name}={value}" for name, value in closing if value is not None)
-    close = ("--hri-close",) if config.getoption("hri_close") else ()
     further = (option for part in part_options() for option in part.again(OptionReader(config)))
-    return (*drawn, *learned, *known_violations, *strict, *anyway, *close, *closed, *further)
+    return (*drawn, *learned, *known_violations, *strict, *anyway, *further)
 
 
 def _sampling(reader: OptionReader) -> str:

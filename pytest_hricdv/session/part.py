@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from pytest_hricdv.session.part_options import PartOptions, Settings
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.results.building import GeneratedSuite
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.options import Options
@@ -82,6 +83,14 @@ class Part(PartOptions[Settings]):
         Raises:
             pytest.UsageError: what is asked for cannot be done.
         """
+
+    def generate(self, context: RunContext, suites: Sequence[GeneratedSuite]) -> Iterable[GeneratedSuite]:
+        """Further suites, given the others; in the controlling process only.
+
+        Raises:
+            pytest.UsageError: what is asked for cannot be generated.
+        """
+        return ()
 
     def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
         """Where tests run, after each one: its result, with what the part adds."""

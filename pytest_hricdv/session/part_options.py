@@ -27,15 +27,21 @@ class PartOptions(Generic[Settings]):
         name: of the part's folder.
         options: that it adds to pytest's.
         kinds: of thresholds that it adds to `--hri-fail-under`.
+        suites: names of suites that it generates, given the others.
     """
 
     name = ""
     options: Sequence[Option] = ()
     kinds: tuple[str, ...] = ()
+    suites: tuple[str, ...] = ()
 
     def read(self, reader: OptionReader) -> Settings | None:
         """Its settings; None where there are none. Raises pytest.UsageError for an invalid one."""
         return None
+
+    def asks_for_suites(self, reader: OptionReader) -> bool:
+        """Whether an option of it asks for its suites, which `--hri-suite` then need not name."""
+        return False
 
     def settings(self, options: HasParts) -> Settings:
         """What `read` returned."""
@@ -48,6 +54,11 @@ class PartOptions(Generic[Settings]):
     def fingerprint(self, options: HasParts) -> Mapping[str, str]:
         """Settings that results depend on, by option: a session that is resumed must have the same."""
         return {}
+
+
+def suites_of_parts() -> frozenset[str]:
+    """Names of all suites that parts generate."""
+    return frozenset(name for part in part_options() for name in part.suites)
 
 
 def part_options() -> tuple[PartOptions[Any], ...]:

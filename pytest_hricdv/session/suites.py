@@ -21,10 +21,18 @@ from pytest_hricdv.generate.suite_files import Files, dump_tests
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
 from pytest_hricdv.session.options import MAX_TESTS, Options
+from pytest_hricdv.session.part_options import suites_of_parts
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 CACHE_FOLDER = "hricdv"
+
+
+def _of_methods(suites: str) -> str:
+    """The suites that were asked for, without those that optional parts generate of the others."""
+    names = [name.strip() for name in suites.split(",")]
+    of_parts = suites_of_parts()
+    return ",".join(name for name in names if name not in of_parts) if of_parts.intersection(names) else suites
 
 
 def selected_suites(
@@ -41,7 +49,8 @@ def selected_suites(
         pytest.UsageError: an unknown suite, a missing path, a model or a file that is wrong, or two equal names.
     """
     try:
-        methods = _methods(options.closing.others, root, testbench, say) if options.closing.others else ()
+        of_methods = _of_methods(options.suites)
+        methods = _methods(of_methods, root, testbench, say) if of_methods else ()
         context = _context(options, testbench, learns=any(method.name == METHOD for method in methods))
         reading = replace(context, commands=tuple(testbench.commands.commands))  # methods draw no disturbances
         selected = [

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pytest_hricdv.extra.closing.records import CLOSING
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
 from studies import grid, page, plots, session
@@ -101,7 +102,8 @@ def write(done: Sequence[Growth], report: Report, docs: Path) -> None:
 
 
 def _is_complete(report: Report) -> bool:
-    return report.closing is None or report.closing.ended not in ("seconds", "interrupted")
+    result = CLOSING.of(report)
+    return result is None or result.ended not in ("seconds", "interrupted")
 
 
 if __name__ == "__main__":

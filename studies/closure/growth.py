@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.extra.closing.observation import code_points
-from pytest_hricdv.extra.closing.records import ClosingResult
+from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult
 from pytest_hricdv.generate.rng import make_rng, shuffled
 from pytest_hricdv.results.model import Report, TestResult
 from studies.session import SessionError
@@ -68,7 +68,7 @@ class Growth:
 
 def of_loop(series: str, seed: int, report: Report) -> Growth:
     """What a closing loop reached, in the order of its runs. Raises SessionError where the report has none."""
-    closing = report.closing
+    closing = CLOSING.of(report)
     if closing is None:
         raise SessionError(f"{series} at seed {seed}: the report has no closing loop")
     by_run: dict[int, list[Point]] = {}

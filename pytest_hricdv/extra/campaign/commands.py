@@ -23,6 +23,7 @@ from pytest_hricdv.extra.campaign import audit, page
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, plan
 from pytest_hricdv.extra.campaign.progress import Progress, outcomes
+from pytest_hricdv.extra.campaign.records import CAMPAIGN
 from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Counts, Store
@@ -194,7 +195,7 @@ def report(options: argparse.Namespace) -> int:
 
 def _failures(made: Report) -> Iterator[str]:
     """What fails a campaign beside the gates of a session, a sentence each."""
-    result = made.campaign
+    result = CAMPAIGN.of(made)
     assert result is not None, "it is a campaign's"
     if result.missing:
         yield f"{result.missing:,} of {result.expected:,} runs have no outcome: totals are lower bounds"

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from textwrap import fill
 
 from pytest_hricdv.extra.campaign.plan import CampaignPlan
-from pytest_hricdv.extra.campaign.records import CampaignRequirement, CampaignResult
+from pytest_hricdv.extra.campaign.records import CAMPAIGN, CampaignRequirement, CampaignResult
 from pytest_hricdv.extra.campaign.view import share_text
 from pytest_hricdv.report.formatting import by_requirement, line_ranges, percent, plural, quantity
 from pytest_hricdv.results.model import Report
@@ -18,7 +18,7 @@ _SHOWN_VERSIONS = ("python", "machine", "pytest_hricdv", "pybullet", "mujoco_cor
 
 def text(report: Report, plan: CampaignPlan) -> str:
     """The page; the same runs give the same bytes."""
-    result = report.campaign
+    result = CAMPAIGN.of(report)
     assert result is not None, "it is a campaign's"
     parts = [
         f"# A campaign: {result.stored:,} runs",

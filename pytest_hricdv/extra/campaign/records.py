@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord
+from pytest_hricdv.results.section import Section
 
 
 class FailedShare(PlainRecord, frozen=True, kw_only=True):
@@ -119,3 +120,9 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
     def missing(self) -> int:
         """Runs without an outcome."""
         return self.expected - self.stored
+
+
+CAMPAIGN: Section[CampaignResult | None] = Section("campaign", CampaignResult | None, None)
+"""Where the report is of a campaign; a merged report has none."""
+
+SECTIONS = (CAMPAIGN,)

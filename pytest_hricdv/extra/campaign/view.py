@@ -2,32 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.campaign.records import CampaignResult, CampaignTest, FailedShare, LeastMargin
+from pytest_hricdv.extra.campaign.records import CAMPAIGN, CampaignResult, CampaignTest, FailedShare, LeastMargin
 from pytest_hricdv.report.formatting import Line, by_requirement, pad, plural, seconds
 from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
 _MAX_LISTED = 10
 
 
-def lines(report: Report) -> Iterator[Line]:
-    """The sums over all runs; none where the report is not of a campaign."""
-    result = report.campaign
-    if result is None:
-        return
-    yield Line(headline(result), "title")
-    yield Line(f"  {pad('', 8)}{'passed':>9}{'failed':>9}{'NC':>9}  failed, of those that checked it", "dim")
-    for name in sorted(result.requirements, key=by_requirement):
-        judged = result.requirements[name]
-        counts = f"{judged.passed:>9,}{judged.failed:>9,}{judged.nc:>9,}"
-        text = f"  {pad(visible(name), 8)}{counts}  {share_text(judged.share)}"
-        yield Line(text, "warn" if judged.failed else "plain")
-    for text in notes(result):
-        yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.missing else "plain")
+class CampaignView(View):
+    """The sums over all runs, and each abstract test with the requirements that its runs violated."""
+
+    name = "campaign"
+
+    def lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """The sums over all runs; none where the report is not of a campaign."""
+        result = CAMPAIGN.of(report)
+        if result is None:
+            return
+        yield Line(headline(result), "title")
+        yield Line(f"  {pad('', 8)}{'passed':>9}{'failed':>9}{'NC':>9}  failed, of those that checked it", "dim")
+        for name in sorted(result.requirements, key=by_requirement):
+            judged = result.requirements[name]
+            counts = f"{judged.passed:>9,}{judged.failed:>9,}{judged.nc:>9,}"
+            text = f"  {pad(visible(name), 8)}{counts}  {share_text(judged.share)}"
+            yield Line(text, "warn" if judged.failed else "plain")
+        for text in notes(result):
+            yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.missing else "plain")
+
+    def section(self, report: Report) -> PageSection | None:
+        """All abstract tests."""
+        result = CAMPAIGN.of(report)
+        if result is None:
+            return None
+        names = sorted(result.requirements, key=by_requirement)
+        values = {
+            "result": result,
+            "headline": headline(result),
+            "notes": list(notes(result)),
+            "requirements": {name: result.requirements[name] for name in names},
+            "share": share_text,
+            "worst": worst,
+            "margins": margins,
+            "anchors": {test.id: anchor(test.nodeid) for test in report.tests},
+        }
+        remark = "" if result.is_listed else "The tests below are the runs to keep."
+        template = "campaign/campaign.html.jinja"
+        return PageSection("campaign", "Campaign", template, values, headline=headline(result), remark=remark)
+
+    def simulated_s(self, report: Report) -> float | None:
+        """Of all runs of the campaign."""
+        result = CAMPAIGN.of(report)
+        return None if result is None else result.sim_s
+
+    def listed_tests(self, report: Report) -> str:
+        """The runs to keep, where there are too many to list all."""
+        result = CAMPAIGN.of(report)
+        return "" if result is None or result.is_listed else "runs to keep"
+
+
+VIEW = CampaignView()
 
 
 def headline(result: CampaignResult) -> str:
@@ -62,23 +100,6 @@ def share_text(share: FailedShare) -> str:
         return "-"
     value = 100.0 * share.failed / share.checked
     return f"{value:.2f} % ({share.low:.2f} to {share.high:.2f})"
-
-
-def page(report: Report) -> Mapping[str, Any] | None:
-    """What the page's view shows; None where the report is not of a campaign."""
-    result = report.campaign
-    if result is None:
-        return None
-    return {
-        "result": result,
-        "headline": headline(result),
-        "notes": list(notes(result)),
-        "requirements": {name: result.requirements[name] for name in sorted(result.requirements, key=by_requirement)},
-        "share": share_text,
-        "worst": worst,
-        "margins": margins,
-        "anchors": {test.id: anchor(test.nodeid) for test in report.tests},
-    }
 
 
 def worst(test: CampaignTest) -> list[tuple[str, FailedShare]]:

@@ -30,9 +30,10 @@ from pytest_hricdv.extra.closing.loop import NAME, Loop, LoopError
 from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
 from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
+from pytest_hricdv.extra.closing.options import ClosingOptions
 from pytest_hricdv.extra.closing.parameter_way import ParameterWay
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.records import ClosingEnd, ClosingResult
+from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.extra.closing.suite import repeatable_suite
 from pytest_hricdv.extra.closing.targets import by_kind, impossible_points, target_points
@@ -66,12 +67,13 @@ class Closing:
     Args:
         collection: of the session.
         context: of the session.
+        options: of the loop.
     """
 
-    def __init__(self, collection: Collection, context: RunContext) -> None:
+    def __init__(self, collection: Collection, context: RunContext, options: ClosingOptions) -> None:
         self._collection = collection
         self._context = context
-        self._options = collection.options.closing
+        self._options = options
 
     def suite(self, others: Sequence[GeneratedSuite]) -> GeneratedSuite:
         """The suite: from the cache, or of a new loop.
@@ -99,7 +101,7 @@ class Closing:
             raise usage_error(f"--hri-cluster: {error}") from None
         if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
             kept.write(suite, result, runs.files)
-        return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, closing=result)
+        return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, sections={CLOSING.name: result})
 
     def _runs(self) -> ClosingRuns:
         config = self._collection.config
@@ -257,7 +259,7 @@ class KeptSuite:
             if kept is None or kept["files"] != self._digests(kept["files"]):
                 return None
             closing = msgspec.json.decode(kept["closing"], type=ClosingResult)
-            return GeneratedSuite(Suite.from_json(kept["suite"]), 0.0, cached=True, closing=closing)
+            return GeneratedSuite(Suite.from_json(kept["suite"]), 0.0, cached=True, sections={CLOSING.name: closing})
         except (GenerateError, KeyError, TypeError, msgspec.DecodeError):
             return None  # written by another version, or cut off
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
+from pytest_hricdv.results.section import Section
 
 ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
 """Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
@@ -163,3 +164,15 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     open: tuple[OpenPoint, ...]
     violations: tuple[ViolationKind, ...] = ()
     nearest: Mapping[str, str] = {}
+
+
+CLOSING: Section[ClosingResult | None] = Section("closing", ClosingResult | None, None)
+"""Where a suite came from a closing loop; in a merged report, where all sessions had the same."""
+
+SECTIONS = (CLOSING,)
+
+
+def aimed_suite(report: Struct) -> str:
+    """The suite that the loop generated to reach all there is; empty where there is none."""
+    result = CLOSING.of(report)
+    return result.suite if result is not None else ""

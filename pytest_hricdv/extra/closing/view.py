@@ -5,9 +5,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.closing.records import ClosingResult, GoodTuring, GrowthStep, OpenPoint, ViolationKind
+from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult, GoodTuring, GrowthStep, OpenPoint, ViolationKind
 from pytest_hricdv.report.formatting import Line, Style, and_more, pad, percent, plural, quantity, seconds
 from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
 _MAX_OPEN = 9
@@ -24,24 +25,44 @@ _ENDED = {
 Point = tuple[float, float]
 
 
-def lines(report: Report) -> Iterator[Line]:
-    """The points by kind, and those left open; none where there was no closing loop."""
-    result = report.closing
-    if result is None:
-        return
-    yield Line(headline(result), "title")
-    yield Line(f"  {pad('points', 14)}{'hit':>7}{'impossible':>12}{'open':>7}", "dim")
-    for kind, count in result.kinds.items():
-        style: Style = "warn" if count.open else "plain"
-        text = f"  {pad(visible(kind_text(kind)), 14)}{count.hit:>7}{count.impossible:>12}{count.open:>7}"
-        yield Line(text, style)
-    for text in notes(result):
-        yield Line(f"  {text}", "dim")
-    yield from _violations(result)
-    for point in _shown(result.open):
-        yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
-    if len(result.open) > _MAX_OPEN:
-        yield Line(f"  open:{and_more(len(result.open) - _MAX_OPEN).removeprefix(', and')}: see the report", "warn")
+class ClosingView(View):
+    """The points of a closing loop by kind, those left open, and the violations that it found."""
+
+    name = "closing"
+    scripts = ("closing",)
+
+    def lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """The points by kind, and those left open; none where there was no closing loop."""
+        result = CLOSING.of(report)
+        if result is None:
+            return
+        yield Line(headline(result), "title")
+        yield Line(f"  {pad('points', 14)}{'hit':>7}{'impossible':>12}{'open':>7}", "dim")
+        for kind, count in result.kinds.items():
+            style: Style = "warn" if count.open else "plain"
+            text = f"  {pad(visible(kind_text(kind)), 14)}{count.hit:>7}{count.impossible:>12}{count.open:>7}"
+            yield Line(text, style)
+        for text in notes(result):
+            yield Line(f"  {text}", "dim")
+        yield from _violations(result)
+        for point in _shown(result.open):
+            yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
+        if len(result.open) > _MAX_OPEN:
+            yield Line(f"  open:{and_more(len(result.open) - _MAX_OPEN).removeprefix(', and')}: see the report", "warn")
+
+    def section(self, report: Report) -> PageSection | None:
+        """A part of the view of closure."""
+        values = page(report)
+        return (
+            None if values is None else PageSection("closing", "", "closing/closing.html.jinja", values, "in closure")
+        )
+
+    def data(self, report: Report) -> dict[str, Any]:
+        """The plots' curves."""
+        return {"closing": curves(report)}
+
+
+VIEW = ClosingView()
 
 
 def _shown(points: Sequence[OpenPoint]) -> list[OpenPoint]:
@@ -134,7 +155,7 @@ def tries_text(point: OpenPoint) -> str:
 
 def page(report: Report) -> dict[str, Any] | None:
     """What the page shows; None where there was no closing loop."""
-    result = report.closing
+    result = CLOSING.of(report)
     if result is None:
         return None
     anchors = {test.id: anchor(test.nodeid) for test in report.tests}
@@ -165,7 +186,7 @@ def curves(report: Report) -> dict[str, Any] | None:
         `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `ways`: way -> how many points
         it hit first, over the same.
     """
-    result = report.closing
+    result = CLOSING.of(report)
     if result is None:
         return None
     kinds = {}

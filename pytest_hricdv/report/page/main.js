@@ -16,7 +16,7 @@ function show() {
   const address = location.hash.slice(1), view = viewOf(address);
   for (const each of views) each.hidden = each !== view;
   for (const link of document.querySelectorAll("nav a")) {
-    const mine = link.hash.slice(1) === view.id;
+    const mine = link.hash.slice(1) === (view.classList.contains("requirement") ? "requirements" : view.id);
     if (mine) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
     if (mine) link.scrollIntoView({ block: "nearest", inline: "nearest" });

@@ -1,0 +1,75 @@
+"""The closing loop as a part of a session: its options, and the suite that it generates, given the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.extra.closing.options import NAME, ClosingOptions
+from pytest_hricdv.session.option_kinds import Flag, Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part
+from pytest_hricdv.session.usage import usage_error
+
+if TYPE_CHECKING:
+    from pytest_hricdv.results.building import GeneratedSuite
+    from pytest_hricdv.session.run_context import RunContext
+
+
+class ClosingPart(Part[ClosingOptions]):
+    """Generates tests while it runs them, until nothing is open."""
+
+    name = "closing"
+    suites = (NAME,)
+    options = (
+        Flag("close", "after the suites, generate the suite closure, which covers what these leave open", key=False),
+        Value("close-runs", "N", f"closure: end the closing loop after N runs (default {ClosingOptions.runs})"),
+        Value(
+            "close-seconds",
+            "S",
+            f"closure: end the closing loop after S seconds, whatever is open (default {ClosingOptions.seconds})",
+        ),
+        Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
+    )
+
+    def asks_for_suites(self, reader: OptionReader) -> bool:
+        """`--hri-close` does."""
+        return bool(reader.named("close"))
+
+    def read(self, reader: OptionReader) -> ClosingOptions:
+        """Whether there is a loop, and its budget. Raises pytest.UsageError for a sampling that it does not use."""
+        named = [] if reader.named("replay") else _names(reader.text("suite"))
+        close = self.asks_for_suites(reader) and not reader.named("replay")
+        options = ClosingOptions(
+            asked=close or NAME in named,
+            given=close and any(name != NAME for name in named),
+            runs=reader.integer("close_runs", ClosingOptions.runs, least=1) or 0,
+            seconds=reader.integer("close_seconds", ClosingOptions.seconds, least=1) or 0,
+            without=tuple(_names(reader.text("close_without"))),
+        )
+        if options.asked and reader.text("sampling") not in ("", "uniform"):
+            raise usage_error(f"--hri-sampling and the suite {NAME}: the closing loop chooses parameters itself")
+        return options
+
+    def again(self, reader: OptionReader) -> Iterator[str]:
+        """The budget, and the ways left out."""
+        if reader.named("close"):
+            yield "--hri-close"
+        for name in ("runs", "without"):
+            value = reader.named(f"close_{name}")
+            if value is not None:
+                yield f"--hri-close-{name}={value}"
+
+    def generate(self, context: RunContext, suites: Sequence[GeneratedSuite]) -> Iterator[GeneratedSuite]:
+        """The suite `closure`, where it is asked for."""
+        if self.settings(context.options).asked:
+            from pytest_hricdv.extra.closing.closing import Closing
+
+            yield Closing(context.collection, context, self.settings(context.options)).suite(suites)
+
+
+def _names(text: str) -> list[str]:
+    return [name for name in (part.strip() for part in text.split(",")) if name]
+
+
+PART = ClosingPart()
