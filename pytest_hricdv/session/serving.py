@@ -18,7 +18,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv.execution.execution_part import execution_parts
-from pytest_hricdv.extra.cluster.identity import identity
+from pytest_hricdv.session.identity import identity
 
 try:
     import resource

@@ -11,9 +11,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from pytest_hricdv.extra.cluster.identity import identity
 from pytest_hricdv.results.building import declare_report
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.run_context import CONTEXT
 from pytest_hricdv.session.serving import END, UNWARNED, session
 

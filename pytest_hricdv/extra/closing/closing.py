@@ -39,7 +39,6 @@ from pytest_hricdv.extra.closing.suite import repeatable_suite
 from pytest_hricdv.extra.closing.targets import by_kind, impossible_points, target_points
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
-from pytest_hricdv.extra.cluster.identity import identity
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate import GenerateError
@@ -51,6 +50,7 @@ from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
 from pytest_hricdv.session.usage import usage_error

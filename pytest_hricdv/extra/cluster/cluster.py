@@ -14,8 +14,8 @@ from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.address import Address, ClusterError
 from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Connection, connection
-from pytest_hricdv.extra.cluster.identity import plugin_versions
 from pytest_hricdv.extra.cluster.service import Answer, Service
+from pytest_hricdv.session.identity import plugin_versions
 
 if TYPE_CHECKING:
     from distributed import Future

@@ -14,13 +14,13 @@ import msgspec
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
-from pytest_hricdv.extra.cluster.identity import identity
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.cluster.service import Service
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.session import run_process
+from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 from pytest_hricdv.session.serving import arguments_of

@@ -19,7 +19,7 @@ import msgspec
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.cluster import code_archive
-from pytest_hricdv.extra.cluster.identity import Identity
+from pytest_hricdv.session.identity import Identity
 
 
 @dataclass(frozen=True)
