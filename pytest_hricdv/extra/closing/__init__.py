@@ -42,7 +42,7 @@ Modules
     branching_way, decision_points  other continuations of runs, from a decision of the person on
     online_way, choice_statistics   people who decide during the run
     branching, tree_runner          runs in forks: tests with a common beginning as one tree
-    process, runs, lived_run        the process that runs tests, and the session's end of it
+    process, runs, online_run       the process that runs tests, and the session's end of it
     closing, options, records, view     the loop in a session, and in its report
 
 All but `process`, `runs` and `closing` are independent of pytest: a run is a function.

@@ -1,4 +1,4 @@
-"""The way by branching: back to a decision point of an earlier run, and on from there in several ways.
+"""The way `branching`: back to a decision point of an earlier run, and on from there in several ways.
 
 It is one that few runs came through, with open points near; or one of a run that came near to an open point: most
 of what it takes has happened there already, and happens again.
@@ -38,7 +38,7 @@ PARENTS = 8
 """It is one of so many: the very nearest may be a dead end."""
 
 DRAWN = 4
-"""So many continuations are drawn for each test; those that aim at most are taken."""
+"""So many continuations are drawn for each test; those with most targets are taken."""
 
 
 Actions = tuple[ConcreteAction, ...]
@@ -66,14 +66,14 @@ class _Place:
     """Where a test parts from a run: after so many of its actions.
 
     Args:
-        aims: what it is to come nearer to; without any, these are the bins that it plans.
+        targets: what it is to come nearer to; without any, these are the bins that it plans.
         elite: the runs that came nearest to it: their rests, too, may be what it takes.
     """
 
     run: int
     taken: int
     cell: Cell
-    aims: tuple[Point, ...] = ()
+    targets: tuple[Point, ...] = ()
     elite: tuple[int, ...] = ()
 
 
@@ -99,14 +99,14 @@ class BranchingWay:
         """See `Way`."""
         for entry in archive.entries[len(self._tests) :]:
             self._learn(entry)
-        found: list[Proposal] = []
+        proposals: list[Proposal] = []
         for cell in self._cells.choices(archive.open, rng):
             way = self._cells.cells[cell]
             place = self._near(archive, rng) or _Place(way.run, way.taken, cell)
-            found += self._leaves(archive, place, min(LEAVES, count - len(found)), rng)
-            if len(found) == count:
+            proposals += self._leaves(archive, place, min(LEAVES, count - len(proposals)), rng)
+            if len(proposals) == count:
                 break
-        return found
+        return proposals
 
     def _learn(self, entry: Entry) -> None:
         """What a run adds: its decision points, and its actions, which need not be run again."""
@@ -128,20 +128,20 @@ class BranchingWay:
         point = pick(rng, [*near])
         nearest = [entry.number for _, entry in near[point]]
         elite, places = tuple(nearest[: elite_size(len(nearest))]), self._places[pick(rng, nearest[:PARENTS])]
-        return replace(pick(rng, places), aims=(point,), elite=elite) if places else None
+        return replace(pick(rng, places), targets=(point,), elite=elite) if places else None
 
     def _leaves(self, archive: Archive, place: _Place, count: int, rng: Random) -> list[Proposal]:
-        """Tests that part at a place: of those drawn, the ones that aim at most points that were seldom aimed at."""
+        """Tests that part at a place: of those drawn, the ones with most targets that were seldom tried."""
         trunk, test = archive.entries[place.run].test, self._tests[place.run]
-        found: dict[str, tuple[float, Proposal]] = {}
+        drawn: dict[str, tuple[float, Proposal]] = {}
         for continuation in self._drawn(place, DRAWN * count, rng):
             leaf = replace(test, actions=test.actions[: place.taken] + continuation.actions)
             content = _content(leaf)
-            if content not in self._known and content not in found:
-                aims = place.aims or tuple(self._planned(place, leaf, archive.open))
-                worth = sum(1.0 / (1 + archive.tries[aim]) for aim in aims)
-                found[content] = worth, Proposal(_draft(trunk, place.taken, leaf, continuation), self.name, aims)
-        best = sorted(found.values(), key=lambda each: -each[0])
+            if content not in self._known and content not in drawn:
+                targets = place.targets or tuple(self._planned(place, leaf, archive.open))
+                worth = sum(1.0 / (1 + archive.tries[target]) for target in targets)
+                drawn[content] = worth, Proposal(_draft(trunk, place.taken, leaf, continuation), self.name, targets)
+        best = sorted(drawn.values(), key=lambda leaf: -leaf[0])
         return [proposal for _, proposal in best[:count]]
 
     def _drawn(self, place: _Place, count: int, rng: Random) -> Iterator[Continuation]:
@@ -155,7 +155,7 @@ class BranchingWay:
                 redrawn(rest, ranges, rng),
                 exchanged(self._tests[other.run], other.taken),
             )
-            yield pick(rng, [each for each in possible if each is not None])
+            yield pick(rng, [continuation for continuation in possible if continuation is not None])
 
     def _likeness(self, place: _Place) -> tuple[int, str]:
         """Places from which tests can change their rests: in interactions of one number, after the same command."""
@@ -167,7 +167,7 @@ class BranchingWay:
         planned: set[tuple[str, ...]] = set()
         for name, product in self.cross.items():
             bins = [*product.planned(_commands(leaf.actions))] if product.planned is not None else []
-            planned.update(("bin", name, *each) for each in bins[max(place.cell.interaction - 1, 0) :])
+            planned.update(("bin", name, *bin_) for bin_ in bins[max(place.cell.interaction - 1, 0) :])
         return (point for point in open_points if any(point[:size] in planned for size in range(3, len(point))))
 
 

@@ -75,21 +75,21 @@ class ChoiceStatistics:
         """How often an option was chosen."""
         return self._of[option].times if option in self._of else 0
 
-    def lift(self, option: Option, aim: Point) -> float:
-        """How much likelier the aim is with this option than in general, as if its coordinates were independent.
+    def lift(self, option: Option, target: Point) -> float:
+        """How much likelier the target is with this option than in general, as if its coordinates were independent.
 
         1 for what nothing is known about, and for other points than bins.
         """
         seen = self._of.get(option)
-        kind, product, *bin_ = aim
+        kind, product, *bin_ = target
         if seen is None or kind != "bin" or not seen.hits[product]:
             return 1.0
-        found = 1.0
+        lift = 1.0
         for place, value in enumerate(bin_):
             key = product, place, value
             usual = (self._all.coordinates[key] + 1.0) / (self._all.hits[product] + 2.0)
-            found *= (seen.coordinates[key] + DOUBT * usual) / (seen.hits[product] + DOUBT) / usual
-        return min(max(found, 1.0 / LARGEST_LIFT), LARGEST_LIFT)
+            lift *= (seen.coordinates[key] + DOUBT * usual) / (seen.hits[product] + DOUBT) / usual
+        return min(max(lift, 1.0 / LARGEST_LIFT), LARGEST_LIFT)
 
     def _seen(self, state: str, about: str, option: str) -> list[_Seen]:
         keys = dict.fromkeys([(state, about, option), (ANY_STATE, about, option)])

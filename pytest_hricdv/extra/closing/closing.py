@@ -25,9 +25,9 @@ from pytest_hricdv.extra.closing.branching_way import BranchingWay
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.lived_run import role_of
 from pytest_hricdv.extra.closing.loop import NAME, Loop, LoopError
 from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
+from pytest_hricdv.extra.closing.online_run import role_of
 from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.options import ClosingOptions

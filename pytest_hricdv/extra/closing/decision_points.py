@@ -48,7 +48,9 @@ def decision_points(result: CaseResult, state: str = "") -> tuple[DecisionPoint,
         state: the message's field that names the state of the code under test, `topic.field`; empty if none does.
     """
     topic, _, name = state.partition(".")
-    states = [(each.time_s, str(each.fields[name])) for each in result.record.messages if each.topic == topic]
+    states = [
+        (message.time_s, str(message.fields[name])) for message in result.record.messages if message.topic == topic
+    ]
     return tuple(
         DecisionPoint(
             taken,
@@ -94,7 +96,7 @@ def cell_of(point: DecisionPoint, lines: Sequence[str], cross: Mapping[str, Cros
     plans: dict[str, tuple[Bin, ...]] = {}
     for name, product in cross.items():
         if product.planned is not None:
-            plans[name] = tuple(tuple(each) for each in product.planned(before))
+            plans[name] = tuple(tuple(bin_) for bin_ in product.planned(before))
     planned = tuple((name, bins[-1]) for name, bins in sorted(plans.items()) if bins)
     return Cell(point.state, max(map(len, plans.values()), default=0), planned, point.awaited)
 
@@ -125,12 +127,12 @@ class Neighbourhood:
         return self._steps[cell.state] + awaited + sum(self._near(*planned) for planned in cell.planned)
 
     def _near_bins(self, name: str, planned: Bin) -> int:
-        differing = (sum(map(str.__ne__, planned, each)) for each in self._bins.get(name, ()))
+        differing = (sum(map(str.__ne__, planned, bin_)) for bin_ in self._bins.get(name, ()))
         return sum(differ <= NEAR_COORDINATES for differ in differing)
 
 
 @dataclass
-class WayThere:
+class Path:
     """How to come to a cell in the least simulated time.
 
     Args:
@@ -150,7 +152,7 @@ class CellArchive:
     """The cells that runs came through."""
 
     def __init__(self) -> None:
-        self.cells: dict[Cell, WayThere] = {}
+        self.cells: dict[Cell, Path] = {}
 
     def add(self, run: int, places: Iterable[tuple[Cell, DecisionPoint]]) -> None:
         """Add a run's decision points, in order; of several in one cell, the first is a visit."""
@@ -158,10 +160,10 @@ class CellArchive:
         for cell, point in places:
             first.setdefault(cell, point)
         for cell, point in first.items():
-            known = self.cells.setdefault(cell, WayThere(0, math.inf, run, point.taken))
-            known.visits += 1
-            if point.time_s < known.time_s:
-                known.time_s, known.run, known.taken = point.time_s, run, point.taken
+            path = self.cells.setdefault(cell, Path(0, math.inf, run, point.taken))
+            path.visits += 1
+            if point.time_s < path.time_s:
+                path.time_s, path.run, path.taken = point.time_s, run, point.taken
 
     def weight(self, cell: Cell, near: Neighbourhood) -> float:
         """How worthwhile it is to return: the more open points are near, and the fewer runs came through."""

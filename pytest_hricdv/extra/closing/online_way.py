@@ -1,7 +1,7 @@
-"""The way of the person who lives in the run: the agent of the model decides from what happens there.
+"""The way `online`: the person decides during the run, as the agent of the model does, from what happens there.
 
-What it decides is drawn by weights, each turn aimed at another open point: what made such a point likelier in earlier
-runs is likelier, and so is what was seldom chosen.
+What it decides is drawn by weights, with another target for each interaction: an option is likelier if it made such a
+target likelier in earlier runs, and if it was seldom chosen.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from pytest_hricdv.online.role import Role
 
 NAME = "online"
 
-AIMS = 4
-"""So many open points a run is aimed at, one a turn."""
+TARGETS = 4
+"""A run has so many targets, one for each interaction."""
 
 ALIKE = 3.0
-"""How much likelier a further aim is for each coordinate that it has in common with the first one."""
+"""How much likelier a further target is for each coordinate that it has in common with the first one."""
 
 NEAREST = 2.0
-"""How much likelier is what was chosen in the run that came nearest to the aim."""
+"""How much likelier is what was chosen in the run that came nearest to the target."""
 
 SURPRISES = (0.0, 1.0, 3.0)
 """How often somebody has an idea of their own in a run, and how often something goes wrong; one of these a run."""
@@ -72,50 +72,56 @@ class OnlineWay:
         return [self._proposal(archive, rng) for _ in range(count)] if archive.open else []
 
     def _proposal(self, archive: Archive, rng: Random) -> Proposal:
-        aims = _drawn(archive, rng)
+        targets = _drawn(archive, rng)
         lengths = [len(entry.test.lines) for entry in archive.entries] or [COMMANDS]
         commands = max(sum(lengths) / len(lengths), 1.0)
         surprises = {about: min(pick(rng, SURPRISES) / commands, LIKELIEST) for about in self._rare}
-        weights = (each for place in self._places(aims) for each in self._weights(archive, *place, surprises))
-        return Proposal(Draft(NAME, (), (), name="a person who decides during the run"), NAME, aims, tuple(weights))
+        weights = (weight for place in self._places(targets) for weight in self._weights(archive, *place, surprises))
+        return Proposal(Draft(NAME, (), (), name="a person who decides during the run"), NAME, targets, tuple(weights))
 
-    def _places(self, aims: Sequence[Point]) -> Iterator[tuple[str, int, str, Sequence[Point]]]:
-        """States, turns, what is decided there, and the aims then: before the first turn, that of the first one."""
-        known = [(ANY_STATE, about) for about in (*self._options, *self._rare)]
-        for state, about in dict.fromkeys([*known, *self._statistics.places]):
-            for turn in range(len(aims) + 1):
-                yield state, turn, about, aims[max(turn - 1, 0) :][:1]
-        yield from ((state, ANY_INTERACTION, about, aims) for state, about in known)
+    def _places(self, targets: Sequence[Point]) -> Iterator[tuple[str, int, str, Sequence[Point]]]:
+        """States, interactions, what is decided there, and the targets then: before the first one, its target."""
+        anywhere = [(ANY_STATE, about) for about in (*self._options, *self._rare)]
+        for state, about in dict.fromkeys([*anywhere, *self._statistics.places]):
+            for interaction in range(len(targets) + 1):
+                yield state, interaction, about, targets[max(interaction - 1, 0) :][:1]
+        yield from ((state, ANY_INTERACTION, about, targets) for state, about in anywhere)
 
     def _weights(
-        self, archive: Archive, state: str, turn: int, about: str, aims: Sequence[Point], surprises: Mapping[str, float]
+        self,
+        archive: Archive,
+        state: str,
+        interaction: int,
+        about: str,
+        targets: Sequence[Point],
+        surprises: Mapping[str, float],
     ) -> Iterator[Weight]:
         rare = about in self._rare
         options = self._rare[about] if rare else self._options.get(about, ())  # acts are as the agent has them
-        worths = {option: self._worth(archive, (state, about, option), aims) for option in options}
+        worths = {option: self._worth(archive, (state, about, option), targets) for option in options}
         if rare:
-            yield state, turn, about, NONE, 1.0 - surprises[about]
+            yield state, interaction, about, NONE, 1.0 - surprises[about]
             scale = surprises[about] / sum(worths.values()) if worths else 0.0
             worths = {option: worth * scale for option, worth in worths.items()}
-        yield from ((state, turn, about, option, worth) for option, worth in worths.items())
+        yield from ((state, interaction, about, option, worth) for option, worth in worths.items())
 
-    def _worth(self, archive: Archive, option: tuple[str, str, str], aims: Sequence[Point]) -> float:
-        """How much likelier the aims are with an option, the less it was tried the more."""
-        lifts = [self._statistics.lift(option, aim) * _climbed(archive, option, aim) for aim in aims]
+    def _worth(self, archive: Archive, option: tuple[str, str, str], targets: Sequence[Point]) -> float:
+        """How much likelier the targets are with an option, the less it was tried the more."""
+        lifts = [self._statistics.lift(option, target) * _nearness(archive, option, target) for target in targets]
         mean = sum(lifts) / len(lifts) if lifts else 1.0
         return mean / math.sqrt(1.0 + self._statistics.times(option) / TRIED_OFTEN)
 
 
-def _climbed(archive: Archive, option: tuple[str, str, str], aim: Point) -> float:
-    """More than 1 for what was chosen in the run that came nearest to an aim."""
-    if aim not in archive.nearest:
+def _nearness(archive: Archive, option: tuple[str, str, str], target: Point) -> float:
+    """More than 1 for what was chosen in the run that came nearest to a target."""
+    if target not in archive.nearest:
         return 1.0
-    chosen: Sequence[Choice] = archive.nearest[aim][1].observation.choices
-    return NEAREST if any((each.about, each.option) == option[1:] for each in chosen) else 1.0
+    chosen: Sequence[Choice] = archive.nearest[target][1].observation.choices
+    return NEAREST if any((choice.about, choice.option) == option[1:] for choice in chosen) else 1.0
 
 
 def _drawn(archive: Archive, rng: Random) -> tuple[Point, ...]:
-    """Open points that runs can be nearer to or farther from; those likelier at which fewer runs were aimed.
+    """Open points that runs can be nearer to or farther from; those likelier that fewer runs had as targets.
 
     The further ones are likely to be like the first one, so that one run can hit them all.
     """
@@ -124,18 +130,18 @@ def _drawn(archive: Archive, rng: Random) -> tuple[Point, ...]:
         for point in archive.open
         if point[0] == "bin" or point in archive.nearest
     }
-    found: list[Point] = []
-    while left and len(found) < AIMS:
+    targets: list[Point] = []
+    while left and len(targets) < TARGETS:
         points, upto = [*left], [*accumulate(left.values())]
-        found.append(points[min(bisect_right(upto, rng.random() * upto[-1]), len(points) - 1)])
-        del left[found[-1]]
-        if len(found) == 1:
-            left = {point: weight * ALIKE ** _same(point, found[0]) for point, weight in left.items()}
-    return tuple(found)
+        targets.append(points[min(bisect_right(upto, rng.random() * upto[-1]), len(points) - 1)])
+        del left[targets[-1]]
+        if len(targets) == 1:
+            left = {point: weight * ALIKE ** _same(point, targets[0]) for point, weight in left.items()}
+    return tuple(targets)
 
 
 def _same(point: Point, other: Point) -> int:
     """How many coordinates two bins of a cross product have in common."""
     if point[0] != "bin" or point[:2] != other[:2]:
         return 0
-    return sum(one == another for one, another in zip(point[2:], other[2:], strict=True))
+    return sum(left == right for left, right in zip(point[2:], other[2:], strict=True))

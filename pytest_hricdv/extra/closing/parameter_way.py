@@ -1,4 +1,4 @@
-"""The way of parameters: tests that came near to an open point are run with other values of their parameters."""
+"""The way `parameters`: tests that came near to an open point are run again with other values of their parameters."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ParameterWay:
         for number, line in enumerate(("", *test.lines)):
             samplers = self._commands.run if number == RUN else self._commands.commands[line]
             values = {
-                name: adapted(sampler, [value for each in elite for value in each.get((line, name), ())], rng)
+                name: adapted(sampler, [value for run in elite for value in run.get((line, name), ())], rng)
                 for name, sampler in samplers.items()
             }
             if values:
@@ -62,8 +62,8 @@ class ParameterWay:
         concrete = self._concrete.get(entry.number)
         if concrete is None:
             concrete = self._concrete[entry.number] = concretize(entry.test, self._commands)
-        found: dict[tuple[str, str], list[float]] = {}
+        values: dict[tuple[str, str], list[float]] = {}
         for action in (ConcreteAction("", concrete.run), *concrete.actions):
             for name, value in action.parameters.items():
-                found.setdefault((action.command, name), []).append(value)
-        return found
+                values.setdefault((action.command, name), []).append(value)
+        return values

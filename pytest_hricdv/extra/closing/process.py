@@ -21,8 +21,8 @@ import msgspec
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.execution_part import Watcher
 from pytest_hricdv.extra.closing.branching import Leaf
-from pytest_hricdv.extra.closing.lived_run import LivedRun, role_of
 from pytest_hricdv.extra.closing.observation import Observation, observe
+from pytest_hricdv.extra.closing.online_run import OnlineRun, role_of
 from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
@@ -98,7 +98,7 @@ class _Serving:
         self._is_warm = False
         self._online: dict[str, tuple[Weight, ...]] = {}
         """Of the present generation: the ids of tests in which the person decides during the run."""
-        self._lived: LivedRun | None = None
+        self._online_run: OnlineRun | None = None
         """The last run of this process, if the person decided in it."""
 
     def serve(self, messages: Iterable[bytes]) -> None:
@@ -141,10 +141,10 @@ class _Serving:
         return role_of(self._collection.testbench)
 
     def _execute(self, test: ConcreteTest, actions: Actions | None) -> CaseResult:
-        weights, self._lived, watching = self._online.get(test.id), None, list[Watcher]()
+        weights, self._online_run, watching = self._online.get(test.id), None, list[Watcher]()
         if weights is not None and self._role is not None:
-            self._lived = LivedRun(self._role, self._collection.testbench.commands, test.seed, weights)
-            actions, watching = self._lived.actions, [self._lived.agent]
+            self._online_run = OnlineRun(self._role, self._collection.testbench.commands, test.seed, weights)
+            actions, watching = self._online_run.actions, [self._online_run.agent]
         with contextlib.redirect_stdout(io.StringIO()):
             settings = self._context.run_settings.measured_by(self._context.measurement)
             return execute(settings, test, "closing", producing=actions, watching=watching)
@@ -155,16 +155,16 @@ class _Serving:
     def _observed(self, test: AbstractTest, leaf: Leaf[CaseResult]) -> Observation:
         if leaf.result is None:
             return Observation(test.to_data(), error=leaf.problem)
-        lived = self._lived
+        online_run = self._online_run
         return observe(
-            test if lived is None else lived.recorded(leaf.result),
+            test if online_run is None else online_run.recorded(leaf.result),
             leaf.result,
             code=self._context.code,
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
             known_violations=self._context.known_violations,
             state=self._collection.testbench.state,
-            choices=() if lived is None else lived.agent.choices,
+            choices=() if online_run is None else online_run.agent.choices,
         )
 
     def _warm(self, tests: Sequence[ConcreteTest]) -> None:

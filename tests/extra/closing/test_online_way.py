@@ -12,7 +12,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.online_way import AIMS, COMMANDS, LIKELIEST, SURPRISES, OnlineWay
+from pytest_hricdv.extra.closing.online_way import COMMANDS, LIKELIEST, SURPRISES, TARGETS, OnlineWay
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.online.chooser import ANY_INTERACTION, DISTURBANCE, GOAL, NONE, Choice
@@ -140,11 +140,11 @@ def test_proposals_depend_on_archive_and_random_stream_only(way: OnlineWay, tmp_
 
 
 def test_runs_are_aimed_at_what_was_seldom_aimed_at_and_at_nothing_where_nothing_is_open(way: OnlineWay) -> None:
-    bins: tuple[Point, ...] = tuple(("bin", "cup", "hot", str(number)) for number in range(3 * AIMS))
+    bins: tuple[Point, ...] = tuple(("bin", "cup", "hot", str(number)) for number in range(3 * TARGETS))
     archive = archive_of(*bins)
-    archive.tries.update(dict.fromkeys(bins[AIMS:], 100))
+    archive.tries.update(dict.fromkeys(bins[TARGETS:], 100))
     aims = [aim for proposal in way.propose(archive, 20, Random(1)) for aim in proposal.targets]
-    assert len(aims) == 20 * AIMS
-    assert sum(aim in bins[:AIMS] for aim in aims) > 60
+    assert len(aims) == 20 * TARGETS
+    assert sum(aim in bins[:TARGETS] for aim in aims) > 60
     add(archive, ["press"], (), *(point[2:] for point in bins))
     assert way.propose(archive, 5, Random(1)) == []

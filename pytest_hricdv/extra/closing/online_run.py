@@ -38,7 +38,7 @@ def role_of(testbench: Testbench) -> Role | None:
     )
 
 
-class LivedRun:
+class OnlineRun:
     """One such run.
 
     Args:
