@@ -69,12 +69,12 @@ def _parser() -> argparse.ArgumentParser:
     minimal.add_argument("report", type=Path, metavar="REPORT")
     minimal.add_argument("folder", type=Path, metavar="DIR", help="for --hri-suite=DIR")
     minimal.set_defaults(do=_minimal)
-    for each in (merging, gating):
-        _add_gates(each)
+    for parser_of_gates in (merging, gating):
+        _add_gates(parser_of_gates)
     exporting = commands.add_parser("export", help="write files for other tools from a report")
     exporting.add_argument("report", type=Path, metavar="REPORT")
-    for name, what in EXPORT_FORMATS.items():
-        exporting.add_argument(f"--{name}", type=Path, metavar="FILE", help=what)
+    for name, purpose in EXPORT_FORMATS.items():
+        exporting.add_argument(f"--{name}", type=Path, metavar="FILE", help=purpose)
     exporting.add_argument("--root", default=".", help="the folder that file names are relative to (default .)")
     exporting.set_defaults(do=_export)
     return parser
@@ -118,7 +118,7 @@ def _merge(options: argparse.Namespace) -> int:
     folders = [path if path.is_dir() else path.parent for path in options.reports]
     carrying = Carrying(folders, options.output)
     # Sessions are noted before files are renamed: their hashes do not depend on where a report lies.
-    loaded = (structs.replace(found, sessions=sessions_of(found)) for found in map(load, options.reports))
+    loaded = (structs.replace(report, sessions=sessions_of(report)) for report in map(load, options.reports))
     reports = [
         (str(path), carrying.renamed(report, folder))
         for path, folder, report in zip(options.reports, folders, loaded, strict=True)
@@ -199,7 +199,7 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, GateRe
     compared = None if options.update_baseline else old
     if compared is not None:
         report = structs.replace(report, changes=compare_behaviour(report, compared, whole=True))
-    allowed = [name for each in options.allow_nc for name in each.split(",")]
+    allowed = [name for names in options.allow_nc for name in names.split(",")]
     gates = gates_of(
         report,
         thresholds=options.fail_under,

@@ -11,6 +11,7 @@ from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_KINDS = 8
+"""In the terminal, of two lines each; chosen: the page shows all of them."""
 
 
 def lines(report: Report, columns: int) -> Iterator[Line]:
@@ -19,15 +20,15 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
     if changes is None or not report.reported:
         return
     yield Line(headline(changes), "warn" if changes.changed or not changes.compared else "ok")
-    room = max((len(str(each.tests)) for each in changes.kinds), default=1) + 4
-    for each in changes.kinds[:_MAX_KINDS]:
-        yield from _wrapped(f"{each.tests:>{room - 2}}  ", each.kind, columns, "warn")
-        yield from _wrapped(" " * room, _example(report, changes, each), columns)
+    room = max((len(str(kind.tests)) for kind in changes.kinds), default=1) + 4
+    for kind in changes.kinds[:_MAX_KINDS]:
+        yield from _wrapped(f"{kind.tests:>{room - 2}}  ", kind.kind, columns, "warn")
+        yield from _wrapped(" " * room, _example(report, changes, kind), columns)
     if len(changes.kinds) > _MAX_KINDS:
         yield Line(f"  ... and {plural(len(changes.kinds) - _MAX_KINDS, 'more kind')}: see the report", "dim")
-    for names, what in ((changes.new, "not in the baseline"), (changes.gone, "only in the baseline")):
+    for names, where in ((changes.new, "not in the baseline"), (changes.gone, "only in the baseline")):
         if names:
-            start = f"  {plural(len(names), 'test')} {what}: "
+            start = f"  {plural(len(names), 'test')} {where}: "
             yield Line(visible(start + listing(names, columns - width(start))), "dim")
     for note in changes.notes:
         yield from _wrapped("  ", note, columns, "warn")
@@ -58,8 +59,8 @@ def index(report: Report) -> list[dict[str, Any]]:
         return []
     kinds = [changes.changed[test.nodeid].kind if test.nodeid in changes.changed else None for test in report.tests]
     return [
-        {"kind": each.kind, "tests": [number for number, kind in enumerate(kinds) if kind == each.kind]}
-        for each in changes.kinds
+        {"kind": change.kind, "tests": [number for number, kind in enumerate(kinds) if kind == change.kind]}
+        for change in changes.kinds
     ]
 
 

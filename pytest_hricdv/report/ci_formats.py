@@ -60,11 +60,11 @@ def annotations(report: Report, places: Mapping[str, Place]) -> tuple[str, ...]:
         A line for each requirement that was violated, for tests in error or with a fault, and for each gate that
         failed; at most `MAX_ANNOTATIONS`.
     """
-    found = [*_violation_annotations(report, places), *_test_annotations(report, places), *_gate_annotations(report)]
-    if len(found) > MAX_ANNOTATIONS:
-        rest = len(found) - MAX_ANNOTATIONS + 1
-        found[MAX_ANNOTATIONS - 1 :] = [_annotation("", f"and {plural(rest, 'more failure')}", "see the report", {})]
-    return tuple(found)
+    commands = [*_violation_annotations(report, places), *_test_annotations(report, places), *_gate_annotations(report)]
+    if len(commands) > MAX_ANNOTATIONS:
+        rest = len(commands) - MAX_ANNOTATIONS + 1
+        commands[MAX_ANNOTATIONS - 1 :] = [_annotation("", f"and {plural(rest, 'more failure')}", "see the report", {})]
+    return tuple(commands)
 
 
 def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, str], ...]:
@@ -138,7 +138,7 @@ def _requirements(report: Report) -> Iterator[str]:
         yield "|---|---:|---:|---:|---:|---:|"
         for row in totals.requirement_rows(report, suite):
             failed = f"**{row.failed}**" if row.failed and not row.tolerated else str(row.failed)
-            note = f" known: {_escaped(row.known_note)}" if row.failed and row.known else ""
+            note = f" known: {_escaped(row.known_note)}" if row.failed and row.known_reason else ""
             margin = "" if row.margin is None else _escaped(margin_text(row.margin, row.unit, ".3g"))
             name = _escaped(f"{row.name} {row.title}")
             yield f"| {name} | {row.passed} | {failed}{note} | {row.nc} | {row.triggers} | {margin} |"

@@ -152,7 +152,7 @@ def _files(
         lines = {line: statements[bit] for bit, line in enumerate(file.statements, statement) if line not in out}
         branches = None
         if arcs is not None:
-            branches = {each: arcs[bit] for bit, each in enumerate(file.branches, arc) if not out & set(each)}
+            branches = {branch: arcs[bit] for bit, branch in enumerate(file.branches, arc) if not out & set(branch)}
         statement, arc = statement + len(file.statements), arc + len(file.branches)
         yield FileHits(file.file, lines, branches)
 

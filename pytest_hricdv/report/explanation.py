@@ -153,7 +153,7 @@ def replay_command(file: str, options: Sequence[str] = ()) -> str:
         file: the replay file.
         options: as for `generate_command`; only those that decide how it runs and what fails are used.
     """
-    words = [f"--hri-replay={file}", *(each for each in options if each.startswith(_OF_A_REPLAY))]
+    words = [f"--hri-replay={file}", *(option for option in options if option.startswith(_OF_A_REPLAY))]
     return " ".join(["pytest", *map(_option, words)])
 
 

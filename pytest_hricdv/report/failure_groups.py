@@ -32,22 +32,26 @@ class FailureGroup:
 
 def failure_groups(report: Report) -> tuple[FailureGroup, ...]:
     """Violations that are not known first, then by the number of tests."""
-    found: dict[tuple[str, str], dict[str, tuple[float, bool, TestResult]]] = {}
+    groups: dict[tuple[str, str], dict[str, tuple[float, bool, TestResult]]] = {}
     for test in report.tests:
         for name, situation, margin, is_known in _violations(report, test):
-            tests = found.setdefault((name, situation), {})
+            tests = groups.setdefault((name, situation), {})
             before = tests.get(test.nodeid, (math.inf, True, test))
             tests[test.nodeid] = (min(margin, before[0]), is_known and before[1], test)
-    groups = [_group(name, situation, list(tests.values())) for (name, situation), tests in found.items()]
-    return tuple(sorted(groups, key=lambda g: (g.is_known, -len(g.tests), by_requirement(g.requirement), g.situation)))
+    found_groups = [_group(name, situation, list(tests.values())) for (name, situation), tests in groups.items()]
+    return tuple(sorted(found_groups, key=_order))
+
+
+def _order(group: FailureGroup) -> tuple[bool, int, tuple[object, ...], str]:
+    return group.is_known, -len(group.tests), by_requirement(group.requirement), group.situation
 
 
 def _violations(report: Report, test: TestResult) -> Iterator[tuple[str, str, float, bool]]:
     for name, result in test.requirements.items():
-        known = name in report.known_violations and not report.strict
-        for each in result.violations:
-            margin = math.inf if each.margin is None else each.margin
-            yield name, _situation(each), margin, known and not each.outside
+        is_known = name in report.known_violations and not report.strict
+        for violation in result.violations:
+            margin = math.inf if violation.margin is None else violation.margin
+            yield name, _situation(violation), margin, is_known and not violation.outside
 
 
 def _situation(violation: Violation) -> str:
@@ -58,7 +62,7 @@ def _situation(violation: Violation) -> str:
 
 
 def _group(name: str, situation: str, tests: list[tuple[float, bool, TestResult]]) -> FailureGroup:
-    ordered = sorted(tests, key=lambda each: (each[0], each[2].id))
+    ordered = sorted(tests, key=lambda entry: (entry[0], entry[2].id))
     worst = ordered[0][0]
     return FailureGroup(
         requirement=name,

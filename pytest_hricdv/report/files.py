@@ -160,8 +160,8 @@ def _page(report: Report) -> tuple[str, dict[str, str]]:
     try:
         return html.page(report)
     except Exception as error:  # an error in the page must not look as if the results were lost
-        what = f"{type(error).__name__}: {error}"
-        raise ReportError(f"{REPORT_NAME} is written, but {PAGE_NAME} could not be made of it: {what}") from error
+        cause = f"{type(error).__name__}: {error}"
+        raise ReportError(f"{REPORT_NAME} is written, but {PAGE_NAME} could not be made of it: {cause}") from error
 
 
 def _remove_leftovers(directory: Path, written: Sequence[Path]) -> None:

@@ -15,7 +15,7 @@ def of_suite(report: Report, suite: SuiteResult) -> Iterator[str]:
     """What a suite hit nothing of, over all products."""
     several = len(suite.cross.products) > 1
     for name, coverage in suite.cross.products.items():
-        hit = {each.bin for each in coverage.hits}
+        hit = {hits.bin for hits in coverage.hits}
         for text in _texts(report.cross_products[name], coverage.missing, hit):
             yield f"{name}: {text}" if several else text
 
@@ -24,8 +24,8 @@ def of_all_suites(report: Report, name: str) -> tuple[str, ...]:
     """What no suite hit anything of, of one product."""
     declared = report.cross_products[name]
     covered = [suite.cross.products[name] for suite in report.suites if name in suite.cross.products]
-    hit = {each.bin for coverage in covered for each in coverage.hits}
-    missing = [each for each in _open_bins(declared, hit) if each not in hit] if covered else []
+    hit = {hits.bin for coverage in covered for hits in coverage.hits}
+    missing = [bin_ for bin_ in _open_bins(declared, hit) if bin_ not in hit] if covered else []
     return tuple(_texts(declared, missing, hit))
 
 
@@ -37,9 +37,9 @@ def _texts(declared: ProductDeclaration, missing: Collection[Bin], hit: Collecti
 
 def _open_bins(declared: ProductDeclaration, hit: Collection[Bin]) -> list[Bin]:
     """The bins to be hit. What was proved impossible and hit nevertheless is one of them."""
-    impossible = {each.bin for each in declared.impossible} - set(hit)
-    closed = impossible | {each.bin for each in declared.illegal}
-    return [each for each in product(*(coordinate.bins for coordinate in declared.coordinates)) if each not in closed]
+    impossible = {record.bin for record in declared.impossible} - set(hit)
+    closed = impossible | {record.bin for record in declared.illegal}
+    return [bin_ for bin_ in product(*(coordinate.bins for coordinate in declared.coordinates)) if bin_ not in closed]
 
 
 def _text(hole: Hole, coordinates: int) -> str:

@@ -134,7 +134,7 @@ def _context(report: Report) -> dict[str, Any]:
         "shown_items": _SHOWN_ITEMS,
         "waivers": waivers_view.waivers(report),
         "unmeasured": totals.unmeasured(report),
-        "origins": [each for each in (report.origin, *(s.origin for s in report.sessions)) if each is not None],
+        "origins": [origin for origin in (report.origin, *(s.origin for s in report.sessions)) if origin is not None],
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
         "tests_text": totals.tests_text,
@@ -258,12 +258,12 @@ def heat_maps(report: Report) -> list[dict[str, Any]]:
     """
     maps = []
     for name, product in sorted(report.cross_products.items()):
-        coordinates = [(each.name, each.bins) for each in product.coordinates]
-        places = [{each: number for number, each in enumerate(bins)} for _, bins in coordinates]
+        coordinates = [(coordinate.name, coordinate.bins) for coordinate in product.coordinates]
+        places = [{name: number for number, name in enumerate(bins)} for _, bins in coordinates]
         closed: dict[tuple[str, str], int] = {}
         for kind, bins in (("impossible", product.impossible), ("illegal", product.illegal)):
-            for each in bins:
-                closed[kind, each.reason] = closed.get((kind, each.reason), 0) | 1 << _number(each.bin, places)
+            for record in bins:
+                closed[kind, record.reason] = closed.get((kind, record.reason), 0) | 1 << _number(record.bin, places)
         maps.append(
             {
                 "name": name,
@@ -307,11 +307,11 @@ def _suite_hits(suite: SuiteResult, product: str, places: Places) -> list[tuple[
 
 def _test_hits(test: TestResult, product: str, places: Places) -> list[int]:
     hits = (test.cross or {}).get(product, ())
-    return sorted({_number(each, places) for each in hits})
+    return sorted({_number(hit, places) for hit in hits})
 
 
 def _number(combination: Sequence[str], places: Places) -> int:
     number = 0
-    for each, numbers in zip(combination, places, strict=True):
-        number = number * len(numbers) + numbers[each]
+    for part, numbers in zip(combination, places, strict=True):
+        number = number * len(numbers) + numbers[part]
     return number

@@ -59,7 +59,7 @@ def _unchecked(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[
 
 def _known(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     for row in rows:
-        if row.failed and row.known:
+        if row.failed and row.known_reason:
             note = visible(f"{row.name} is known to fail: {row.known_note}")
             for line in wrap(note.split(" "), columns - 2):
                 yield Line(f"  {line}", "warn" if row.tolerated else "bad")

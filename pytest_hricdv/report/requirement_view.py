@@ -9,13 +9,14 @@ from typing import Any
 from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.margin import NO_TEXT, margin_unit
-from pytest_hricdv.report.totals import known
+from pytest_hricdv.report.totals import known_reason
 from pytest_hricdv.report.view import RequirementNote, views
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
 
 SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""
 _SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
+"""Widths of the bars of a histogram (s): round ones, so that people can read them off."""
 
 Judged = tuple[TestResult, RequirementResult]
 Missed = tuple[TestResult, NearestMiss]
@@ -27,7 +28,7 @@ class RequirementView:
 
     Attributes:
         texts: its title, source and formula.
-        known: why, and under which condition, its violation is known; empty if it is not.
+        known_reason: why, and under which condition, its violation is known; empty if it is not.
         outside: how many tests violated it outside of this condition.
         until: the last day on which it is; empty if that is not limited.
         may_be_nc: why no test need trigger it; None where one must.
@@ -41,7 +42,7 @@ class RequirementView:
 
     name: str
     texts: RequirementText
-    known: str
+    known_reason: str
     outside: int
     until: str
     may_be_nc: NcExemption | None
@@ -63,11 +64,11 @@ def requirement_view(report: Report, name: str) -> RequirementView:
     return RequirementView(
         name=name,
         texts=report.requirements.get(name, NO_TEXT),
-        known=known(report, name),
+        known_reason=known_reason(report, name),
         outside=sum(result.outside for _, result in by_verdict["Failed"]),
         until=report.known_until.get(name, ""),
         may_be_nc=report.may_be_nc.get(name),
-        counts={word: len(found) for word, found in by_verdict.items()},
+        counts={word: len(judged) for word, judged in by_verdict.items()},
         triggers=sum(result.triggers for _, result in pairs),
         failures=tuple(sorted(by_verdict["Failed"], key=_margin)[:SHOWN]),
         tight=tuple(sorted(tight, key=_margin)[:SHOWN]),
@@ -94,7 +95,7 @@ def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict
     begins: dict[str, list[float]] = {}
     for test in report.tests:
         triggers = test.timeline.triggers.get(requirement, "") if test.timeline else ""
-        begins.setdefault(test.suite, []).extend(float(each.partition("-")[0]) for each in triggers.split())
+        begins.setdefault(test.suite, []).extend(float(span.partition("-")[0]) for span in triggers.split())
     last_s = max((time_s for times in begins.values() for time_s in times), default=None)
     if last_s is None:
         return None

@@ -150,12 +150,12 @@ def _code_source(
 def _trigger_note(report: Report, agent: str, label: str) -> str:
     """The smallest belief set of any suite that triggers a plan, else one that exploration of the model found."""
     plans = (suite.plans[agent] for suite in report.suites if agent in suite.plans)
-    reached = [each.reached[label].shortest for each in plans if label in each.reached]
+    reached = [agent_plans.reached[label].shortest for agent_plans in plans if label in agent_plans.reached]
     smallest = min(reached, key=lambda beliefs: (len(beliefs), beliefs), default=None)
     if smallest:
         return f"triggered by {' '.join(smallest)}"
-    found = (report.exploration.plans or {}).get(agent, {}).get(label)
-    return f"would be triggered by {' '.join(found)}" if found and smallest is None else ""
+    beliefs = (report.exploration.plans or {}).get(agent, {}).get(label)
+    return f"would be triggered by {' '.join(beliefs)}" if beliefs and smallest is None else ""
 
 
 def _model_lines(

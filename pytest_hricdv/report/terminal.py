@@ -161,27 +161,27 @@ def _variety(diagnosis: Diagnosis) -> str:
 
 
 def _gaps(report: Report, columns: int) -> Iterator[Line]:
-    found = totals.gaps(report)
-    if not found:
+    gaps = totals.gaps(report)
+    if not gaps:
         return
     yield Line("not covered", "title")
-    labels = [visible(gap.place if gap.kind in ("lines", "branches") else f"{gap.place} {gap.kind}") for gap in found]
+    labels = [visible(gap.place if gap.kind in ("lines", "branches") else f"{gap.place} {gap.kind}") for gap in gaps]
     room = max(min(max(map(width, labels[:_MAX_GAPS])), columns // 2 - 4), LABEL_COLUMNS)
     above = ""
-    for gap, label in zip(found[:_MAX_GAPS], labels, strict=False):
+    for gap, label in zip(gaps[:_MAX_GAPS], labels, strict=False):
         start = f"  {pad('' if label == above else label, room)}  "
         start += "branches " if gap.kind == "branches" else ""
         above = label
         yield Line(start + listing([visible(item) for item in gap.items], max(columns - width(start), 12)))
-    if len(found) > _MAX_GAPS:
-        yield Line(f"  ... and {plural(len(found) - _MAX_GAPS, 'more place')}: see the report", "dim")
+    if len(gaps) > _MAX_GAPS:
+        yield Line(f"  ... and {plural(len(gaps) - _MAX_GAPS, 'more place')}: see the report", "dim")
 
 
 def _totals(report: Report, columns: int) -> Iterator[Line]:
     counts = totals.outcomes(report)
     bad = totals.has_failed(report)
-    what = next(filter(None, (view.listed_tests(report) for view in views())), "tests")
-    yield Line(f"{what}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
+    counted = next(filter(None, (view.listed_tests(report) for view in views())), "tests")
+    yield Line(f"{counted}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)
     expected = f"expected {report.selected}, reported {report.reported}"
     yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")
@@ -197,11 +197,11 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
 
 
 def _faults(report: Report) -> Iterator[Line]:
-    found = [(test, fault) for test in report.tests for fault in test.faults]
-    for test, fault in found[:_MAX_FAULTS]:
+    faults = [(test, fault) for test in report.tests for fault in test.faults]
+    for test, fault in faults[:_MAX_FAULTS]:
         yield Line(visible(f"fault: {fault} ({test.id})"), "bad")
-    if len(found) > _MAX_FAULTS:
-        yield Line(f"fault:{and_more(len(found) - _MAX_FAULTS).removeprefix(',')}", "bad")
+    if len(faults) > _MAX_FAULTS:
+        yield Line(f"fault:{and_more(len(faults) - _MAX_FAULTS).removeprefix(',')}", "bad")
 
 
 def _duration(report: Report) -> Line:
@@ -216,7 +216,7 @@ def _slowest(report: Report) -> Iterator[Line]:
     if not timed:
         return
     wall_s, slow = max(timed)
-    if wall_s > _SLOW_S and wall_s > _SLOW_FACTOR * sum(each for each, _ in timed) / len(timed):
+    if wall_s > _SLOW_S and wall_s > _SLOW_FACTOR * sum(time_s for time_s, _ in timed) / len(timed):
         yield Line(f"slowest: {seconds(wall_s)} {slow}", "dim")
 
 

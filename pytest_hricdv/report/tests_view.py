@@ -52,12 +52,12 @@ def requirement_names(report: Report) -> list[str]:
 
 def plan_names(report: Report) -> list[PlanName]:
     """All coverage plans of all suites."""
-    found: dict[PlanName, None] = {}
+    names: dict[PlanName, None] = {}
     for suite in report.suites:
         for agent in sorted(suite.plans):
             labels = sorted({*suite.plans[agent].covered, *suite.plans[agent].missing}, key=natural)
-            found.update(dict.fromkeys((agent, label) for label in labels))
-    return list(found)
+            names.update(dict.fromkeys((agent, label) for label in labels))
+    return list(names)
 
 
 def code_bits(test: TestResult) -> tuple[int, int]:
@@ -124,9 +124,9 @@ def _row(test: TestResult, requirements: Sequence[str], suite: int, plans: Mappi
         test.id,
         suite,
         test.outcome,
-        "".join(_LETTERS[each.verdict] if each else "-" for each in results),
-        [each.triggers if each else 0 for each in results],
-        [_rounded(each.margin) if each else None for each in results],
+        "".join(_LETTERS[result.verdict] if result else "-" for result in results),
+        [result.triggers if result else 0 for result in results],
+        [_rounded(result.margin) if result else None for result in results],
         test.outcomes,
         _rounded(test.code.percent) if test.code else None,
         _rounded(test.sim_s),
@@ -148,7 +148,7 @@ def _facts(test: TestResult) -> dict[str, str]:
         "Without physics": seconds(test.skipped_s),
         "Simulation": test.fidelity,
         "Physics engine": " and ".join(test.engines),
-        "Engines differ": "; ".join(each.text for each in test.beside.differences) if test.beside else "",
+        "Engines differ": "; ".join(difference.text for difference in test.beside.differences) if test.beside else "",
         "Wall clock": seconds(test.wall_s),
         "Own seed": str(test.seed),
         "Record SHA-256": test.record_sha256 or "",

@@ -35,7 +35,7 @@ _WAIVED = "waived as unreachable"
 class RequirementRow:
     """One requirement over one suite: tests by verdict, triggers over all tests, and the least margin.
 
-    `known` is the reason why its violation is known, with its condition; empty if it is not, or if the run is strict.
+    `known_reason` is why its violation is known, with its condition; empty if it is not, or if the run is strict.
     `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
     this suite need trigger it; empty if one must. `unused` are the alternatives of its response that never decided.
     `margin` is the least over the suite's tests, in its unit; `margin_test` is the test that had it.
@@ -48,7 +48,7 @@ class RequirementRow:
     failed: int
     nc: int
     triggers: int
-    known: str
+    known_reason: str
     outside: int
     may_be_nc: str
     unused: tuple[str, ...]
@@ -59,13 +59,13 @@ class RequirementRow:
     @property
     def tolerated(self) -> bool:
         """Whether it failed, and only where its violation is known."""
-        return bool(self.failed and self.known and not self.outside)
+        return bool(self.failed and self.known_reason and not self.outside)
 
     @property
     def known_note(self) -> str:
         """Why and where its violation is known, and in how many tests it is violated elsewhere."""
         elsewhere = f"; {plural(self.outside, 'test')} violated it outside of this condition" if self.outside else ""
-        return f"{self.known}{elsewhere}"
+        return f"{self.known_reason}{elsewhere}"
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 failed=tally.failed,
                 nc=tally.nc,
                 triggers=tally.triggers,
-                known=known(report, name),
+                known_reason=known_reason(report, name),
                 outside=tally.outside,
                 unused=tally.unused,
                 may_be_nc=may_be_nc(report, name, frozenset({suite.name})),
@@ -193,7 +193,7 @@ def by_group(rows: Iterable[RequirementRow]) -> Iterator[tuple[str, Iterator[Req
     return groupby(rows, key=attrgetter("group"))
 
 
-def known(report: Report, requirement: str) -> str:
+def known_reason(report: Report, requirement: str) -> str:
     """Why, and under which condition, violations of a requirement are known; empty if they are not, or in strict."""
     if report.strict or requirement not in report.known_violations:
         return ""
@@ -208,7 +208,7 @@ def may_be_nc(report: Report, requirement: str, suites: frozenset[str]) -> str:
 
 def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:
     """Whether a test that violates the requirement does so only where that is known."""
-    return bool(known(report, requirement)) and not test.requirements[requirement].outside
+    return bool(known_reason(report, requirement)) and not test.requirements[requirement].outside
 
 
 def duration(report: Report) -> Duration:
@@ -237,7 +237,7 @@ def waivers(report: Report) -> tuple[WaiverRecord, ...]:
 def plans_covered(suite: SuiteResult) -> float | None:
     """Of all agents' plans, per cent; None if the suite was generated without a model."""
     plans = suite.plans.values()
-    return share(sum(len(each.covered) for each in plans), sum(each.total for each in plans))
+    return share(sum(len(agent.covered) for agent in plans), sum(agent.total for agent in plans))
 
 
 def bins_covered(cross: CrossCoverage) -> float | None:

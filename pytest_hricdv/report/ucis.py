@@ -69,8 +69,8 @@ def _place(parent: ET.Element, tag: str, file: int = 1, line: int = 1, item: int
 
 
 def _bin(parent: ET.Element, tag: str, count: int, alias: str = "") -> None:
-    found = ET.SubElement(parent, tag, {"alias": alias} if alias else {})
-    ET.SubElement(found, "contents", coverageCount=str(count))
+    element = ET.SubElement(parent, tag, {"alias": alias} if alias else {})
+    ET.SubElement(element, "contents", coverageCount=str(count))
 
 
 def _code(instance: ET.Element, files: Iterable[FileHits]) -> None:
@@ -113,12 +113,12 @@ def _suite(instance: ET.Element, suite: SuiteResult, report: Report) -> None:
 
 def _assertion(parent: ET.Element, name: str, results: Iterable[RequirementResult]) -> None:
     """A requirement; a trigger is what UCIS calls an attempt."""
-    found = list(results)
+    of_tests = list(results)
     element = ET.SubElement(parent, "assertion", name=name, assertionKind="assert")
-    _bin(element, "passBin", sum(each.passes for each in found))
-    _bin(element, "failBin", sum(each.failures for each in found))
-    _bin(element, "vacuousBin", sum(each.vacuous for each in found))
-    _bin(element, "attemptBin", sum(each.triggers for each in found))
+    _bin(element, "passBin", sum(result.passes for result in of_tests))
+    _bin(element, "failBin", sum(result.failures for result in of_tests))
+    _bin(element, "vacuousBin", sum(result.vacuous for result in of_tests))
+    _bin(element, "attemptBin", sum(result.triggers for result in of_tests))
 
 
 def _group(parent: ET.Element, name: str) -> ET.Element:
@@ -134,8 +134,8 @@ def _coverpoint(group: ET.Element, name: str, counts: Mapping[str, int]) -> None
     point = ET.SubElement(group, "coverpoint", name=name, key=name)
     ET.SubElement(point, "options")
     for number, (value, count) in enumerate(counts.items()):
-        found = ET.SubElement(point, "coverpointBin", {"name": value, "key": value, "type": "bins"})
-        place = ET.SubElement(found, "range", {"from": str(number), "to": str(number)})
+        element = ET.SubElement(point, "coverpointBin", {"name": value, "key": value, "type": "bins"})
+        place = ET.SubElement(element, "range", {"from": str(number), "to": str(number)})
         ET.SubElement(place, "contents", coverageCount=str(count))
 
 
@@ -143,24 +143,24 @@ def _plans(groups: ET.Element, plans: Mapping[str, PlanCoverage]) -> None:
     group = _group(groups, "plans")
     for agent, covered in plans.items():
         if covered.declared:
-            reached = {label: each.tests for label, each in covered.reached.items()}
+            reached = {label: reach.tests for label, reach in covered.reached.items()}
             _coverpoint(group, agent, {label: reached.get(label, 0) for label in covered.declared})
 
 
 def _cross(groups: ET.Element, name: str, declared: ProductDeclaration, coverage: ProductCoverage) -> None:
     group = _group(groups, name)
-    hit = {each.bin: each.hits for each in coverage.hits}
+    hit = {record.bin: record.hits for record in coverage.hits}
     for place, coordinate in enumerate(declared.coordinates):
         counts: Counter[str] = Counter()
-        for found, times in hit.items():
-            counts[found[place]] += times
+        for bin_, times in hit.items():
+            counts[bin_[place]] += times
         _coverpoint(group, coordinate.name, {value: counts[value] for value in coordinate.bins})
     cross = ET.SubElement(group, "cross", name=name, key=name)
     ET.SubElement(cross, "options")
     for coordinate in declared.coordinates:
         ET.SubElement(cross, "crossExpr").text = coordinate.name
-    kinds = dict.fromkeys((each.bin for each in declared.impossible), "ignore")
-    kinds |= dict.fromkeys((each.bin for each in declared.illegal), "illegal")
+    kinds = dict.fromkeys((record.bin for record in declared.impossible), "ignore")
+    kinds |= dict.fromkeys((record.bin for record in declared.illegal), "illegal")
     for indexed in product(*(enumerate(coordinate.bins) for coordinate in declared.coordinates)):
         values = tuple(value for _, value in indexed)
         text = " x ".join(values)

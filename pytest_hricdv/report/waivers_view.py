@@ -30,7 +30,7 @@ class Waiver:
 
     Args:
         kind: "known violation", "may be NC" or "unreachable line".
-        what: requirement, with condition or suites; or file and line.
+        subject: requirement, with condition or suites; or file and line.
         reason: for people.
         owner: who answers for it: what stands in brackets at the end of the reason; empty where nobody is named.
         until: the last day; empty for ever.
@@ -38,7 +38,7 @@ class Waiver:
     """
 
     kind: Literal["known violation", "may be NC", "unreachable line"]
-    what: str
+    subject: str
     reason: str
     owner: str
     until: str
@@ -71,24 +71,24 @@ def _known(report: Report) -> Iterator[Waiver]:
             state = "expired"
         elif report.strict:
             state = "ignored: strict"
-        what = f"{name} while {condition}" if condition else name
+        subject = f"{name} while {condition}" if condition else name
         reason = report.known_violations.get(name, "")
-        yield Waiver("known violation", what, *_split(reason), report.known_until.get(name, ""), state)
+        yield Waiver("known violation", subject, *_split(reason), report.known_until.get(name, ""), state)
 
 
 def _unchecked(report: Report) -> Iterator[Waiver]:
     for name in sorted(report.may_be_nc, key=by_requirement):
-        each = report.may_be_nc[name]
-        suites = [suite for suite in report.suites if not each.suites or suite.name in each.suites]
+        exemption = report.may_be_nc[name]
+        suites = [suite for suite in report.suites if not exemption.suites or suite.name in exemption.suites]
         tallies = [suite.requirements[name] for suite in suites if name in suite.requirements]
         checked = bool(tallies) and all(tally.passed or tally.failed for tally in tallies)
         state: WaiverState = "not needed here" if checked else "needed" if tallies else "not seen in this part"
-        what = f"{name} in {', '.join(each.suites)}" if each.suites else name
-        yield Waiver("may be NC", what, *_split(each.reason), each.until, state)
+        subject = f"{name} in {', '.join(exemption.suites)}" if exemption.suites else name
+        yield Waiver("may be NC", subject, *_split(exemption.reason), exemption.until, state)
 
 
 def _lines(report: Report) -> Iterator[Waiver]:
-    """Lines; one that ran although it is waived is an error of the session, so that each here is needed."""
+    """Lines; one that ran although it is waived is an error of the session, so that all of them are needed."""
     state: WaiverState = "needed" if report.code_under_test.measured else "not seen in this part"
-    for each in totals.waivers(report):
-        yield Waiver("unreachable line", f"{each.file}:{each.line}", *_split(each.reason), "", state)
+    for waiver in totals.waivers(report):
+        yield Waiver("unreachable line", f"{waiver.file}:{waiver.line}", *_split(waiver.reason), "", state)
