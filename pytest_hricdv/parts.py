@@ -21,6 +21,7 @@ from typing import Any
 PARTS = MappingProxyType(
     {
         "mutation": ("part", "records", "view"),
+        "engines": ("part", "records", "view"),
         "closing": ("part", "records", "merging", "view"),
         "campaign": ("records", "view"),
         "verification_plan": ("part", "records", "merging", "view"),

@@ -8,11 +8,12 @@ of the code alone, not from the layers that pyproject.toml demands: `lint-import
 
 from __future__ import annotations
 
+import math
 import sys
 import tomllib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from xml.sax.saxutils import escape
@@ -130,21 +131,38 @@ class Box:
 
 
 def boxes(imported: Imports) -> dict[str, Box]:
-    """Where each package is drawn: a row per level, in a row near to what is imported."""
+    """Where each package is drawn: near to what it imports, in a row per level, or several where one is too wide."""
     level = levels(imported)
-    top = max(level.values())
     placed: dict[str, Box] = {}
-    for row in range(top + 1):
+    height = 0  # rows so far, from the bottom
+    for number in range(max(level.values()) + 1):
         members = sorted(
-            (name for name in level if level[name] == row),
+            (name for name in level if level[name] == number),
             key=lambda name: (name.startswith(EXTRA), kind(name) == "beside", _centre(imported[name], placed), name),
         )
-        total = sum(_width(name) + _GAP for name in members) - _GAP
-        left = _left(members, imported, placed, total)
-        for name in members:
-            placed[name] = Box(name, left, _MARGIN + (top - row) * _ROW)
-            left += _width(name) + _GAP
-    return placed
+        for row in _rows(members):
+            left = _left(row, imported, placed, _total(row))
+            for name in row:
+                placed[name] = Box(name, left, -height * _ROW)
+                left += _width(name) + _GAP
+            height += 1
+    return {name: replace(box, top=box.top + _MARGIN + (height - 1) * _ROW) for name, box in placed.items()}
+
+
+def _rows(members: list[str]) -> Iterator[list[str]]:
+    """A level in rows that fit the picture, none much shorter than the others."""
+    count = math.ceil((_total(members) + _GAP) / (_WIDTH - 2 * _MARGIN + _GAP))
+    while members:
+        size = math.ceil(len(members) / count)
+        while _total(members[:size]) > _WIDTH - 2 * _MARGIN:
+            size -= 1
+        yield members[:size]
+        members, count = members[size:], max(count - 1, 1)
+
+
+def _total(row: list[str]) -> float:
+    """How wide a row is."""
+    return sum(_width(name) + _GAP for name in row) - _GAP
 
 
 def _left(members: list[str], imported: Imports, placed: Mapping[str, Box], total: float) -> float:

@@ -6,7 +6,6 @@ from pathlib import Path
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage
-from pytest_hricdv.extra.engines import view as engines_view
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.formatting import (
@@ -51,20 +50,6 @@ def header(suites: Sequence[str], seed: int, tests: int | None, testbench: str) 
     return visible(f"hri: {', '.join(parts)}")
 
 
-def engine_header(engine: str, second: str, missing: Sequence[str]) -> str:
-    """The line in pytest's header: `hri: physics by mujoco (pybullet is not installed)`.
-
-    Args:
-        engine: that tests run on.
-        second: on which each test runs, too; empty where it does not.
-        missing: engines that were to be used, had they been installed.
-    """
-    if second:
-        return visible(f"hri: each test on {engine} and on {second}")
-    why = f" ({' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not installed)" if missing else ""
-    return visible(f"hri: physics by {engine}{why}")
-
-
 def replay_header(testbench: str, files: int) -> str:
     """The line in pytest's header: `hri: table-assembly, replay of 1 test`."""
     return visible(f"hri: {testbench}, replay of {plural(files, 'test')}")
@@ -85,8 +70,6 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     for view in views():
         shown = list(view.lines(report, width))
         lines += [*shown, Line("")] if shown else []
-    engines = list(engines_view.lines(report, width))
-    lines += [*engines, Line("")] if engines else []
     lines += _totals(report, width)
     fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
     kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []

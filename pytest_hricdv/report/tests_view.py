@@ -148,11 +148,11 @@ def _facts(test: TestResult) -> dict[str, str]:
         "Without physics": seconds(test.skipped_s),
         "Simulation": test.fidelity,
         "Physics engine": " and ".join(test.engines),
-        "Engines differ": "; ".join(difference.text for difference in test.beside.differences) if test.beside else "",
         "Wall clock": seconds(test.wall_s),
         "Own seed": str(test.seed),
         "Record SHA-256": test.record_sha256 or "",
         "Code": test.unmeasured and f"unmeasured: {test.unmeasured}",
+        **{name: text for view in views() for name, text in view.facts(test).items()},
     }
 
 

@@ -30,13 +30,12 @@ from pytest_hricdv.coverage.records import (
     SuiteCode,
 )
 from pytest_hricdv.execution.outcome import FAILING, TestOutcome
-from pytest_hricdv.extra.engines.records import EngineComparison
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import ReportOrigin
-from pytest_hricdv.results.section import extended, report_sections, test_sections
+from pytest_hricdv.results.section import extended, further_engines, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/2"
 SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
@@ -112,7 +111,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
             value.
         engine: of physics; empty where the testbench has none.
-        beside: how the same test went on a second engine.
         repeats: of a merged report: the runs that differ from this one, which is the worst.
     """
 
@@ -149,7 +147,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     replayed: ReplayComparison | None = None
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
-    beside: EngineComparison | None = None
 
     def violates(self, requirement: str) -> bool:
         """Whether its run violated a requirement."""
@@ -178,8 +175,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     @property
     def engines(self) -> Names:
         """The physics engines that it ran on."""
-        beside = self.beside.engine if self.beside else ""
-        return tuple(name for name in (self.engine, beside) if name)
+        return tuple(name for name in (self.engine, *further_engines(self)) if name)
 
     @property
     def runs(self) -> tuple[TestResult, ...]:

@@ -106,6 +106,11 @@ def shares() -> tuple[Share, ...]:
     return tuple(share for offered in faces("records", "SHARES") for share in offered)
 
 
+def further_engines(test: msgspec.Struct) -> tuple[str, ...]:
+    """The physics engines that a test ran on, by its parts, beside the one in its result."""
+    return tuple(name for engines_of in faces("records", "further_engines") for name in engines_of(test))
+
+
 def report_sections() -> tuple[Section[Any], ...]:
     """Of all parts."""
     return tuple(section for offered in faces("records", "SECTIONS") for section in offered)

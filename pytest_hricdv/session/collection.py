@@ -13,10 +13,11 @@ import pytest
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase
-from pytest_hricdv.extra.engines.choice import on_engine, on_second_engine
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
+from pytest_hricdv.session.engine_choice import on_installed_engine
 from pytest_hricdv.session.options import SESSION_DAY, Options
+from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.session.usage import usage_error
@@ -73,16 +74,14 @@ class Collection:
         try:
             testbench = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             testbench = testbench.simulated(self.options.fidelity) if self.options.fidelity else testbench
-            return on_engine(testbench, self.options.engine)
+            testbench = on_installed_engine(testbench)
+            for part in part_options():
+                testbench = part.configured(testbench, self.options)
+            return testbench
         except TestbenchError as error:
             raise usage_error(str(error)) from None
         except Exception as error:
             raise usage_error(f"{_located(error)}{lacking(error)}") from error
-
-    @cached_property
-    def second_testbench(self) -> Testbench | None:
-        """The testbench on the engine that checks the first one; None where none does."""
-        return on_second_engine(self.testbench, self.options.engine)
 
     @cached_property
     def selected(self) -> list[GeneratedSuite]:

@@ -45,7 +45,6 @@ def _options(options: Options) -> dict[str, str]:
         "--hri-concretizations": str(options.concretizations),
         "--hri-sampling": options.sampling,
         "--hri-fidelity": options.fidelity,
-        "--hri-engine": options.engine,
         "--hri-shard": str(options.shard or ""),
         "--hri-no-cov": "" if options.coverage else "set",
         "--hri-strict": "set" if options.strict else "",

@@ -29,12 +29,6 @@ TESTS = (
     ),
     Value("fidelity", "NAME", "how the world is simulated, of the testbench's fidelities"),
     Value(
-        "engine",
-        "NAME|both",
-        "the physics engine, of the testbench's engines (default: the first that is installed); both: each test runs "
-        "on the first two, and a verdict that depends on the engine is no pass",
-    ),
-    Value(
         "shard",
         "INDEX/OF",
         "run one part of the suite, for instance 1/3; merge the reports afterwards",

@@ -34,7 +34,7 @@ MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
 """As in `generate.beliefs`, which a session without a suite does not import."""
 
 SESSION_DAY = "hricdv_session_day"
-_AGAIN = ("tests", "concretizations", "sampling", "fidelity", "engine")
+_AGAIN = ("tests", "concretizations", "sampling", "fidelity")
 _DAY = pytest.StashKey[datetime.date]()
 
 
@@ -83,7 +83,6 @@ class Options:
     baseline: Path | None = None
     update_baseline: bool = False
     fidelity: str = ""
-    engine: str = ""
     resume: bool = False
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
@@ -129,7 +128,6 @@ def read_options(config: pytest.Config) -> Options:
         export=config.invocation_params.dir / reader.text("export") if reader.text("export") else None,
         coverage=not reader.flag("no_cov"),
         fidelity=reader.text("fidelity"),
-        engine=reader.text("engine"),
         resume=bool(config.getoption("hri_resume")),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
@@ -166,7 +164,7 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
     drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
     further = (option for part in part_options() for option in part.again(OptionReader(config)))
-    return (*drawn, *learned, *known_violations, *strict, *anyway, *further)
+    return (*drawn, *further, *learned, *known_violations, *strict, *anyway)
 
 
 def _sampling(reader: OptionReader) -> str:

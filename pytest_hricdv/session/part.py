@@ -12,7 +12,9 @@ from pytest_hricdv.parts import faces
 from pytest_hricdv.session.part_options import PartOptions, Settings
 
 if TYPE_CHECKING:
-    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.execution.case import CaseResult, HriCase
+    from pytest_hricdv.execution.judge import Discrepancy
+    from pytest_hricdv.generate.concrete import ConcreteTest
     from pytest_hricdv.results.building import GeneratedSuite
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.aggregation import Aggregation
@@ -74,7 +76,7 @@ class Part(PartOptions[Settings]):
     """
 
     def header(self, context: RunContext) -> Iterable[str]:
-        """Lines of pytest's header."""
+        """Lines of pytest's header, where tests are generated."""
         return ()
 
     def check(self, context: RunContext) -> None:
@@ -90,6 +92,18 @@ class Part(PartOptions[Settings]):
         Raises:
             pytest.UsageError: what is asked for cannot be generated.
         """
+        return ()
+
+    def ran(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
+        """Where tests run, after each run: what it gave, with what the part adds."""
+        return run
+
+    def described(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
+        """The result that a report has of a run, before this is judged, with what the part adds."""
+        return result
+
+    def discrepancies(self, result: TestResult) -> Iterable[Discrepancy]:
+        """What came out otherwise when the part ran the test again, for the judge."""
         return ()
 
     def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:

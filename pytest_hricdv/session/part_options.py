@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 from pytest_hricdv.parts import faces
 from pytest_hricdv.session.option_kinds import Option
 from pytest_hricdv.session.option_reader import OptionReader
+
+if TYPE_CHECKING:
+    from pytest_hricdv.testbench import Testbench
 
 Settings = TypeVar("Settings")
 
@@ -50,6 +53,10 @@ class PartOptions(Generic[Settings]):
     def again(self, reader: OptionReader) -> Iterable[str]:
         """Options of the command line that decide which tests are generated and which fail."""
         return ()
+
+    def configured(self, testbench: Testbench, options: HasParts) -> Testbench:
+        """The testbench as its options have it. Raises TestbenchError where it cannot be that."""
+        return testbench
 
     def fingerprint(self, options: HasParts) -> Mapping[str, str]:
         """Settings that results depend on, by option: a session that is resumed must have the same."""

@@ -9,7 +9,6 @@ from functools import cached_property
 import pytest
 from msgspec import structs
 
-from pytest_hricdv.extra.engines.choice import passed_over
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.baseline import (
     Baseline,
@@ -25,13 +24,13 @@ from pytest_hricdv.results.gate_check import check_gates
 from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.engine_choice import import_engine
 from pytest_hricdv.session.fingerprint import fingerprint
 from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
 from pytest_hricdv.session.usage import usage_error
-from pytest_hricdv.testbench import Testbench
 
 
 class Preparation:
@@ -59,16 +58,8 @@ class Preparation:
         named = self.collection.config.args_source == pytest.Config.ArgsSource.ARGS
         return [
             terminal.header(names, self.options.seed, None if named else tests, self.collection.testbench.name),
-            *self._engine_header(),
+            *(line for part in parts() for line in part.header(self.context)),
         ]
-
-    def _engine_header(self) -> list[str]:
-        """Which engine is used, where that was asked for, or where it is not the testbench's first one."""
-        testbench, second = self.collection.testbench, self.collection.second_testbench
-        missing = () if self.options.engine else passed_over(testbench)
-        if not (self.options.engine or missing):
-            return []
-        return [terminal.engine_header(testbench.engine, second.engine if second else "", missing)]
 
     def _replay_header(self) -> list[str]:
         files = self.collection.replays.values()
@@ -122,18 +113,7 @@ class Preparation:
                 importlib.import_module(name)
             except ImportError as error:
                 raise usage_error(f"the testbench requires {name}: {error}") from None
-        for testbench in (self.collection.testbench, self.collection.second_testbench):
-            if testbench is not None and testbench.engine:
-                self._import_engine(testbench)
-
-    def _import_engine(self, testbench: Testbench) -> None:
-        name = testbench.engine
-        try:
-            importlib.import_module(testbench.engines[name])
-        except ImportError as error:
-            others = ", ".join(engine for engine in testbench.engines if engine != name)
-            instead = f"; or choose another one with --hri-engine: {others}" if others else ""
-            raise usage_error(f"engine {name!r}: {error}{instead}") from None
+        import_engine(self.collection.testbench)
 
 
 class GateCheck:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Generator, Iterator
 from typing import TypedDict
 
@@ -13,7 +12,6 @@ from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test
 from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
-from pytest_hricdv.extra.engines.comparison import compare
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.results.building import build_result
@@ -95,21 +93,16 @@ class Running:
             self._built = None
         return report  # type: ignore[return-value]
 
-    def _checked(self, test: ConcreteTest, result: CaseResult) -> CaseResult:
-        """The result, beside that on the second engine where engines check each other."""
-        second = self.collection.second_testbench
-        if second is None:
-            return result
-        on_second = dataclasses.replace(self.context.run_settings, testbench=second)
-        return dataclasses.replace(result, beside=execute(on_second, test))
-
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.context.measurement
         try:
             if self.options.stop_at:
                 return self._stopped(case.concrete)
             settings = self.context.run_settings.measured_by(self._used)
-            return self._checked(case.concrete, execute(settings, case.concrete, f"hricdv|{nodeid}"))
+            run = execute(settings, case.concrete, f"hricdv|{nodeid}")
+            for part in parts():
+                run = part.ran(self.context, case.concrete, run)
+            return run
         except Exception as error:
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
@@ -136,7 +129,7 @@ class Running:
         """Judges a run, and ends its test unless it passed."""
         built = self._result(case, nodeid)
         mismatch = replay_mismatch(built.replayed)
-        differences = built.beside.differences if built.beside is not None else ()
+        differences = [difference for part in parts() for difference in part.discrepancies(built)]
         judgement = judge_run(result, self.context.known_violations, differences=differences, mismatch=mismatch)
         case.judgement = judgement
 
@@ -177,8 +170,9 @@ class Running:
                 requirements=self.context.requirements,
                 unmeasured=why_unmeasured(run, self._used),
             )
-            if run is not None and run.beside is not None:
-                result = replace(result, beside=compare(run, run.beside, self.collection.testbench))
+            if run is not None:
+                for part in parts():
+                    result = part.described(self.context, run, result)
             file = self.collection.replays.get(case.abstract.id)
             if file is not None:
                 result = replace(result, replay=file.name, replayed=self.context.provenance.compared(file, result))

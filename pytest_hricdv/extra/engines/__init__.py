@@ -1,1 +1,1 @@
-"""Physics engines that check each other."""
+"""Physics engines: which one runs the tests, and two that check each other."""

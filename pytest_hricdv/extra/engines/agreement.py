@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from pytest_hricdv.extra.engines.records import EngineComparison
+from pytest_hricdv.extra.engines.records import BESIDE, EngineComparison
 from pytest_hricdv.results.model import TestResult
 
 
@@ -52,7 +52,7 @@ class Agreement:
 
 def agreement(tests: Iterable[TestResult]) -> Agreement | None:
     """How far the engines agree; None where no test ran on two."""
-    both = [(test, test.beside) for test in tests if test.beside is not None]
+    both = [(test, beside) for test in tests if (beside := BESIDE.of(test)) is not None]
     if not both:
         return None
     ends = [pair for test, beside in both for pair in zip_longest(test.outcomes, beside.outcomes)]

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from msgspec import Struct
+
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
+from pytest_hricdv.results.section import TestSection
 
 
 class OtherVerdict(PlainRecord, frozen=True, kw_only=True):
@@ -48,3 +51,15 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
     requirements: Mapping[str, OtherVerdict]
     faults: Names
     differences: tuple[EngineDifference, ...]
+
+
+BESIDE: TestSection[EngineComparison | None] = TestSection("beside", EngineComparison | None, None, identifies=True)
+"""How the same test went on a second engine, in a session in which engines check each other."""
+
+TEST_SECTIONS = (BESIDE,)
+
+
+def further_engines(test: Struct) -> Names:
+    """Of a test that ran on a second engine."""
+    beside = BESIDE.of(test)
+    return (beside.engine,) if beside is not None else ()

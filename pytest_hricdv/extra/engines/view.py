@@ -1,4 +1,4 @@
-"""What a report says of two physics engines that check each other: lines for the terminal."""
+"""What a report says of two physics engines that check each other."""
 
 from __future__ import annotations
 
@@ -6,28 +6,44 @@ from collections.abc import Iterator
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.engines.agreement import Agreement, VerdictAgreement, agreement
+from pytest_hricdv.extra.engines.records import BESIDE
 from pytest_hricdv.report.formatting import Line, natural, percent, plural, share, wrap
 from pytest_hricdv.report.margin import margin_text, margin_unit
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.report.view import View
+from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_TESTS = 8
 _INDENT = "    "
 
 
-def lines(report: Report, columns: int) -> Iterator[Line]:
-    """How far the engines agree, and the first tests that depend on the engine; none where tests ran on one."""
-    found = agreement(report.tests)
-    if found is None:
-        return
-    yield Line(f"engines: {plural(found.tests, 'test')} on {' and '.join(found.engines)}", "title")
-    alike = f"{found.same} of {found.interactions} end alike{_percent(found.same, found.interactions)}"
-    yield Line(visible(f"  {report.outcome_label}: {alike}"))
-    pairs, same = (sum(getattr(each, name) for each in found.verdicts.values()) for name in ("tests", "same"))
-    yield Line(f"  verdicts: {same} of {pairs} agree{_percent(same, pairs)}")
-    for name in sorted(found.verdicts, key=natural):
-        if found.verdicts[name].same < found.verdicts[name].tests:
-            yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name], margin_unit(report, name))}"), "warn")
-    yield from _differing(found, columns)
+class EnginesView(View):
+    """How far the engines agree, and on a test's page what depends on the engine."""
+
+    name = "engines"
+
+    def lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """How far the engines agree, and the first tests that depend on the engine; none where tests ran on one."""
+        found = agreement(report.tests)
+        if found is None:
+            return
+        yield Line(f"engines: {plural(found.tests, 'test')} on {' and '.join(found.engines)}", "title")
+        alike = f"{found.same} of {found.interactions} end alike{_percent(found.same, found.interactions)}"
+        yield Line(visible(f"  {report.outcome_label}: {alike}"))
+        pairs, same = (sum(getattr(each, name) for each in found.verdicts.values()) for name in ("tests", "same"))
+        yield Line(f"  verdicts: {same} of {pairs} agree{_percent(same, pairs)}")
+        for name in sorted(found.verdicts, key=natural):
+            if found.verdicts[name].same < found.verdicts[name].tests:
+                yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name], margin_unit(report, name))}"), "warn")
+        yield from _differing(found, columns)
+
+    def facts(self, test: TestResult) -> dict[str, str]:
+        """What depends on the engine."""
+        beside = BESIDE.of(test)
+        differences = () if beside is None else beside.differences
+        return {"Engines differ": "; ".join(difference.text for difference in differences)}
+
+
+VIEW = EnginesView()
 
 
 def _verdicts(each: VerdictAgreement, unit: str) -> str:

@@ -13,9 +13,9 @@ from typing import Any
 
 from msgspec import to_builtins
 
-from pytest_hricdv.extra.film.scene import SceneChange
 from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.traces import schemas
+from pytest_hricdv.extra.traces.scene import SceneChange
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.body import Body

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.extra.film.scene import ObservedWorld, SceneChange
 from pytest_hricdv.extra.traces.records import FOLDER, TraceResult
+from pytest_hricdv.extra.traces.scene import ObservedWorld, SceneChange
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.testbench import Run
 
