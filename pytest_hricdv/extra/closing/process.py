@@ -41,7 +41,7 @@ LIMIT_S = 60.0
 
 
 @dataclass(frozen=True)
-class Job:
+class LoopSettings:
     """The first line that is sent.
 
     Args:
@@ -54,7 +54,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Generation:
+class TestBatch:
     """A further line.
 
     Args:
@@ -68,15 +68,15 @@ class Generation:
     online: dict[int, tuple[Weight, ...]] = field(default_factory=dict)
 
 
-class Told(msgspec.Struct, frozen=True, tag=True):
+class TestObserved(msgspec.Struct, frozen=True, tag=True):
     """What the test with this number yielded."""
 
     number: int
     observation: Observation
 
 
-class Done(msgspec.Struct, frozen=True, tag=True):
-    """All tests of a generation were run. `files`: of the project, that are loaded here, sorted."""
+class BatchDone(msgspec.Struct, frozen=True, tag=True):
+    """All tests of a batch were run. `files`: of the project, that are loaded here, sorted."""
 
     files: tuple[str, ...]
 
@@ -85,24 +85,24 @@ class _Serving:
     """Runs the tests that are sent.
 
     Args:
-        job: how.
+        settings: of the loop.
         write: sends a line.
         context: of the session that is configured here.
     """
 
-    def __init__(self, job: Job, write: Callable[[bytes], None], context: RunContext) -> None:
-        self._job = job
+    def __init__(self, settings: LoopSettings, write: Callable[[bytes], None], context: RunContext) -> None:
+        self._settings = settings
         self._write = write
         self._context = context
         self._collection = context.collection
         self._is_warm = False
         self._online: dict[str, tuple[Weight, ...]] = {}
-        """Of the present generation: the ids of tests in which the person decides during the run."""
+        """Of the present batch: the ids of tests in which the person decides during the run."""
         self._online_run: OnlineRun | None = None
         """The last run of this process, if the person decided in it."""
 
     def serve(self, messages: Iterable[bytes]) -> None:
-        """Run one generation after the other, until there is none."""
+        """Run one batch after the other, until there is none."""
         leave_no_core()
         testbench = self._collection.testbench
         engine = [testbench.engines[testbench.engine]] if testbench.engine else []
@@ -111,22 +111,24 @@ class _Serving:
         _ = self._context.code, self._context.measurement, self._role  # once, and not in each fork
         introduce(self._context, self._write)
         for line in messages:
-            generation = msgspec.json.decode(line, type=Generation)
-            tests = [AbstractTest.from_data(test) for test in generation.tests]
-            self._online = {tests[number].id: weights for number, weights in generation.online.items()}
-            for answer in self._run(tests, from_the_start=generation.from_the_start):
+            batch = msgspec.json.decode(line, type=TestBatch)
+            tests = [AbstractTest.from_data(test) for test in batch.tests]
+            self._online = {tests[number].id: weights for number, weights in batch.online.items()}
+            for answer in self._run(tests, from_the_start=batch.from_the_start):
                 self._write(encode(answer).encode())
-            self._write(msgspec.json.encode(Done(self._files())))
+            self._write(msgspec.json.encode(BatchDone(self._files())))
             self._write(END)
 
-    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[Told]:
+    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[TestObserved]:
         commands = self._collection.testbench.commands
         concrete = [concretize(test, commands) for test in tests]
         well: list[ConcreteTest] = []
-        runner = TreeRunner(self._execute_in_fork, lambda leaf: self._told(tests, leaf), self._job.processes, LIMIT_S)
+        runner = TreeRunner(
+            self._execute_in_fork, lambda leaf: self._answer(tests, leaf), self._settings.processes, LIMIT_S
+        )
         for number, text in runner.run(concrete, from_the_start=from_the_start):
             observation = msgspec.json.decode(text, type=Observation)
-            yield Told(number, observation)
+            yield TestObserved(number, observation)
             if not observation.error:
                 well.append(concrete[number])
         if not self._is_warm:
@@ -149,7 +151,7 @@ class _Serving:
             settings = self._context.run_settings.measured_by(self._context.measurement)
             return execute(settings, test, "closing", producing=actions, watching=watching)
 
-    def _told(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
+    def _answer(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
         return encode(self._observed(tests[leaf.number], leaf))
 
     def _observed(self, test: AbstractTest, leaf: Leaf[CaseResult]) -> Observation:
@@ -188,11 +190,11 @@ class _Serving:
 
 
 def main() -> None:
-    """Serve: the first line of standard input is a `Job`, the others are generations."""
+    """Serve: the first line of standard input is `LoopSettings`, the others are batches."""
     preload()
     with session() as (messages, write):
-        job = msgspec.json.decode(messages.readline(), type=Job)
-        status = in_session(job.arguments, lambda context: _Serving(job, write, context).serve(messages))
+        settings = msgspec.json.decode(messages.readline(), type=LoopSettings)
+        status = in_session(settings.arguments, lambda context: _Serving(settings, write, context).serve(messages))
     sys.exit(status or 1)
 
 

@@ -18,7 +18,7 @@ from pytest_hricdv.execution.separate_process import SeparateProcess, started
 from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.process import Done, Generation, Job, Told
+from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
@@ -28,7 +28,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.serving import arguments_of
 
-GENERATION_S = 600.0
+BATCH_S = 600.0
 """A process on a cluster that has yielded nothing for so long (s) is taken for lost."""
 
 
@@ -66,11 +66,11 @@ class ClosingRuns(ABC):
         self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
     ) -> Iterator[tuple[int, Observation]]: ...
 
-    def _told(self, lines: Iterable[bytes], numbers: Sequence[int]) -> Iterator[tuple[int, Observation]]:
+    def _observations(self, lines: Iterable[bytes], numbers: Sequence[int]) -> Iterator[tuple[int, Observation]]:
         """What an answer says of the tests with these numbers."""
         for line in lines:
-            answer = msgspec.json.decode(line, type=Told | Done)
-            if isinstance(answer, Done):
+            answer = msgspec.json.decode(line, type=TestObserved | BatchDone)
+            if isinstance(answer, BatchDone):
                 self.files = tuple(sorted({*self.files, *answer.files}))
             else:
                 yield numbers[answer.number], answer.observation
@@ -92,7 +92,7 @@ class RunsHere(ClosingRuns):
     def __enter__(self) -> Self:
         directory = self._config.invocation_params.dir
         self._process: SeparateProcess = self._stack.enter_context(started(closing_process.__name__, directory))
-        self._process.send(Job(arguments_of(self._config), self._processes))
+        self._process.send(LoopSettings(arguments_of(self._config), self._processes))
         self._has_begun = False
         return self
 
@@ -103,16 +103,16 @@ class RunsHere(ClosingRuns):
             self._has_begun = True
             deque(self._process.answer(), maxlen=0)  # who it is, which is known here
         everything = range(len(tests))
-        self._process.send(_generation(tests, everything, online, from_the_start=from_the_start))
-        yield from self._told(self._process.answer(), everything)
+        self._process.send(_batch(tests, everything, online, from_the_start=from_the_start))
+        yield from self._observations(self._process.answer(), everything)
 
 
 @dataclass
 class _Part:
-    """Some of the tests of a generation."""
+    """Some of the tests of a batch."""
 
     numbers: Sequence[int]
-    told: set[int] = field(default_factory=set)
+    observed: set[int] = field(default_factory=set)
 
 
 class RunsOnCluster(ClosingRuns):
@@ -134,8 +134,8 @@ class RunsOnCluster(ClosingRuns):
         root, here = Path(config.rootpath), config.invocation_params.dir
         self._archive = code_archive.pack(root) if options.send_code else b""
         directory = here.relative_to(root) if options.send_code else here
-        job = msgspec.json.encode(Job(arguments_of(config), 1))
-        self._service = Service(closing_process.__name__, job, str(directory), project, GENERATION_S)
+        settings = msgspec.json.encode(LoopSettings(arguments_of(config), 1))
+        self._service = Service(closing_process.__name__, settings, str(directory), project, BATCH_S)
 
     def __enter__(self) -> Self:
         self._cluster: Cluster = self._stack.enter_context(
@@ -148,25 +148,25 @@ class RunsOnCluster(ClosingRuns):
     ) -> Iterator[tuple[int, Observation]]:
         parts, questions = dict[str, _Part](), deque[Question]()
         for numbers in _parted(len(tests), max(1, self._cluster.threads)):
-            generation = _generation(tests, numbers, online, from_the_start=from_the_start)
+            batch = _batch(tests, numbers, online, from_the_start=from_the_start)
             parts[tests[numbers[0]].id] = _Part(numbers)
-            questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(generation)))
+            questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(batch)))
         for question, answer in self._cluster.answers(self._service, questions, self._archive):
             part = parts[question.key]
             lines = () if isinstance(answer, Lost) else answer.lines
-            for number, observation in self._told(lines, part.numbers):
-                part.told.add(number)
+            for number, observation in self._observations(lines, part.numbers):
+                part.observed.add(number)
                 yield number, observation
             problem = answer.reason if isinstance(answer, Lost) else answer.problem
-            for number in sorted(set(part.numbers) - part.told):
+            for number in sorted(set(part.numbers) - part.observed):
                 yield number, Observation(tests[number].to_data(), error=problem)
 
 
-def _generation(
+def _batch(
     tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights, *, from_the_start: bool
-) -> Generation:
+) -> TestBatch:
     weights = {place: tuple(online[number]) for place, number in enumerate(numbers) if number in online}
-    return Generation(tuple(tests[number].to_data() for number in numbers), from_the_start, weights)
+    return TestBatch(tuple(tests[number].to_data() for number in numbers), from_the_start, weights)
 
 
 def _parted(size: int, parts: int) -> list[range]:
