@@ -19,7 +19,9 @@ Place = tuple[str, int]
 """A file, relative to the repository's root, and a line from 1."""
 
 _MAX_FAILURES = 10
+"""In the markdown of a job's summary; chosen, as are annotations: who has more opens the report."""
 _MAX_GAP_COLUMNS = 200
+"""Of an entry with what is not covered; chosen: two or three lines of a browser."""
 _SPECIAL = {
     "\\": "\\\\",
     "&": "&amp;",

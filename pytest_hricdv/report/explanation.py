@@ -9,6 +9,7 @@ from pytest_hricdv.report.formatting import by_requirement, natural, plural, qua
 from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
+# Chosen, so that the text of a failure with its traceback is about a screen of a terminal; the report has all.
 _MAX_VIOLATIONS = 3
 _MAX_ACTIONS = 14
 _MAX_MISSING = 6

@@ -16,6 +16,7 @@ from pytest_hricdv.declarations.conformance import MODEL
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 
 LABEL_COLUMNS = 20
+"""Of the label that a line of the terminal begins with; chosen: the names of most suites and agents fit."""
 
 _ZERO_WIDTH = {"Mn", "Me"}
 

@@ -28,6 +28,7 @@ EMBEDDED_BYTES = 1_200_000
 """If the tests' details are larger, they are written to files beside the page, so that it opens fast."""
 
 _SHOWN_ITEMS = 40
+"""Of a gap, before the rest is folded away; chosen: some lines of a browser."""
 _SCRIPTS = (
     "element",
     "data",
@@ -47,6 +48,7 @@ _SCRIPTS = (
 )
 _STYLES = ("theme", "layout", "parts", "views")
 COLUMNS = 400
+"""Of a curve: about as many as a plot is pixels wide on half of a screen, so that thinning is not seen."""
 Kind = Literal["statements", "branches", "plans"]
 KINDS: tuple[Kind, ...] = ("statements", "branches", "plans")
 _LEAST_CHANGE = 1e-12  # smaller changes are rounding errors and would only stretch a logarithmic axis

@@ -8,6 +8,7 @@ from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, lab
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _MAX_UNUSED = 3
+"""Alternatives that a requirement never needed; chosen: formulas with more are rare, and the report has them."""
 
 
 def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:

@@ -28,6 +28,7 @@ from pytest_hricdv.report.view import views
 from pytest_hricdv.results.generation import Diagnosis, GenerationResult
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
+# Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
 _MAX_GAPS = 8
 _MAX_NOT_RUN = 3
 _MAX_FAULTS = 3

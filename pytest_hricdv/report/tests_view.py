@@ -20,6 +20,8 @@ from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
 TESTS_PER_PACK = 50
+"""Tests whose details are read at once. Chosen: with more, opening a test takes longer; with fewer, there are more
+files."""
 FOLDER = "details"
 """The folder beside the page that holds the packs of a large report."""
 

@@ -10,6 +10,7 @@ from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.results.model import TestResult
 
 _SENDER_COLUMNS = 10
+"""Chosen: names of nodes are about as long, and longer ones only shift their own line."""
 
 
 def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:

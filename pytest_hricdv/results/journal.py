@@ -67,6 +67,7 @@ JournalRecord = Began | Declared | Finished | Hindered | Ended
 
 _DECODER: msgspec.json.Decoder[JournalRecord] = msgspec.json.Decoder(JournalRecord)
 _FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
+"""Windows would translate line ends, so that the lengths in the lines were wrong."""
 _LONGEST_END = 200
 """Bytes: the line of an `Ended` is shorter."""
 

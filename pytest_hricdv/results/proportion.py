@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 CONFIDENCE = 0.95
+"""The usual level in the literature, so that intervals can be compared with those of others."""
 
 
 @dataclass(frozen=True)
