@@ -1,19 +1,21 @@
-"""What a test shows in the reports of other plugins: its film, its timeline and a link, for Allure and pytest-html."""
+"""What a test shows in the reports of other plugins: its film, its timeline as text, a link; Allure, pytest-html."""
 
 from __future__ import annotations
 
 import base64
+import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.tests_view import anchor
-from pytest_hricdv.report.timeline_text import timeline_text
 from pytest_hricdv.report.view import views
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 LINK = "pytest-hricdv"
 TIMELINE = "timeline"
+_SENDER_COLUMNS = 10
+"""Of a timeline; chosen: names of nodes are about as long, and longer ones only shift their own line."""
 
 
 class Attaching(ABC):
@@ -124,3 +128,38 @@ def relative(path: Path, start: Path) -> str:
         return Path(os.path.relpath(path, start)).as_posix()
     except ValueError:  # on another drive
         return path.absolute().as_uri()
+
+
+def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
+    """One line an event: time (s), who, what. A line says so where the run was not completed.
+
+    Args:
+        test: with its timeline.
+        units: signal -> unit, for the values at violations.
+    """
+    if test.timeline is None:
+        return "no timeline: the run was not completed\n"
+    events = [*_messages(test), *_actions(test), *_violations(test, units), (test.timeline.end_s, "", test.ended)]
+    lines = (
+        f"{time_s:9.3f}  {sender:{_SENDER_COLUMNS}}  {event}".rstrip()
+        for time_s, sender, event in sorted(events, key=lambda event: event[0])
+    )
+    return "".join(f"{visible(line)}\n" for line in lines)
+
+
+def _messages(test: TestResult) -> Iterator[tuple[float, str, str]]:
+    for text in test.timeline.messages if test.timeline else ():
+        time_s, sender, topic, fields = text.split("\t", 3)
+        said = ", ".join(f"{name} {value}" for name, value in json.loads(fields).items())
+        yield float(time_s), sender, f"{topic} {said}".rstrip()
+
+
+def _actions(test: TestResult) -> Iterator[tuple[float, str, str]]:
+    for number, (time_s, line) in enumerate(zip(test.acted_s or (), test.abstract, strict=False), start=1):
+        yield time_s, f"action {number}", line
+
+
+def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[float, str, str]]:
+    for name, result in test.requirements.items():
+        for violation in result.violations:
+            yield violation.time_s, name, f"FAILED {violation_line(violation, units)}"
