@@ -19,11 +19,15 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.online.declaration import Online
+from pytest_hricdv.parts import PARTS as INSTALLED_PARTS
 from pytest_hricdv.parts import faces
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.virtual import KINDS
 from pytest_hricdv.testbench import ENDS, PARTS, Testbench
+
+NEEDED_PARTS = {"conformance": "oracle", "ros2": "ros2"}
+"""What a testbench declares -> the optional part without which it would be passed over in silence."""
 
 
 def checked(candidate: object, where: str) -> Testbench:
@@ -37,6 +41,9 @@ def checked(candidate: object, where: str) -> Testbench:
             f"{where}: returned {candidate!r:.80}; expected a Testbench (from pytest_hricdv.testbench import Testbench)"
         )
     _check_kinds(candidate, where)
+    for name, part in NEEDED_PARTS.items():
+        if getattr(candidate, name) is not None and part not in INSTALLED_PARTS:
+            raise TestbenchError(f"{where}: {name}=... needs the part {part!r} of the plugin, which was taken out")
     try:
         for part in faces("execution", "EXECUTION"):
             part.prepare(candidate)  # before the vocabulary: that imports the classes of messages, and with them rclpy
