@@ -16,14 +16,14 @@ from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
-    from pytest_hricdv.extra.traces.tracing import Tracing
+    from pytest_hricdv.extra.traces.trace_writer import TraceWriter
     from pytest_hricdv.results.model import TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 Traced = Literal["", "failing", "all"]
 """The tests whose runs are written; empty for none."""
 
-_TRACING: pytest.StashKey[Tracing] = pytest.StashKey()
+_WRITER: pytest.StashKey[TraceWriter] = pytest.StashKey()
 
 
 class TracesPart(Part[Traced]):
@@ -54,10 +54,10 @@ class TracesPart(Part[Traced]):
         if case.result is None or not (traced == "all" or (traced and result.leaves_evidence)):
             return result
         from pytest_hricdv.extra.traces.records import TRACE
-        from pytest_hricdv.extra.traces.tracing import Tracing
+        from pytest_hricdv.extra.traces.trace_writer import TraceWriter
 
-        tracing = context.stash.setdefault(_TRACING, Tracing(context.run_settings, context.options.report))
-        return TRACE.put(result, tracing.trace(case.result, result))
+        writer = context.stash.setdefault(_WRITER, TraceWriter(context.run_settings, context.options.report))
+        return TRACE.put(result, writer.trace(case.result, result))
 
 
 PART = TracesPart()

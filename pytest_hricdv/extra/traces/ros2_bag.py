@@ -1,7 +1,7 @@
 """The messages of ROS 2 of a run as an MCAP file of the profile "ros2": `ros2 bag` and viewers read it.
 
 Messages are CDR, with their definitions, which are made of the generated classes: an installation of messages need not
-have its .msg files. Services are in the other file (see `mcap_file`). Times are those that nodes
+have its .msg files. Services are in the other file (see `mcap_trace`). Times are those that nodes
 read from their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
 """
 
@@ -17,8 +17,7 @@ from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.ros2.cdr import class_of, serialize
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
 from pytest_hricdv.extra.ros2.messages import RosMessage, type_name
-from pytest_hricdv.extra.traces.mcap_file import LIBRARY
-from pytest_hricdv.extra.traces.trace import ns
+from pytest_hricdv.extra.traces.mcap_trace import LIBRARY, ns
 from pytest_hricdv.runtime import Record
 
 _PROFILE = "ros2"

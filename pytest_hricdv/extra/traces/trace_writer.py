@@ -18,7 +18,7 @@ SCENE_PERIOD_US = 50_000
 """Shapes are looked at twenty times a second: films of viewers look smooth, and files stay small."""
 
 
-class Tracing:
+class TraceWriter:
     """Writes the traces of one process.
 
     Args:
@@ -36,15 +36,14 @@ class Tracing:
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        from pytest_hricdv.extra.traces import mcap_file, ros2_bag  # their library is not needed by all
-        from pytest_hricdv.extra.traces.trace import Trace
+        from pytest_hricdv.extra.traces import mcap_trace, ros2_bag  # their library is not needed by all
 
         stem = f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}"
         name, bag = f"{stem}.mcap", f"{stem}.ros2.mcap"
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 scene, note = self._scene(run)
-            mcap_file.write(self._folder / name, Trace(test, run.record, self._testbench, scene))
+            mcap_trace.write(self._folder / name, mcap_trace.McapTrace(test, run.record, self._testbench, scene))
             has_bag = ros2_bag.write(self._folder / bag, run.record)
         except Exception as error:
             return TraceResult(file=None, note=f"not written: {type(error).__name__}: {error}")

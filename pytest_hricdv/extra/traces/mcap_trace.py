@@ -1,18 +1,23 @@
-"""What a trace of a run consists of: channels, and the events of each, all in virtual time.
+"""A trace of a run as an MCAP file (https://mcap.dev/spec): JSON messages with JSON Schemas, in virtual time.
 
 Everything that the record has is in it once: messages, signals and disturbances. Verdicts, actions, plans and the scene
-are beside them.
+are beside them. The same run gives the same bytes: times are those of the run, from 0 on, and nothing names a machine
+or a moment.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
+from mcap.writer import CompressionType, Writer
 from msgspec import to_builtins
 
+from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.traces import schemas
 from pytest_hricdv.extra.traces.scene import SceneChange
@@ -21,6 +26,7 @@ from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.testbench import Testbench
 
+LIBRARY = "pytest-hricdv"
 NS_PER_US, US_PER_S = 1000, 1_000_000
 
 
@@ -48,7 +54,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Trace:
+class McapTrace:
     """A run to be written.
 
     Args:
@@ -124,10 +130,8 @@ class Trace:
         channel = Channel("/hricdv/violations", schemas.VIOLATION)
         for name, judged in self.test.requirements.items():
             for violation in judged.violations:
-                # A violation without a time is of the whole run.
-                time_s = self.test.sim_s if violation.time_s is None else violation.time_s
-                yield Event(channel, ns(time_s), {"requirement": name, **to_builtins(violation)})
-                yield _log(time_s, schemas.ERROR, name, f"violated: {_words(violation.values)}".rstrip(": "))
+                yield Event(channel, ns(violation.time_s), {"requirement": name, **to_builtins(violation)})
+                yield _log(violation.time_s, schemas.ERROR, name, f"violated: {_words(violation.values)}".rstrip(": "))
 
     def _end(self) -> Iterator[Event]:
         verdicts = {name: judged.verdict for name, judged in self.test.requirements.items()}
@@ -143,6 +147,31 @@ class Trace:
                 "entities": [_entity(body, stamp) for body in change.moved],
             }
             yield Event(channel, change.time_us * NS_PER_US, content)
+
+
+def write(path: Path, trace: McapTrace) -> None:
+    """Write a trace.
+
+    Raises:
+        OSError: the file cannot be written; an old one is left as it was.
+    """
+    with atomic_file.replaced(path) as temporary, temporary.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.LZ4)
+        writer.start(library=LIBRARY)
+        writer.add_metadata("hricdv", trace.facts)
+        schemas: dict[str, int] = {}
+        numbers: dict[Channel, int] = {}
+        for event in trace.events():
+            channel = event.channel
+            if channel not in numbers:
+                name, schema = channel.schema
+                if name not in schemas:
+                    schemas[name] = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+                numbers[channel] = writer.register_channel(channel.topic, "json", schemas[name], dict(channel.metadata))
+            # A text of the code under test may have half a surrogate pair, which UTF-8 has no bytes for.
+            data = json.dumps(event.content, ensure_ascii=False).encode("utf-8", "backslashreplace")
+            writer.add_message(numbers[channel], event.time_ns, data, event.time_ns)
+        writer.finish()  # type: ignore[no-untyped-call]
 
 
 def ns(time_s: float) -> int:
