@@ -1,15 +1,25 @@
-"""The mutants of the code under test: every change that an operator makes, once, in the order of the text."""
+"""The mutants of the code under test: every change that an operator makes, once, in the order of the text.
+
+The operators are those for robots, and those of the library mutmut (https://github.com/boxed/mutmut), but not all of
+these. Those that put None where something else is expected, leave out an argument or misspell a text make faults that a
+type checker finds or that end the run at once: a high share of them noticed says nothing of the tests.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import CodeType
+from typing import Any
+
+import libcst as cst
+from mutmut.mutation import mutators
 
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.extra.mutation.names import Names
-from pytest_hricdv.extra.mutation.operators import OPERATORS
+from pytest_hricdv.extra.mutation.robot_operators import ROBOT, Change, Changes
 from pytest_hricdv.extra.mutation.source import Source
 from pytest_hricdv.generate.rng import digest, make_rng, shuffled
 
@@ -123,3 +133,32 @@ def _common(some: Sequence[str], others: Sequence[str]) -> int:
 
 def _text(lines: Sequence[str]) -> str:
     return "\n".join(line.strip() for line in lines)
+
+
+def _by_library(
+    kind: type[cst.CSTNode],
+    operator: Callable[[Any], Iterable[cst.CSTNode]],
+    node: cst.CSTNode,
+    source: Source,
+    names: Names,
+) -> Iterator[Change]:
+    if isinstance(node, kind):
+        yield from ((node, changed) for changed in operator(node))
+
+
+_LIBRARY: Mapping[str, tuple[type[cst.CSTNode], Callable[[Any], Iterable[cst.CSTNode]]]] = {
+    "number plus one": (cst.BaseNumber, mutators.operator_number),
+    "true or false": (cst.Name, mutators.operator_name),
+    "another operator": (cst.CSTNode, mutators.operator_swap_op),
+    "another keyword": (cst.CSTNode, mutators.operator_keywords),
+    "negation removed": (cst.UnaryOperation, mutators.operator_remove_unary_ops),
+    "set instead of added": (cst.AugAssign, mutators.operator_augmented_assignment),
+    "choice fixed": (cst.IfExp, mutators.operator_if_exp),
+    "case removed": (cst.Match, mutators.operator_match),
+}
+
+OPERATORS: Mapping[str, Changes] = {
+    **ROBOT,
+    **{name: partial(_by_library, kind, operator) for name, (kind, operator) in _LIBRARY.items()},
+}
+"""What is shown of an operator -> the operator."""

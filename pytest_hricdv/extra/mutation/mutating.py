@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.coverage.closure import PointIndex
+from pytest_hricdv.coverage.closure import MeasuredTest, PointIndex, minimal_suite
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
@@ -26,7 +27,6 @@ from pytest_hricdv.extra.mutation.records import (
     mutant_status,
     scored,
 )
-from pytest_hricdv.extra.mutation.trial_order import Candidate, TrialOrder
 from pytest_hricdv.results.baseline import behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour
 from pytest_hricdv.results.behaviour_diff import change_of
@@ -221,3 +221,53 @@ def _difference(before: TestResult, now: Behaviour) -> str:
 def _takes_part(result: TestResult) -> bool:
     """A test that fails without a fault cannot notice one; of an unmeasured one it is unknown what it executes."""
     return result.outcome in AS_DECLARED and result.code is not None
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A test: the statements that it executes, all points that it covers (bit sets), and its simulated time (s)."""
+
+    id: str
+    suite: str
+    statements: int
+    points: int
+    sim_s: float
+
+
+class TrialOrder:
+    """Which tests a mutant is tried on.
+
+    Args:
+        tests: of all suites.
+        most: so many tests of each suite at most; None: all that execute the mutant's statement.
+    """
+
+    def __init__(self, tests: Sequence[Candidate], most: int | None) -> None:
+        self._tests = tests
+        self._most = most
+        self._orders: dict[int, tuple[str, ...]] = {}
+
+    def executing(self, statement: int) -> dict[str, int]:
+        """Suite -> how many of its tests execute a statement, given by its number."""
+        return dict(Counter(test.suite for test in self._tests if test.statements >> statement & 1))
+
+    def tests(self, statement: int) -> tuple[str, ...]:
+        """The ids of the tests to try, in order, suite after suite."""
+        if statement not in self._orders:
+            executing = [test for test in self._tests if test.statements >> statement & 1]
+            order = []
+            for suite in dict.fromkeys(test.suite for test in executing):
+                order += _ordered([test for test in executing if test.suite == suite])[: self._most]
+            self._orders[statement] = tuple(order)
+        return self._orders[statement]
+
+
+def _ordered(tests: Sequence[Candidate]) -> list[str]:
+    """First the test that does least beside, so that a fault that any test notices costs one short run; then those that
+    together cover all that these tests cover, the most per second first, because a test like the one before notices
+    what that one noticed; then the rest, the shortest first.
+    """
+    shortest = sorted(tests, key=lambda test: (test.statements.bit_count(), test.sim_s, test.id))
+    varied = minimal_suite([MeasuredTest(test.id, test.points, test.sim_s) for test in shortest])
+    names = [shortest[0].id, *(step.name for step in varied), *(test.id for test in shortest)]
+    return list(dict.fromkeys(names))

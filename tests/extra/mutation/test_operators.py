@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.mutation.operators import OPERATORS
+from pytest_hricdv.extra.mutation.mutants import OPERATORS
 from tests.extra.mutation.robots import mutants_of
 
 EXAMPLES = {

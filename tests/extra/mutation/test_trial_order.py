@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.mutation.trial_order import Candidate, TrialOrder
+from pytest_hricdv.extra.mutation.mutating import Candidate, TrialOrder
 
 NEAR = Candidate("near", "s", statements=0b0001, points=0b00001, sim_s=5.0)
 RICH = Candidate("rich", "s", statements=0b0111, points=0b01111, sim_s=10.0)
