@@ -21,8 +21,8 @@ from typing import Any
 
 SUITES = ("by-hand", "bdi-random", "rl", "pseudorandom", "closure")
 SEEDS = (0, 1)  # 0 is the default, which users have; 1 shows what was written for 0
-UNSTABLE = ("wall_s", "replay")
-"""Keys of `report.json` that hold measured times, or paths into the folder of the report."""
+UNSTABLE = ("wall_s", "replay", "origin")
+"""Keys of `report.json` that hold measured times, paths into the folder of the report, or when it was made."""
 NEW_KEYS = {"legs": "outcomes", "frozen_s": "skipped_s", "attempts": "triggers"}
 """Keys of a test, and of its timeline, that schema 2 of `report.json` renamed."""
 

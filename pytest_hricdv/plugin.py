@@ -65,8 +65,8 @@ def _register(config: pytest.Config, options: Options) -> None:
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(Running(context), "hricdv-running")
     config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
-    for each in attaching(collection):
-        config.pluginmanager.register(each)
+    for attachment in attaching(collection):
+        config.pluginmanager.register(attachment)
     if worker_input(config) is None:
         _register_in_controller(config, context, options)
 

@@ -80,8 +80,8 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     try:
         kind = path.stat().st_mode
         if not stat.S_ISREG(kind):  # opening a pipe would wait for ever, and a device may have no end
-            what = "a folder" if stat.S_ISDIR(kind) else "no regular file but a pipe, socket or device"
-            raise MalformedError(f": {what}; expected a file")
+            kind_of_file = "a folder" if stat.S_ISDIR(kind) else "no regular file but a pipe, socket or device"
+            raise MalformedError(f": {kind_of_file}; expected a file")
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
             data = b"" if size > most else file.read(max(size, _BLOCK) + 1)  # files of /proc have contents, but no size
@@ -182,14 +182,14 @@ def check_plain(value: object) -> None:
             raise MalformedError(f": expected a finite number, got {part} - at `{place}`")
         if isinstance(part, int) and abs(part) >= 10**MAX_DIGITS:
             raise MalformedError(f": expected at most {MAX_DIGITS} digits, got {quoted(part)} - at `{place}`")
-        places += [(f"{place}{name}", depth + 1, each) for name, each in _items(part)]
+        places += [(f"{place}{name}", depth + 1, item) for name, item in _items(part)]
 
 
 def _items(value: object) -> Iterator[tuple[str, object]]:
     if isinstance(value, dict):
-        yield from ((f".{key}", each) for key, each in value.items())
+        yield from ((f".{key}", item) for key, item in value.items())
     elif isinstance(value, list):
-        yield from ((f"[{index}]", each) for index, each in enumerate(value))
+        yield from ((f"[{index}]", item) for index, item in enumerate(value))
 
 
 def _json_fault(text: str) -> str:

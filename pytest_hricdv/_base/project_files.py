@@ -22,7 +22,7 @@ def hashes(root: Path) -> dict[str, str]:
 
 def versions() -> dict[str, str]:
     """Installed distribution -> version, by the names of the folders that describe them."""
-    found: dict[str, str] = {}
+    installed: dict[str, str] = {}
     for folder in sys.path:
         try:
             names = sorted(os.listdir(folder))
@@ -31,8 +31,8 @@ def versions() -> dict[str, str]:
         for name in names:
             if name.endswith(".dist-info"):
                 distribution, _, version = name.removesuffix(".dist-info").partition("-")
-                found.setdefault(distribution, version)
-    return found
+                installed.setdefault(distribution, version)
+    return installed
 
 
 def sources(root: Path) -> Iterator[Path]:
@@ -56,9 +56,10 @@ def files(root: Path) -> Iterator[Path]:
 def differences(before: Mapping[str, str], now: Mapping[str, str]) -> str:
     """What is not as it was, on one line; empty where all is."""
     names = sorted(before.keys() | now.keys())
-    found = [_difference(name, before.get(name), now.get(name)) for name in names if before.get(name) != now.get(name)]
-    more = len(found) - _SHOWN
-    return ", ".join(found[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    changed = [name for name in names if before.get(name) != now.get(name)]
+    more = len(changed) - _SHOWN
+    shown = (_difference(name, before.get(name), now.get(name)) for name in changed[:_SHOWN])
+    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
 
 
 def _difference(name: str, before: str | None, now: str | None) -> str:

@@ -9,15 +9,15 @@ SHOWN = 12
 """So many known names are listed where none is similar."""
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """The known names most similar to `name`, as the end of an error message; empty if nothing is known.
+def nearest(name: str, allowed: Iterable[str]) -> str:
+    """The allowed names most similar to `name`, as the end of an error message; empty if there are none.
 
     >>> nearest("leg_redy", ["leg_ready", "request"])
     '; nearest: leg_ready'
     >>> nearest("x", ["leg_ready", "request"])
     '; known: leg_ready, request'
     """
-    names = list(dict.fromkeys(known))
+    names = list(dict.fromkeys(allowed))
     similar = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     if similar:
         return "; nearest: " + ", ".join(similar)

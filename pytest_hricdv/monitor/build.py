@@ -173,13 +173,13 @@ def eventually(condition: Condition, start_s: float, end_s: float) -> ast.Eventu
 
 
 @overload
-def always(what: Implication) -> ast.Formula: ...
+def always(required: Implication) -> ast.Formula: ...
 @overload
-def always(what: Condition) -> UnfinishedAlways: ...
+def always(required: Condition) -> UnfinishedAlways: ...
 @overload
-def always(what: Condition, start_s: float, end_s: float) -> ast.AlwaysWithin: ...
+def always(required: Condition, start_s: float, end_s: float) -> ast.AlwaysWithin: ...
 def always(
-    what: Implication | Condition, start_s: float | None = None, end_s: float | None = None
+    required: Implication | Condition, start_s: float | None = None, end_s: float | None = None
 ) -> ast.Formula | UnfinishedAlways | ast.AlwaysWithin:
     """As in the text: a whole formula, or a response.
 
@@ -190,11 +190,11 @@ def always(
         TypeError: neither an implication nor a condition, or only one end of a window.
         ValueError: a window that ends before it starts.
     """
-    if isinstance(what, Implication):
+    if isinstance(required, Implication):
         if start_s is not None or end_s is not None:
             raise TypeError("a window belongs to a response: always(antecedent >> always(condition, a, b))")
-        return ast.Formula(what.antecedent, what.response)
-    condition = as_past(what)
+        return ast.Formula(required.antecedent, required.response)
+    condition = as_past(required)
     if start_s is None and end_s is None:
         return UnfinishedAlways(condition)
     if start_s is None or end_s is None:

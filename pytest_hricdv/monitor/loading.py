@@ -21,43 +21,43 @@ MAX_TABLES = 1_000
 
 
 def load_requirements(
-    given: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary
+    source: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary
 ) -> tuple[Requirement, ...]:
     """The requirements of a TOML file, in the order of the file: one table each, with the keys of `Requirement`.
 
     Args:
-        given: the file, named in errors as given; or requirements that were built in Python (see `build`).
+        source: the file, named in errors as it is here; or requirements that were built in Python (see `build`).
         vocabulary: the signals and messages that formulas may use.
 
     Raises:
         RequirementError: the file cannot be read, is not TOML, has no requirement, or has one with missing or unknown
             keys; or a formula is wrong. For requirements built in Python: there is none, or two have the same id.
     """
-    if not isinstance(given, str | PathLike):
-        return _check_all(given, vocabulary)
-    document, tables = _read(given)
-    vocabulary = _defined(str(given), document, tables.pop(_DEFINITIONS, {}), vocabulary)
+    if not isinstance(source, str | PathLike):
+        return _check_all(source, vocabulary)
+    document, tables = _read(source)
+    vocabulary = _defined(str(source), document, tables.pop(_DEFINITIONS, {}), vocabulary)
     if not tables:
         raise RequirementError(
-            f'{given}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
+            f'{source}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
         )
-    return tuple(_requirement(str(given), document, name, table, vocabulary) for name, table in tables.items())
+    return tuple(_requirement(str(source), document, name, table, vocabulary) for name, table in tables.items())
 
 
-def load_definitions(given: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary) -> Vocabulary:
+def load_definitions(source: str | PathLike[str] | Sequence[Requirement], vocabulary: Vocabulary) -> Vocabulary:
     """The vocabulary with the definitions of a file of requirements, for conditions outside of the file.
 
     Args:
-        given: as for `load_requirements`; requirements that were built in Python have no definitions.
+        source: as for `load_requirements`; requirements that were built in Python have no definitions.
         vocabulary: the signals and messages that definitions may use.
 
     Raises:
         RequirementError: the file cannot be read or is not TOML, or a definition is wrong.
     """
-    if not isinstance(given, str | PathLike):
+    if not isinstance(source, str | PathLike):
         return vocabulary
-    document, tables = _read(given)
-    return _defined(str(given), document, tables.get(_DEFINITIONS, {}), vocabulary)
+    document, tables = _read(source)
+    return _defined(str(source), document, tables.get(_DEFINITIONS, {}), vocabulary)
 
 
 def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:

@@ -60,10 +60,10 @@ def agreement(tests: Iterable[TestResult]) -> Agreement | None:
         engines=(both[0][0].engine, both[0][1].engine),
         tests=len(both),
         interactions=len(ends),
-        same=sum(one == two for one, two in ends),
+        same=sum(first == second for first, second in ends),
         verdicts={name: _of(name, both) for name in both[0][1].requirements},
         differing={
-            test.id: tuple(each.text for each in beside.differences)
+            test.id: tuple(difference.text for difference in beside.differences)
             for test, beside in both
             if beside.differences or beside.faults
         },
@@ -72,12 +72,16 @@ def agreement(tests: Iterable[TestResult]) -> Agreement | None:
 
 def _of(name: str, both: list[tuple[TestResult, EngineComparison]]) -> VerdictAgreement:
     pairs = [(test.requirements[name], beside.requirements[name]) for test, beside in both]
-    margins = [abs(one.margin - two.margin) for one, two in pairs if one.margin is not None and two.margin is not None]
-    tolerated = [each for _, beside in both for each in beside.differences if each.what == name and each.tolerated]
+    margins = [
+        abs(first.margin - second.margin)
+        for first, second in pairs
+        if first.margin is not None and second.margin is not None
+    ]
+    differences = [difference for _, beside in both for difference in beside.differences if difference.what == name]
     return VerdictAgreement(
         tests=len(pairs),
-        same=sum(one.verdict == two.verdict for one, two in pairs),
-        tolerated=len(tolerated),
-        triggers=sum(one.triggers == two.triggers for one, two in pairs),
+        same=sum(first.verdict == second.verdict for first, second in pairs),
+        tolerated=sum(difference.tolerated for difference in differences),
+        triggers=sum(first.triggers == second.triggers for first, second in pairs),
         margin=max(margins, default=None),
     )

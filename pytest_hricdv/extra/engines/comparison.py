@@ -22,44 +22,45 @@ def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> Engi
     """
     differences = []
     if result.outcome.outcomes != other.outcome.outcomes:
-        texts = (" ".join(each.outcome.outcomes) or "none" for each in (result, other))
+        texts = (" ".join(run.outcome.outcomes) or "none" for run in (result, other))
         differences.append(_outcome_difference(testbench.outcome_label, result.engine, other.engine, *texts))
     if result.outcome.ended != other.outcome.ended:
         ends = result.outcome.ended, other.outcome.ended
         differences.append(_outcome_difference("end", result.engine, other.engine, *ends))
-    for one, two in zip(result.verdicts, other.verdicts, strict=True):
-        if one.verdict != two.verdict:
-            tolerance = testbench.engine_tolerances.get(one.requirement)
-            differences.append(_verdict_difference(one, two, result.engine, other.engine, tolerance))
+    for verdict, other_verdict in zip(result.verdicts, other.verdicts, strict=True):
+        if verdict.verdict != other_verdict.verdict:
+            tolerance = testbench.engine_tolerances.get(verdict.requirement)
+            differences.append(_verdict_difference(verdict, other_verdict, result.engine, other.engine, tolerance))
     return EngineComparison(
         engine=other.engine,
         outcomes=tuple(other.outcome.outcomes),
         record_sha256=other.record.sha256,
         requirements={
-            each.requirement: OtherVerdict(verdict=each.verdict, margin=each.margin, triggers=each.triggers)
-            for each in other.verdicts
+            verdict.requirement: OtherVerdict(verdict=verdict.verdict, margin=verdict.margin, triggers=verdict.triggers)
+            for verdict in other.verdicts
         },
         faults=other.faults,
         differences=tuple(differences),
     )
 
 
-def _outcome_difference(what: str, one: str, two: str, first: str, second: str) -> EngineDifference:
-    text = f"{what}: {first} on {one}, {second} on {two}: {LOOK}"
-    return EngineDifference(what=what, text=text, tolerated=False)
+def _outcome_difference(name: str, engine: str, other_engine: str, outcome: str, other: str) -> EngineDifference:
+    text = f"{name}: {outcome} on {engine}, {other} on {other_engine}: {LOOK}"
+    return EngineDifference(what=name, text=text, tolerated=False)
 
 
 def _verdict_difference(
-    one: Verdict, two: Verdict, first: str, second: str, tolerance: float | None
+    verdict: Verdict, other: Verdict, engine: str, other_engine: str, tolerance: float | None
 ) -> EngineDifference:
     tolerated = (
         tolerance is not None
-        and one.margin is not None
-        and two.margin is not None
-        and abs(one.margin - two.margin) <= tolerance
+        and verdict.margin is not None
+        and other.margin is not None
+        and abs(verdict.margin - other.margin) <= tolerance
     )
-    text = f"{one.requirement}: {_said(one, first)}, {_said(two, second)}: {TOLERATED if tolerated else LOOK}"
-    return EngineDifference(what=one.requirement, text=text, tolerated=tolerated)
+    texts = f"{_said(verdict, engine)}, {_said(other, other_engine)}"
+    text = f"{verdict.requirement}: {texts}: {TOLERATED if tolerated else LOOK}"
+    return EngineDifference(what=verdict.requirement, text=text, tolerated=tolerated)
 
 
 def _said(verdict: Verdict, engine: str) -> str:

@@ -23,18 +23,20 @@ class EnginesView(View):
 
     def lines(self, report: Report, columns: int) -> Iterator[Line]:
         """How far the engines agree, and the first tests that depend on the engine; none where tests ran on one."""
-        found = agreement(report.tests)
-        if found is None:
+        agreed = agreement(report.tests)
+        if agreed is None:
             return
-        yield Line(f"engines: {plural(found.tests, 'test')} on {' and '.join(found.engines)}", "title")
-        alike = f"{found.same} of {found.interactions} end alike{_percent(found.same, found.interactions)}"
+        yield Line(f"engines: {plural(agreed.tests, 'test')} on {' and '.join(agreed.engines)}", "title")
+        alike = f"{agreed.same} of {agreed.interactions} end alike{_percent(agreed.same, agreed.interactions)}"
         yield Line(visible(f"  {report.outcome_label}: {alike}"))
-        pairs, same = (sum(getattr(each, name) for each in found.verdicts.values()) for name in ("tests", "same"))
+        pairs, same = (
+            sum(getattr(verdicts, name) for verdicts in agreed.verdicts.values()) for name in ("tests", "same")
+        )
         yield Line(f"  verdicts: {same} of {pairs} agree{_percent(same, pairs)}")
-        for name in sorted(found.verdicts, key=natural):
-            if found.verdicts[name].same < found.verdicts[name].tests:
-                yield Line(visible(f"  {name}: {_verdicts(found.verdicts[name], margin_unit(report, name))}"), "warn")
-        yield from _differing(found, columns)
+        for name in sorted(agreed.verdicts, key=natural):
+            if agreed.verdicts[name].same < agreed.verdicts[name].tests:
+                yield Line(visible(f"  {name}: {_verdicts(agreed.verdicts[name], margin_unit(report, name))}"), "warn")
+        yield from _differing(agreed, columns)
 
     def facts(self, test: TestResult) -> dict[str, str]:
         """What depends on the engine."""
@@ -46,20 +48,22 @@ class EnginesView(View):
 VIEW = EnginesView()
 
 
-def _verdicts(each: VerdictAgreement, unit: str) -> str:
-    text = f"{each.same} of {each.tests} agree"
-    text += f", {each.tolerated} within tolerance" if each.tolerated else ""
-    return text + (f"; margins differ by at most {margin_text(each.margin, unit)}" if each.margin is not None else "")
+def _verdicts(verdicts: VerdictAgreement, unit: str) -> str:
+    text = f"{verdicts.same} of {verdicts.tests} agree"
+    text += f", {verdicts.tolerated} within tolerance" if verdicts.tolerated else ""
+    return text + (
+        f"; margins differ by at most {margin_text(verdicts.margin, unit)}" if verdicts.margin is not None else ""
+    )
 
 
-def _differing(found: Agreement, columns: int) -> Iterator[Line]:
-    for test in sorted(found.differing, key=natural)[:_MAX_TESTS]:
+def _differing(agreed: Agreement, columns: int) -> Iterator[Line]:
+    for test in sorted(agreed.differing, key=natural)[:_MAX_TESTS]:
         yield Line(visible(f"  {test}"), "warn")
-        for text in found.differing[test]:
+        for text in agreed.differing[test]:
             for line in wrap(visible(text).split(), columns - len(_INDENT)):
                 yield Line(f"{_INDENT}{line}")
-    if len(found.differing) > _MAX_TESTS:
-        yield Line(f"  and {plural(len(found.differing) - _MAX_TESTS, 'more test')}", "warn")
+    if len(agreed.differing) > _MAX_TESTS:
+        yield Line(f"  and {plural(len(agreed.differing) - _MAX_TESTS, 'more test')}", "warn")
 
 
 def _percent(part: int, whole: int) -> str:

@@ -57,13 +57,13 @@ def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
     """
     sources = [Source(file) for file in code.files]
     names = Names.of(sources)
-    found: list[Mutant] = []
+    mutants: list[Mutant] = []
     first = 0
     for source in sources:
         numbers = {line: first + place for place, line in enumerate(source.file.statements)}
-        found += _of_file(source, names, numbers)
+        mutants += _of_file(source, names, numbers)
         first += len(numbers)
-    return tuple(found)
+    return tuple(mutants)
 
 
 def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutant]:
@@ -104,7 +104,8 @@ def _compiled(text: str, path: str) -> object:
 
 def _content(code: CodeType) -> object:
     constants = tuple(
-        _content(each) if isinstance(each, CodeType) else (type(each), repr(each)) for each in code.co_consts
+        _content(constant) if isinstance(constant, CodeType) else (type(constant), repr(constant))
+        for constant in code.co_consts
     )
     names = (code.co_name, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
     return code.co_code, constants, names, code.co_flags, code.co_argcount, code.co_exceptiontable
@@ -124,8 +125,8 @@ def _difference(old: str, new: str, statement: int) -> tuple[int, str, str]:
 
 def _common(some: Sequence[str], others: Sequence[str]) -> int:
     count = 0
-    for one, other in zip(some, others, strict=False):
-        if one != other:
+    for item, other in zip(some, others, strict=False):
+        if item != other:
             break
         count += 1
     return count

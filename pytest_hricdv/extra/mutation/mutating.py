@@ -101,14 +101,14 @@ class Mutating:
 
     def _candidates(self, results: Sequence[TestResult]) -> list[Candidate]:
         code, cross = self.context.code, self.context.collection.testbench.cross
-        index = PointIndex(code.statements, code.branches, {name: each.forbidden for name, each in cross.items()})
-        found = []
+        index = PointIndex(code.statements, code.branches, {name: product.forbidden for name, product in cross.items()})
+        candidates = []
         for result in results:
             bits = Bits.of(result.code)
             assert bits is not None, "a test that takes part was measured"
             points = index.points(coverage_of(result).runs)
-            found.append(Candidate(result.id, result.suite, bits.statements, points, result.sim_s))
-        return found
+            candidates.append(Candidate(result.id, result.suite, bits.statements, points, result.sim_s))
+        return candidates
 
     def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> MutationJob:
         options = self.options

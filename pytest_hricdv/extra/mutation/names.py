@@ -81,7 +81,7 @@ class Names:
 def following(item: str, items: Sequence[str]) -> str | None:
     """The next item that differs, from the beginning again after the last one; None where all are equal."""
     start = items.index(item) if item in items else 0
-    return next((each for each in (*items[start:], *items[:start]) if each != item), None)
+    return next((other for other in (*items[start:], *items[:start]) if other != item), None)
 
 
 def _others(constants: Mapping[str, str]) -> dict[str, list[str]]:

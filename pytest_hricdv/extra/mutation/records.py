@@ -184,22 +184,24 @@ def scored(
         ended=ended,
         total=_score([mutant.status for mutant in mutants]),
         suites={name: _score([mutant.status_in(name) for mutant in mutants]) for name in suites},
-        operators={name: _score([each.status for each in mutants if each.operator == name]) for name in operators},
+        operators={
+            name: _score([mutant.status for mutant in mutants if mutant.operator == name]) for name in operators
+        },
         oracles=_oracles(mutants, {name: [name] for name in (*requirements, *others)}),
         groups=_oracles(mutants, {group: members(group) for group in dict.fromkeys(requirements.values()) if group}),
     )
 
 
-def _score(found: Sequence[MutantStatus]) -> MutationScore:
-    tried = len(found) - found.count("not tried")
+def _score(statuses: Sequence[MutantStatus]) -> MutationScore:
+    tried = len(statuses) - statuses.count("not tried")
     return MutationScore(
-        mutants=len(found),
-        killed=found.count("killed"),
-        survived=found.count("survived"),
-        unchanged=found.count("unchanged"),
-        not_executed=found.count("not executed"),
-        not_tried=found.count("not tried"),
-        percent=percent(found.count("killed"), tried) if tried else None,
+        mutants=len(statuses),
+        killed=statuses.count("killed"),
+        survived=statuses.count("survived"),
+        unchanged=statuses.count("unchanged"),
+        not_executed=statuses.count("not executed"),
+        not_tried=statuses.count("not tried"),
+        percent=percent(statuses.count("killed"), tried) if tried else None,
     )
 
 

@@ -71,7 +71,7 @@ def order_exchanged(node: cst.CSTNode, source: Source, names: Names) -> Iterator
     body = list(block.body)
     here = body.index(node)
     pair = body[here : here + 2]
-    if len(pair) == 2 and all(_acts(each) for each in pair) and not _assigned(pair[0]) & _read(pair[1]):
+    if len(pair) == 2 and all(_acts(statement) for statement in pair) and not _assigned(pair[0]) & _read(pair[1]):
         body[here : here + 2] = reversed(pair)
         yield block, block.with_changes(body=body)
 
@@ -142,7 +142,7 @@ def returned_early(node: cst.CSTNode, source: Source, names: Names) -> Iterator[
         return
     if function.name.value in _CONSTRUCTORS or matchers.findall(function, _VALUE):
         return
-    body = [each for each in function.body.body if not matchers.matches(each, _DOCSTRING)]
+    body = [statement for statement in function.body.body if not matchers.matches(statement, _DOCSTRING)]
     if node in body[1:2]:
         yield node, cst.SimpleStatementLine([cst.Return()])
 
@@ -195,12 +195,15 @@ def _leaves(statement: cst.CSTNode) -> bool:
 def _assigned(node: cst.CSTNode) -> set[str]:
     targets = matchers.findall(node, matchers.AssignTarget() | matchers.NamedExpr())
     return {
-        name for each in targets if isinstance(each, cst.AssignTarget | cst.NamedExpr) for name in _read(each.target)
+        name
+        for target in targets
+        if isinstance(target, cst.AssignTarget | cst.NamedExpr)
+        for name in _read(target.target)
     }
 
 
 def _read(node: cst.CSTNode) -> set[str]:
-    return {each.value for each in matchers.findall(node, matchers.Name()) if isinstance(each, cst.Name)}
+    return {name.value for name in matchers.findall(node, matchers.Name()) if isinstance(name, cst.Name)}
 
 
 def _purpose(node: cst.BaseExpression, source: Source) -> str:
@@ -237,7 +240,9 @@ def _other_value(node: cst.DictElement, source: Source) -> Iterator[Change]:
     table = source.parent(node)
     assert isinstance(table, cst.Dict), "an entry is in a dictionary"
     texts = [
-        source.module.code_for_node(each.value) for each in table.elements if isinstance(each.value, type(node.value))
+        source.module.code_for_node(entry.value)
+        for entry in table.elements
+        if isinstance(entry.value, type(node.value))
     ]
     other = following(source.module.code_for_node(node.value), texts)
     if other is not None:
@@ -255,8 +260,8 @@ def _returned(function: cst.CSTNode | None) -> Sequence[str]:
     """The texts that a function returns."""
     if function is None:
         return ()
-    found = matchers.findall(function, matchers.Return())
-    texts = (string_value(each.value) for each in found if isinstance(each, cst.Return))
+    returns = matchers.findall(function, matchers.Return())
+    texts = (string_value(statement.value) for statement in returns if isinstance(statement, cst.Return))
     return [text for text in texts if text is not None]
 
 

@@ -95,14 +95,14 @@ def search_violation(
     population = [_Individual(number, test, evaluation) for number, (test, evaluation) in enumerate(starts)]
     ended: Ended = "done"
     try:
-        while not any(each.evaluation.violated for each in population):
+        while not any(individual.evaluation.violated for individual in population):
             budget.spend()  # also for a step without a change, so that the search ends if nothing can be changed
             _step(min(population, key=_turn), space, run, rng)
     except BudgetSpentError as spent:
         ended = spent.ended
     except KeyboardInterrupt:
         ended = "interrupted"
-    best = min(population, key=lambda each: (each.evaluation.objective, each.start))
+    best = min(population, key=lambda individual: (individual.evaluation.objective, individual.start))
     return SearchOutcome(best.test, best.evaluation, best.start, budget.used, budget.elapsed_s, ended)
 
 

@@ -33,13 +33,13 @@ def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Crit
 
     A test that is outside of the condition under which violations are known comes before the others.
     """
-    found = {}
+    shortest = {}
     by_length = sorted(results, key=lambda result: (len(result.abstract), result.id, result.nodeid))
     for requirement in requirements:
         failed = [result for result in by_length if result.violates(requirement.id)]
         if failed:
-            found[requirement.id] = min(failed, key=lambda result: not result.requirements[requirement.id].outside)
-    return found
+            shortest[requirement.id] = min(failed, key=lambda result: not result.requirements[requirement.id].outside)
+    return shortest
 
 
 @dataclass
@@ -82,7 +82,7 @@ class Shrinking:
         result = self._run(self.case.concrete)
         verdict = result and result.verdict(self.requirement.id)
         if verdict and verdict.violations:
-            wanted = next((each for each in verdict.violations if each.outside), verdict.violations[0])
+            wanted = next((violation for violation in verdict.violations if violation.outside), verdict.violations[0])
             self._wanted, self._outside = failure_signature(self.requirement, verdict, wanted), wanted.outside
             self._best = result
 
@@ -100,20 +100,20 @@ class Shrinking:
         # Under the id that the test will have: a run is a function of all of its test.
         return self.rerunning.run(named(test, f"{self.requirement.id}-{SHRUNK.name}"))
 
-    def _record(self, found: Shrunk, note: str = "") -> ShrunkTest:
+    def _record(self, shrunk: Shrunk, note: str = "") -> ShrunkTest:
         made, replay = None, None
-        if self._best is not None and found.test != self.case.concrete:
-            origin = ReplayOrigin(SHRUNK.name, self.case.abstract.id, self.requirement.id, found.runs)
+        if self._best is not None and shrunk.test != self.case.concrete:
+            origin = ReplayOrigin(SHRUNK.name, self.case.abstract.id, self.requirement.id, shrunk.runs)
             made, replay = self.rerunning.keep(self.case, self._best, self.nodeid, origin)
         return ShrunkTest(
             id=None if made is None else made.abstract.id,
             replay=replay,
-            abstract=tuple(action.command for action in found.test.actions),
-            concrete=tuple(self.case.ranges.shown(found.test)),
+            abstract=tuple(action.command for action in shrunk.test.actions),
+            concrete=tuple(self.case.ranges.shown(shrunk.test)),
             actions_before=len(self.case.concrete.actions),
-            runs=found.runs,
-            wall_s=round(found.wall_s, 3),
-            ended=found.ended,
+            runs=shrunk.runs,
+            wall_s=round(shrunk.wall_s, 3),
+            ended=shrunk.ended,
             reason=tuple(self._wanted or ()),
             note=note,
         )
@@ -166,7 +166,7 @@ class PostSession:
 
     def search(self, results: Iterable[TestResult]) -> dict[str, SearchResult]:
         """Search for a violation of each requirement."""
-        found = {}
+        searched = {}
         for requirement, record, made in self._searched(list(results)):
             if self.interrupted:
                 break
@@ -177,8 +177,8 @@ class PostSession:
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
             if made is not None and self.settings.shrink and not self.interrupted:
                 record = replace(record, shrunk=self._shrunk(requirement, made, made.abstract.id))
-            found[requirement.id] = record
-        return found
+            searched[requirement.id] = record
+        return searched
 
     def _searched(self, results: list[TestResult]) -> Iterator[Searched]:
         """Search for each requirement: here one after the other, on a cluster several at a time."""

@@ -50,7 +50,7 @@ class Searching:
         """Search for one requirement.
 
         Returns:
-            The record for the report, and the test that violates the requirement where one was found.
+            The record for the report, and the test that violates the requirement where one was outcome.
         """
         results = sorted(results, key=lambda result: _objective(result, requirement.id))
         triggered = [result for result in results if result.requirements[requirement.id].triggers]
@@ -60,21 +60,21 @@ class Searching:
         if any(self._violated(requirement, result.requirements[requirement.id]) for result in triggered):
             return _without_runs("violated by the suite", margin, triggered[0].id), None
         starts = triggered[:STARTS]
-        found = self._search(requirement, starts, budget)
-        start = starts[found.start]
+        outcome = self._search(requirement, starts, budget)
+        start = starts[outcome.start]
         record = SearchResult(
-            status="violated" if found.evaluation.violated else "not violated",
+            status="violated" if outcome.evaluation.violated else "not violated",
             suite_margin=margin,
-            margin=found.evaluation.margin,
+            margin=outcome.evaluation.margin,
             test=start.id,
-            runs=found.runs,
-            wall_s=round(found.wall_s, 3),
-            ended=found.ended,
+            runs=outcome.runs,
+            wall_s=round(outcome.wall_s, 3),
+            ended=outcome.ended,
             id=None,
             replay=None,
             abstract=(),
         )
-        return self._kept(requirement, start, found, record) if found.evaluation.violated else (record, None)
+        return self._kept(requirement, start, outcome, record) if outcome.evaluation.violated else (record, None)
 
     def _search(self, requirement: Criterion, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
         def run(test: ConcreteTest) -> Evaluation:
@@ -98,13 +98,13 @@ class Searching:
         return self.rerunning.is_violated(requirement.id, result)
 
     def _kept(
-        self, requirement: Criterion, start: TestResult, found: SearchOutcome, record: SearchResult
+        self, requirement: Criterion, start: TestResult, outcome: SearchOutcome, record: SearchResult
     ) -> tuple[SearchResult, HriCase | None]:
-        """The record with the test that was found, which is kept as a replay file."""
-        result = self.rerunning.run(_named(found.test, requirement))
+        """The record with the test that was outcome, which is kept as a replay file."""
+        result = self.rerunning.run(_named(outcome.test, requirement))
         if result is None:
             return record, None
-        origin = ReplayOrigin(SEARCH, start.id, requirement.id, found.runs)
+        origin = ReplayOrigin(SEARCH, start.id, requirement.id, outcome.runs)
         made, replay = self.rerunning.keep(self.chosen[start.nodeid], result, start.nodeid, origin)
         return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
 

@@ -170,7 +170,7 @@ class _Shrinking:
     def _spots(self) -> list[Spot]:
         """The parameters that have a simpler value."""
         spots: list[Spot] = [(None, name) for name in sorted(self.best.run)]
-        spots += [(place, name) for place, each in enumerate(self.best.actions) for name in sorted(each.parameters)]
+        spots += [(place, name) for place, action in enumerate(self.best.actions) for name in sorted(action.parameters)]
         return [spot for spot in spots if self._candidates(spot)]
 
     def _candidates(self, spot: Spot) -> tuple[float, ...]:
@@ -243,13 +243,13 @@ def shrink_candidates(value: float, sampler: Sampler) -> tuple[float, ...]:
     First the sampler's simple values, then the value itself rounded to one, two or three significant digits. All of
     them are in the range. The candidates for a candidate are those before it in the list, so that shrinking ends.
     """
-    found: list[float] = []
+    simpler: list[float] = []
     for candidate in (*sampler.simple_values(), *_rounded(value, sampler)):
         if candidate == value:
             break
-        if candidate not in found:
-            found.append(candidate)
-    return tuple(found)
+        if candidate not in simpler:
+            simpler.append(candidate)
+    return tuple(simpler)
 
 
 def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
@@ -285,7 +285,7 @@ def has_signature(
     requirement: Criterion, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
 ) -> bool:
     """Whether the verdict is a failure with a violation of this signature that is, or is not, `Violation.outside`."""
-    violations = (each for each in verdict.violations if each.outside == outside)
+    violations = (violation for violation in verdict.violations if violation.outside == outside)
     return verdict.verdict == "Failed" and any(
         failure_signature(requirement, verdict, violation) == signature for violation in violations
     )

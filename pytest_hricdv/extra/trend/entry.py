@@ -18,7 +18,7 @@ def entry_of(report: Report, *, is_whole: bool) -> HistoryEntry:
     origin, suites = report.origin, report.suites
     assert origin is not None
     outcomes = Counter(test.outcome for test in report.tests)
-    plans = [each for suite in suites[:1] for each in suite.plans.values()]
+    plans = [agent for suite in suites[:1] for agent in suite.plans.values()]
     cross = suites[0].cross if suites else None
     return HistoryEntry(
         began=origin.began,
@@ -34,7 +34,7 @@ def entry_of(report: Report, *, is_whole: bool) -> HistoryEntry:
         requirements={name: _verdicts(report, name) for name in report.requirements},
         statements=_percent(*code_covered(report, "statements")),
         branches=_percent(*code_covered(report, "branches")),
-        plans=_percent(sum(len(each.covered) for each in plans), sum(each.total for each in plans)),
+        plans=_percent(sum(len(agent.covered) for agent in plans), sum(agent.total for agent in plans)),
         cross=_percent(cross.hit, cross.possible) if cross is not None else None,
         sim_s=round(sum(test.sim_s for test in report.tests), 3),
         wall_s=report.wall_s,

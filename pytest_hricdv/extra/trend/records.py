@@ -100,7 +100,7 @@ def read(path: Path) -> tuple[list[HistoryEntry], list[int]]:
 
 def comparable(entries: Iterable[HistoryEntry], entry: HistoryEntry) -> tuple[HistoryEntry, ...]:
     """Earlier whole sessions of the same suites and options, the last `MOST_SHOWN`."""
-    same = [each for each in entries if each.whole and each.compared_by == entry.compared_by]
+    same = [earlier for earlier in entries if earlier.whole and earlier.compared_by == entry.compared_by]
     return tuple(same[-MOST_SHOWN:])
 
 
@@ -110,20 +110,20 @@ def changes(entries: Sequence[HistoryEntry]) -> list[str]:
         return []
     before, now = entries[-2], entries[-1]
     new, gone = set(now.failing) - set(before.failing), set(before.failing) - set(now.failing)
-    found = [f"fails now: {name}" for name in sorted(new)] + [f"fails no longer: {name}" for name in sorted(gone)]
+    sentences = [f"fails now: {name}" for name in sorted(new)] + [f"fails no longer: {name}" for name in sorted(gone)]
     for kind in ("statements", "branches", "plans", "cross"):
         old, value = getattr(before, kind), getattr(now, kind)
         if old is not None and value is not None and round(old, 1) != round(value, 1):
-            found.append(f"{'cross products' if kind == 'cross' else kind}: {old:.1f} % -> {value:.1f} %")
+            sentences.append(f"{'cross products' if kind == 'cross' else kind}: {old:.1f} % -> {value:.1f} %")
     for name in sorted(before.requirements.keys() | now.requirements.keys()):
         then, here = before.requirements.get(name), now.requirements.get(name)
         if then is None or here is None:
-            found.append(f"{name} is {'new' if then is None else 'gone'}")
+            sentences.append(f"{name} is {'new' if then is None else 'gone'}")
         elif (then.failed, then.nc) != (here.failed, here.nc):
-            found.append(f"{name}: failed {then.failed} -> {here.failed}, not checked {then.nc} -> {here.nc}")
+            sentences.append(f"{name}: failed {then.failed} -> {here.failed}, not checked {then.nc} -> {here.nc}")
     if before.tests != now.tests:
-        found.append(f"tests: {before.tests} -> {now.tests}")
-    return found
+        sentences.append(f"tests: {before.tests} -> {now.tests}")
+    return sentences
 
 
 def _is_torn(path: Path) -> bool:

@@ -22,18 +22,18 @@ def evaluated(plan: Sequence[PlanPart], report: Report) -> tuple[PlanPart, ...]:
         plan: its parts, in the order of the file; earlier states in them have no effect.
         report: of a session, or merged.
     """
-    found: list[PlanPart] = []
+    done: list[PlanPart] = []
     for part in reversed(plan):  # what a section has is known before it
         depth = part.depth
-        inside = list(takewhile(lambda other, depth=depth: other.depth > depth, reversed(found)))  # type: ignore[misc]
-        found.append(_goal(part, report) if part.is_goal else _section(part, inside))
-    return tuple(reversed(found))
+        inside = list(takewhile(lambda other, depth=depth: other.depth > depth, reversed(done)))  # type: ignore[misc]
+        done.append(_goal(part, report) if part.is_goal else _section(part, inside))
+    return tuple(reversed(done))
 
 
 def _goal(goal: PlanPart, report: Report) -> PlanPart:
-    found = list(_findings(goal, report))
-    state = max((state for state, _ in found), key=STATES.index, default="open")
-    missing = tuple(text for _, text in found if text)
+    findings = list(_findings(goal, report))
+    state = max((state for state, _ in findings), key=STATES.index, default="open")
+    missing = tuple(text for _, text in findings if text)
     return replace(goal, state=state, missing=missing, goals=1, met=int(state in ("met", "waived")))
 
 
@@ -90,9 +90,9 @@ def _cross(report: Report, name: str) -> tuple[int, int]:
     """Hit and possible bins of a product, over all suites."""
     declared = report.cross_products[name]
     covered = [suite.cross.products[name] for suite in report.suites if name in suite.cross.products]
-    illegal = {each.bin for each in declared.illegal}
-    hit = {each.bin for coverage in covered for each in coverage.hits} - illegal
-    impossible = {each.bin for each in declared.impossible} - hit
+    illegal = {record.bin for record in declared.illegal}
+    hit = {hits.bin for coverage in covered for hits in coverage.hits} - illegal
+    impossible = {record.bin for record in declared.impossible} - hit
     bins = 1
     for coordinate in declared.coordinates:
         bins *= len(coordinate.bins)

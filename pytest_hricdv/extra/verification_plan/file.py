@@ -20,6 +20,7 @@ _SHARES = ("cross", "plans")
 _PERCENTS = ("statements", "branches")
 _GOAL = (*_LISTS, *_SHARES, *_PERCENTS, "triggers")
 _DEEPEST = 8
+"""Chosen: a plan is read by people, and nobody reads headings of nine levels."""
 
 
 class PlanError(InputError):
@@ -27,7 +28,7 @@ class PlanError(InputError):
 
 
 @dataclass(frozen=True)
-class Known:
+class Subjects:
     """What goals may name."""
 
     requirements: Collection[str]
@@ -35,7 +36,7 @@ class Known:
     agents: Collection[str]
 
 
-def load_plan(path: Path, known: Known) -> tuple[PlanPart, ...]:
+def load_plan(path: Path, subjects: Subjects) -> tuple[PlanPart, ...]:
     """The plan of a file; its first part is a section with the file's title, which has all others.
 
     Raises:
@@ -48,7 +49,7 @@ def load_plan(path: Path, known: Known) -> tuple[PlanPart, ...]:
         raise PlanError(f"{path}: {error.strerror or error}") from None
     except MalformedError as error:
         raise PlanError(f"{path}{error}") from None
-    parts = tuple(_Reader(path, text, known).parts("", tables, 0))
+    parts = tuple(_Reader(path, text, subjects).parts("", tables, 0))
     if len(parts) == 1:
         raise PlanError(f'{path}: no goal in this plan; expected a table each: [crush], requirements = ["R3"]')
     return parts
@@ -58,7 +59,7 @@ def load_plan(path: Path, known: Known) -> tuple[PlanPart, ...]:
 class _Reader:
     path: Path
     text: str
-    known: Known
+    subjects: Subjects
 
     def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanPart]:
         """A section, which has tables, with what is in it; or a goal."""
@@ -69,8 +70,8 @@ class _Reader:
         allowed = (*_TEXTS, *_GOAL) if is_goal else _TEXTS
         for key in table.keys() - tables.keys():
             if key not in allowed:
-                what = "a goal" if is_goal else "a section, whose goals are its tables"
-                raise self._error(name, f"{quoted(key)} is no key of {what}{nearest(key, allowed)}")
+                owner = "a goal" if is_goal else "a section, whose goals are its tables"
+                raise self._error(name, f"{quoted(key)} is no key of {owner}{nearest(key, allowed)}")
         texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
         part = PlanPart(
             name=name,
@@ -87,7 +88,7 @@ class _Reader:
         name = part.name
         if not any(key in table for key in (*_SHARES, *_PERCENTS, "requirements")):
             raise self._error(name, "a goal without anything to show; expected requirements, statements, cross ...")
-        requirements = self._names(name, "requirements", table, self.known.requirements)
+        requirements = self._names(name, "requirements", table, self.subjects.requirements)
         triggers = table.get("triggers", 1)
         if not isinstance(triggers, int) or isinstance(triggers, bool) or triggers < 1:
             raise self._error(name, f"triggers is {triggers!r}; expected a whole number from 1 on")
@@ -99,8 +100,8 @@ class _Reader:
             files=self._names(name, "files", table, None),
             statements=self._percent(name, "statements", table),
             branches=self._percent(name, "branches", table),
-            cross=self._shares(name, "cross", table, self.known.cross),
-            plans=self._shares(name, "plans", table, self.known.agents),
+            cross=self._shares(name, "cross", table, self.subjects.cross),
+            plans=self._shares(name, "plans", table, self.subjects.agents),
         )
 
     def _text(self, name: str, key: str, table: Mapping[str, Any]) -> str:
@@ -109,23 +110,23 @@ class _Reader:
             raise self._error(name, f"{key} is {value!r}; expected a text")
         return value
 
-    def _names(self, name: str, key: str, table: Mapping[str, Any], known: Collection[str] | None) -> tuple[str, ...]:
-        given = table.get(key, [])
-        if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
-            raise self._error(name, f'{key} is {given!r}; expected a list of texts, such as ["R1"]')
-        for each in given if known is not None else ():
-            if each not in (known or ()):
-                raise self._error(name, f"{key}: there is no {quoted(each)}{nearest(each, known or ())}")
-        return tuple(given)
+    def _names(self, name: str, key: str, table: Mapping[str, Any], allowed: Collection[str] | None) -> tuple[str, ...]:
+        names = table.get(key, [])
+        if not isinstance(names, list) or not all(isinstance(item, str) for item in names):
+            raise self._error(name, f'{key} is {names!r}; expected a list of texts, such as ["R1"]')
+        for item in names if allowed is not None else ():
+            if item not in (allowed or ()):
+                raise self._error(name, f"{key}: there is no {quoted(item)}{nearest(item, allowed or ())}")
+        return tuple(names)
 
-    def _shares(self, name: str, key: str, table: Mapping[str, Any], known: Collection[str]) -> dict[str, float]:
-        given = table.get(key, {})
-        if not isinstance(given, dict):
-            raise self._error(name, f"{key} is {given!r}; expected names with per cent, such as {{ NAME = 80 }}")
-        for each in given:
-            if each not in known:
-                raise self._error(name, f"{key}: there is no {quoted(each)}{nearest(each, known)}")
-        return {each: self._percent(name, each, given) or 0.0 for each in given}
+    def _shares(self, name: str, key: str, table: Mapping[str, Any], allowed: Collection[str]) -> dict[str, float]:
+        percents = table.get(key, {})
+        if not isinstance(percents, dict):
+            raise self._error(name, f"{key} is {percents!r}; expected names with per cent, such as {{ NAME = 80 }}")
+        for item in percents:
+            if item not in allowed:
+                raise self._error(name, f"{key}: there is no {quoted(item)}{nearest(item, allowed)}")
+        return {item: self._percent(name, item, percents) or 0.0 for item in percents}
 
     def _percent(self, name: str, key: str, table: Mapping[str, Any]) -> float | None:
         value = table.get(key)
@@ -135,7 +136,7 @@ class _Reader:
             raise self._error(name, f"{key} is {value!r}; expected per cent, from 0 to 100")
         return float(value)
 
-    def _error(self, name: str, what: str) -> PlanError:
+    def _error(self, name: str, problem: str) -> PlanError:
         header = f"[{name}]"
         lines = [number for number, line in enumerate(self.text.splitlines(), 1) if line.strip().startswith(header)]
-        return PlanError(f"{self.path}:{lines[0] if lines else 1}: {header if name else 'plan'}: {what}")
+        return PlanError(f"{self.path}:{lines[0] if lines else 1}: {header if name else 'plan'}: {problem}")

@@ -45,12 +45,12 @@ class VerificationPlanPart(Part[Path]):
         path = self.settings(context.options)
         if path is None:
             return ()
-        from pytest_hricdv.extra.verification_plan.file import Known, PlanError, load_plan
+        from pytest_hricdv.extra.verification_plan.file import PlanError, Subjects, load_plan
 
         testbench = context.collection.testbench
         requirements = [requirement.id for requirement in context.requirements]
         try:
-            return load_plan(path, Known(requirements, testbench.cross, testbench.model.covered))
+            return load_plan(path, Subjects(requirements, testbench.cross, testbench.model.covered))
         except PlanError as error:
             raise usage_error(f"--hri-plan: {error}") from None
 
