@@ -59,6 +59,22 @@ def test_requirements_of_a_group_stand_below_its_name() -> None:
     assert '<span class="badge">speed &amp; &lt;force&gt;</span> ISO 13482:2014' in page
 
 
+def test_the_header_has_one_link_for_any_number_of_requirements() -> None:
+    report = sample.data(tests=2)
+    for number in range(500):
+        name = f"S{number}"
+        report["requirements"][name] = {"title": f"Rule {number}", "source": "", "text": "", "group": f"g{number % 3}"}
+        for test in report["tests"]:
+            test["requirements"][name] = sample_tests.requirement_result("NC", 0)
+        report["suites"][0]["requirements"][name] = report["suites"][0]["requirements"]["R1"]
+    page = render(report)
+    header = page.partition("<nav")[2].partition("</nav>")[0]
+    assert header.count("<a ") == 8
+    overview = page.partition('<section class="view" id="requirements">')[2].partition("</section>")[0]
+    assert overview.count('<a href="#requirement/') == 504
+    assert [overview.count(f"<h3>g{group} ") for group in range(3)] == [1, 1, 1]
+
+
 def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() -> None:
     report = sample.data(tests=10)
     page = _page(report)
