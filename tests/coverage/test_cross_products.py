@@ -34,8 +34,8 @@ def test_a_hit_is_a_bin_that_is_not_ruled_out() -> None:
 
 def test_an_illegal_bin_is_kept_and_told() -> None:
     cross = CrossProduct(KINDS, illegal={("none", "given"): "nobody was seen"})
-    found = cross.checked([("none", "given"), ("none", "given")], {})
-    assert found == CheckedHits((("none", "given"),) * 2, ("none x given must not be hit: nobody was seen",))
+    checked = cross.checked([("none", "given"), ("none", "given")], {})
+    assert checked == CheckedHits((("none", "given"),) * 2, ("none x given must not be hit: nobody was seen",))
 
 
 @pytest.mark.parametrize(
@@ -59,8 +59,8 @@ def test_a_product_that_makes_no_sense_is_refused(arguments: tuple[Any, ...], me
 def test_coordinates_named_after_requirements_get_their_verdicts() -> None:
     cross = CrossProduct({"R1": ("Passed", "NC"), "outcome": ("kept", "given"), "R2": ("Passed", "Failed")})
     verdicts = {"R1": "NC", "R2": "Failed", "R3": "Passed"}
-    found = cross.checked([("kept",), ("given",)], verdicts)
-    assert found == CheckedHits((("NC", "given", "Failed"), ("NC", "kept", "Failed")), ())
+    checked = cross.checked([("kept",), ("given",)], verdicts)
+    assert checked == CheckedHits((("NC", "given", "Failed"), ("NC", "kept", "Failed")), ())
     (fault,) = cross.checked([("NC", "kept", "Failed")], verdicts).faults
     assert fault.endswith("is no bin; coordinates are outcome")
 

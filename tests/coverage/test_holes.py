@@ -14,12 +14,12 @@ BINS = tuple(product(("hall", "cellar"), ("glad", "sad", "tired"), ("done", "lef
 
 
 def test_a_value_that_was_never_there_is_one_hole() -> None:
-    missing = [each for each in BINS if each[1] == "tired"]
+    missing = [bin_ for bin_ in BINS if bin_[1] == "tired"]
     assert holes(NAMES, BINS, missing) == (Hole((("mood", "tired"),), 4),)
 
 
 def test_larger_ones_come_first_and_share_no_bin() -> None:
-    missing = [each for each in BINS if each[1] == "tired" or each == ("hall", "glad", "left")]
+    missing = [bin_ for bin_ in BINS if bin_[1] == "tired" or bin_ == ("hall", "glad", "left")]
     assert holes(NAMES, BINS, missing) == (
         Hole((("mood", "tired"),), 4),
         Hole((("place", "hall"), ("mood", "glad"), ("end", "left")), 1),
@@ -27,8 +27,8 @@ def test_larger_ones_come_first_and_share_no_bin() -> None:
 
 
 def test_impossible_bins_are_no_part_of_it() -> None:
-    possible = [each for each in BINS if each[2] == "done" or each[0] == "hall"]
-    missing = [each for each in possible if each[2] == "left"]
+    possible = [bin_ for bin_ in BINS if bin_[2] == "done" or bin_[0] == "hall"]
+    missing = [bin_ for bin_ in possible if bin_[2] == "left"]
     assert holes(NAMES, possible, missing) == (Hole((("end", "left"),), 3),)
 
 
@@ -44,13 +44,13 @@ def test_of_a_huge_product_each_bin_is_one() -> None:
 @given(st.sets(st.sampled_from(BINS)), st.sets(st.sampled_from(BINS)))
 def test_they_have_each_missing_bin_and_no_other(possible: set[tuple[str, ...]], hit: set[tuple[str, ...]]) -> None:
     missing = sorted(possible - hit)
-    found = holes(NAMES, sorted(possible), missing)
+    largest_first = holes(NAMES, sorted(possible), missing)
     within = {
-        each
-        for each in possible
-        for hole in found
-        if all(each[NAMES.index(name)] == value for name, value in hole.values)
+        bin_
+        for bin_ in possible
+        for hole in largest_first
+        if all(bin_[NAMES.index(name)] == value for name, value in hole.values)
     }
     assert within == set(missing)
-    assert sum(hole.bins for hole in found) == len(missing)
-    assert [hole.bins for hole in found] == sorted((hole.bins for hole in found), reverse=True)
+    assert sum(hole.bins for hole in largest_first) == len(missing)
+    assert [hole.bins for hole in largest_first] == sorted((hole.bins for hole in largest_first), reverse=True)

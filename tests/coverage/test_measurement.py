@@ -32,16 +32,16 @@ def use(number):
     return body
 
 pause = greenlet.getcurrent()
-found = dict()
+missing = dict()
 nodes = [(str(number), greenlet(measurement.measured(f"hricdv|{{number}}", use(number)))) for number in (5, 0)]
 for name, node in nodes:
     node.switch()          # runs to the pause; other code runs before it ends
     {between}
     node.switch()
     bits = measurement.take("hricdv|" + name)
-    found[name] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
+    missing[name] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
 {after}
-print(json.dumps([measurement.reason, found]))
+print(json.dumps([measurement.reason, missing]))
 """
 
 
@@ -51,8 +51,8 @@ def run(folder: Path, before: str = "", between: str = "", after: str = "") -> t
     script.write_text(SCRIPT.format(before=before, between=between, after=after), encoding="utf-8")
     process = subprocess.run([sys.executable, str(script)], cwd=folder, capture_output=True, text=True, timeout=60)
     assert process.returncode == 0, process.stderr
-    reason, found = json.loads(process.stdout.splitlines()[-1])
-    return reason, found
+    reason, missing = json.loads(process.stdout.splitlines()[-1])
+    return reason, missing
 
 
 MISSING = {"5": [9, 10, 11, 15], "0": [8, 11, 15]}
@@ -80,15 +80,15 @@ def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
 
 def test_a_measurement_of_something_else_is_reported_as_unmeasured(tmp_path: Path) -> None:
     before = JOIN.replace("*/graded/*", "*/elsewhere/*")
-    reason, found = run(tmp_path, before=before)
+    reason, missing = run(tmp_path, before=before)
     assert "does not look at the code under test" in reason
-    assert found == {"5": None, "0": None}
+    assert missing == {"5": None, "0": None}
 
 
 def test_a_debugger_is_left_alone(tmp_path: Path) -> None:
-    reason, found = run(tmp_path, before="sys.settrace(lambda *_: None)")
+    reason, missing = run(tmp_path, before="sys.settrace(lambda *_: None)")
     assert "debugger" in reason
-    assert found == {"5": None, "0": None}
+    assert missing == {"5": None, "0": None}
 
 
 @pytest.mark.parametrize("source", ["raise RuntimeError('broken on import')\n"])
@@ -130,7 +130,7 @@ from pytest_hricdv.runtime import Kernel
 import graded
 code = map_code(["graded"], Path.cwd())
 measurement = choose(code, contexts_by_test=False)
-found = dict()
+missing = dict()
 for context, numbers in (("all", (5, 0, 1)), ("two", (5, 0)), ("one", (0,))):
     kernel = Kernel()
 
@@ -147,8 +147,8 @@ for context, numbers in (("all", (5, 0, 1)), ("two", (5, 0)), ("one", (0,))):
     kernel.run(100.0)
     kernel.close()
     bits = measurement.take("hricdv|" + context)
-    found[context] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
-print(json.dumps([measurement.reason, found, sys.gettrace() is None]))
+    missing[context] = None if bits is None else [list(lines) for _, lines, _ in code.uncovered(bits)][0]
+print(json.dumps([measurement.reason, missing, sys.gettrace() is None]))
 """
 
 
@@ -159,7 +159,7 @@ def test_several_greenlets_are_measured_at_once(tmp_path: Path, before: str) -> 
     script.write_text(TOGETHER.format(before=before), encoding="utf-8")
     process = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert process.returncode == 0, process.stderr
-    reason, found, untraced = json.loads(process.stdout.splitlines()[-1])
+    reason, missing, untraced = json.loads(process.stdout.splitlines()[-1])
     together = sorted(set(MISSING["5"]) & set(MISSING["0"]))
-    assert found == {"all": [15], "two": together, "one": MISSING["0"]}
+    assert missing == {"all": [15], "two": together, "one": MISSING["0"]}
     assert (reason, untraced) == ("", not before)

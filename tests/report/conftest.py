@@ -20,11 +20,11 @@ def browser() -> Iterator[Any]:
     """Chromium without a head: the machine's own, or the one that playwright has installed."""
     from playwright import sync_api  # takes long to load
 
-    found = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
+    executable = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     with started(sync_api.sync_playwright()) as playwright:
         quiet = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
         try:
-            browser = playwright.chromium.launch(executable_path=found, args=quiet)
+            browser = playwright.chromium.launch(executable_path=executable, args=quiet)
         except sync_api.Error as error:
             pytest.skip(
                 f"no Chromium: install one (Debian: apt install chromium) or set CHROMIUM ({error.message:.80})"
@@ -49,6 +49,6 @@ def started(driver: Any) -> Iterator[Any]:
 @pytest.fixture
 def watched(browser: Any) -> Iterator[Watched]:
     """A page as wide as a desk's screen."""
-    found = Watched(browser, viewport={"width": 1280, "height": 900})
-    yield found
-    found.page.context.close()
+    watched_page = Watched(browser, viewport={"width": 1280, "height": 900})
+    yield watched_page
+    watched_page.page.context.close()

@@ -31,11 +31,11 @@ def faults(element: ET.Element) -> list[str]:
     if element.tag not in ELEMENTS:
         return [f"there is no element {element.tag}"]
     children, required, optional = ELEMENTS[element.tag]
-    found = []
+    broken = []
     if not re.fullmatch(children, "".join(f"{child.tag} " for child in element)):
-        found.append(f"{element.tag} has {[child.tag for child in element]}, expected {children}")
+        broken.append(f"{element.tag} has {[child.tag for child in element]}, expected {children}")
     missing = set(required.split()) - set(element.attrib)
     surplus = set(element.attrib) - set(required.split()) - set(optional.split())
     if missing or surplus:
-        found.append(f"{element.tag} lacks {sorted(missing)}, has {sorted(surplus)} too many")
-    return found + [fault for child in element for fault in faults(child)]
+        broken.append(f"{element.tag} lacks {sorted(missing)}, has {sorted(surplus)} too many")
+    return broken + [fault for child in element for fault in faults(child)]

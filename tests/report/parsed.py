@@ -40,10 +40,10 @@ class Page(HTMLParser):
             self.words += f" {data} "
 
     def count(self, tag: str, name: str = "") -> int:
-        return sum(each == tag and (not name or name in (attrs.get("class") or "")) for each, attrs in self.tags)
+        return sum(other == tag and (not name or name in (attrs.get("class") or "")) for other, attrs in self.tags)
 
 
 def details(page: Page, number: int = 0) -> list[dict[str, Any]]:
     """The details of the tests of a pack that is in the page."""
-    found: list[dict[str, Any]] = json.loads(zlib.decompress(base64.b64decode(page.scripts[f"pack-{number}"])))
-    return found
+    tests: list[dict[str, Any]] = json.loads(zlib.decompress(base64.b64decode(page.scripts[f"pack-{number}"])))
+    return tests

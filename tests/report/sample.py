@@ -56,7 +56,7 @@ def data(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> di
         "code_under_test": code_under_test(),
         "models": models(),
         "cross_products": {"handover": handover()},
-        "suites": [suite(rng, name, [each for each in made if each["suite"] == name]) for name in suites],
+        "suites": [suite(rng, name, [test for test in made if test["suite"] == name]) for name in suites],
         "tests": made,
     }
 
@@ -117,10 +117,10 @@ def crossed() -> dict[str, Any]:
     hits, missing = bins[4:-8], bins[-8:]
     figures = {"bins": 32, "hit": 20, "impossible": 4, "illegal": 0}
     bins_hit = {
-        "hits": [{"bin": list(each), "tests": 1 + n % 5, "hits": 1 + n % 7} for n, each in enumerate(hits)],
-        "missing": [list(each) for each in missing],
+        "hits": [{"bin": list(bin_), "tests": 1 + n % 5, "hits": 1 + n % 7} for n, bin_ in enumerate(hits)],
+        "missing": [list(bin_) for bin_ in missing],
     }
-    return {**figures, "missing": [" x ".join(each) for each in missing], "products": {"handover": figures | bins_hit}}
+    return {**figures, "missing": [" x ".join(bin_) for bin_ in missing], "products": {"handover": figures | bins_hit}}
 
 
 def suite(rng: random.Random, name: str, tests: list[dict[str, Any]]) -> dict[str, Any]:
@@ -204,14 +204,15 @@ def gaps(tests: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _counted(tests: list[dict[str, Any]], requirement: str) -> dict[str, int]:
-    found = [each["requirements"][requirement] for each in tests]
-    verdicts = [each["verdict"] for each in found]
+    results = [test["requirements"][requirement] for test in tests]
+    verdicts = [result["verdict"] for result in results]
     return {
         "passed": verdicts.count("Passed"),
         "failed": verdicts.count("Failed"),
         "nc": verdicts.count("NC"),
         **{
-            name: sum(each[name] for each in found) for name in ("triggers", "passes", "failures", "vacuous", "pending")
+            name: sum(result[name] for result in results)
+            for name in ("triggers", "passes", "failures", "vacuous", "pending")
         },
     }
 

@@ -50,7 +50,7 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
         "tell humanReady",
     ]
     verdicts = {name: verdict(rng, name) for name in TITLES}
-    failed = {name for name, found in verdicts.items() if found["verdict"] == "Failed"}
+    failed = {name for name, result in verdicts.items() if result["verdict"] == "Failed"}
     return {
         "nodeid": f"tests/hri/test_table_assembly.py::test_table_assembly[{action_id}]",
         "suite": suite,
@@ -60,7 +60,7 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
         "beliefs": [f"leg{5 - len(legs)}", *(f"m{rng.randrange(8):03b}l{n}" for n in range(1, len(legs) + 1))],
         "abstract": abstract,
         "concrete": {
-            "actions": [{"command": each, "parameters": {"voice_s": rng.uniform(2, 5)}} for each in abstract],
+            "actions": [{"command": command, "parameters": {"voice_s": rng.uniform(2, 5)}} for command in abstract],
             "run": {"sensing_timeout_s": rng.uniform(10, 100)},
         },
         "seed": rng.randrange(2**31),
@@ -83,11 +83,11 @@ def test(rng: random.Random, suite: str) -> dict[str, Any]:
 
 
 def timeline(rng: random.Random, verdicts: dict[str, Any]) -> dict[str, Any]:
-    """A run of 60 s: states, two messages, a switch, a signal, and an attempt for each trigger."""
+    """A run of 60 s: states, two messages, a switch, a signal, and a span for each trigger."""
     speeds = " ".join(f"{n} {rng.uniform(0, 0.24):.3g}" for n in range(0, 60, 2))
     states = [f'{n}\trobot\tstate\t{{"name":"{name}"}}' for n, name in enumerate(("Wait", "Fetch", "Offer", "Done"))]
     marks = {"Passed": ["1-2", "41.25-51.5"], "Failed": ["1-2", "41.25-51.5!"], "NC": []}
-    triggers = {name: " ".join(marks[found["verdict"]]) for name, found in verdicts.items() if found["triggers"]}
+    triggers = {name: " ".join(marks[result["verdict"]]) for name, result in verdicts.items() if result["triggers"]}
     return {
         "end_s": 60.0,
         "messages": [*states, "5.5\thuman\trequest\t{}", '51.5\tsensors\treading\t{"gaze":true}'],

@@ -55,8 +55,8 @@ def changed() -> Report:
 def test_the_terminal_lists_kinds_with_an_example_each_within_its_width() -> None:
     report = changed()
     first, second, third, fourth, fifth, _ = (test.id for test in report.tests)
-    told = [line.text for line in lines(report, 110)]
-    assert told == [
+    shown = [line.text for line in lines(report, 110)]
+    assert shown == [
         "4 of 5 tests behave otherwise than in the baseline",
         f"  2  {LATER}",
         f"     first difference in {min(first, second)}: at 7.0 s `request`, 1.5 s later than in the baseline",
@@ -78,9 +78,9 @@ def test_many_kinds_are_cut_and_counted_and_no_name_reaches_the_terminal_as_it_i
     before = copy.deepcopy(now)
     for number, test in enumerate(now["tests"]):
         say(test, 2, "2\trobot\tstate\t" + json.dumps({"name": f"\x1b[3{number}m"}))
-    told = [line.text for line in lines(compared(before, now), 80)]
-    assert "  ... and 4 more kinds: see the report" in told
-    assert not any("\x1b" in text for text in told)
+    shown = [line.text for line in lines(compared(before, now), 80)]
+    assert "  ... and 4 more kinds: see the report" in shown
+    assert not any("\x1b" in text for text in shown)
 
 
 def test_a_ci_job_gets_one_line_and_a_property() -> None:
@@ -104,7 +104,7 @@ def test_the_page_lists_kinds_and_has_both_runs_of_each_test_that_changed() -> N
     assert "state(Give up) instead of state(Offer) 1" in words
     assert "1 test only in the baseline: rl-old" in words
     assert json.loads(page.scripts["data"])["changes"][0] == {"kind": LATER, "tests": [0, 1]}
-    *_, third, fourth, fifth, _ = (each["changed"] for each in details(page, 0))
+    *_, third, fourth, fifth, _ = (test["changed"] for test in details(page, 0))
     assert third["also"] == ["ended with 'given up' instead of 'table done'"]
     assert third["before"]["messages"][2] == '2\trobot\tstate\t{"name": "Offer"}'
     assert fourth["time"] is None

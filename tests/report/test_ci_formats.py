@@ -162,14 +162,14 @@ def test_junit_properties_are_text_and_leave_out_what_is_not_known() -> None:
     test = sample_tests.result(random.Random(0))
     code = CodeShare(statements=250, percent=77.4, bits=("0x0", None))
     test = replace(test, sim_s=131.25, code=code, outcomes=("released", "discarded"))
-    found = dict(junit_properties(test, "legs"))
-    assert found["hri.suite"] == "rl"
-    assert found["hri.id"] == test.id
-    assert found["hri.seed"] == str(test.seed)
-    assert found["hri.R4"] == "Passed"
-    assert found["hri.statements_percent"] == "77.4"
-    assert found["hri.legs"] == "released discarded"
-    assert "hri.outcome" not in found  # not known while the test runs
+    properties = dict(junit_properties(test, "legs"))
+    assert properties["hri.suite"] == "rl"
+    assert properties["hri.id"] == test.id
+    assert properties["hri.seed"] == str(test.seed)
+    assert properties["hri.R4"] == "Passed"
+    assert properties["hri.statements_percent"] == "77.4"
+    assert properties["hri.legs"] == "released discarded"
+    assert "hri.outcome" not in properties  # not known while the test runs
     unmeasured = dict(junit_properties(replace(test, code=None, record_sha256=None), "handovers"))
-    assert found.keys() - unmeasured.keys() == {"hri.statements_percent", "hri.record_sha256", "hri.legs"}
+    assert properties.keys() - unmeasured.keys() == {"hri.statements_percent", "hri.record_sha256", "hri.legs"}
     assert unmeasured["hri.handovers"] == "released discarded"

@@ -39,15 +39,15 @@ BITS = st.lists(st.tuples(st.integers(0, 127), st.integers(0, 15)), max_size=8)
 
 @given(BITS)
 def test_each_line_and_branch_counts_the_tests_that_reach_it(tests: list[tuple[int, int]]) -> None:
-    one, two = hits(_report(tests))
-    assert (one.name, two.name) == ("a/one.py", "b/c/two.py")
-    lines = [*one.lines.values(), *two.lines.values()]
-    assert [*one.lines, *two.lines] == [1, 2, 3, 4, 10, 11, 12]
+    first, second = hits(_report(tests))
+    assert (first.name, second.name) == ("a/one.py", "b/c/two.py")
+    lines = [*first.lines.values(), *second.lines.values()]
+    assert [*first.lines, *second.lines] == [1, 2, 3, 4, 10, 11, 12]
     assert lines == [sum(statements >> place & 1 for statements, _ in tests) for place in range(7)]
-    assert one.branches is not None
-    assert two.branches is not None
-    branches = [*one.branches.values(), *two.branches.values()]
-    assert [*one.branches, *two.branches] == [(2, 3), (2, 4), (11, -10), (11, 12)]
+    assert first.branches is not None
+    assert second.branches is not None
+    branches = [*first.branches.values(), *second.branches.values()]
+    assert [*first.branches, *second.branches] == [(2, 3), (2, 4), (11, -10), (11, 12)]
     assert branches == [sum(bits >> place & 1 for _, bits in tests) for place in range(4)]
 
 
@@ -61,8 +61,8 @@ def test_cobertura_is_valid_and_adds_up(tests: list[tuple[int, int]]) -> None:
     assert float(root.attrib["line-rate"]) == pytest.approx(len(covered) / 7, abs=1e-4)
     ways = [line.attrib["condition-coverage"] for line in root.iter("line") if line.get("branch") == "true"]
     assert sum(int(way.split("(")[1].split("/")[0]) for way in ways) == int(root.attrib["branches-covered"])
-    assert [each.attrib["filename"] for each in root.iter("class")] == ["a/one.py", "b/c/two.py"]
-    assert [each.attrib["name"] for each in root.iter("package")] == ["a", "b.c"]
+    assert [element.attrib["filename"] for element in root.iter("class")] == ["a/one.py", "b/c/two.py"]
+    assert [element.attrib["name"] for element in root.iter("package")] == ["a", "b.c"]
     assert root.findtext("sources/source") == "/the/root"
 
 
@@ -118,5 +118,5 @@ def test_unmeasured_code_has_no_hits_and_not_zero() -> None:
 
 def test_order_of_tests_does_not_matter() -> None:
     tests = [(random.Random(n).randrange(128), n) for n in range(9)]
-    one, other = _report(tests), _report(tests[::-1])
-    assert (cobertura(one, "."), lcov(one)) == (cobertura(other, "."), lcov(other))
+    report, other = _report(tests), _report(tests[::-1])
+    assert (cobertura(report, "."), lcov(report)) == (cobertura(other, "."), lcov(other))

@@ -91,8 +91,8 @@ def test_an_unchecked_requirement_is_explained() -> None:
 def test_a_nearest_miss_says_what_was_missing_and_by_how_much(
     missing: list[str], distance: float | None, shown: str
 ) -> None:
-    found = NearestMiss(time_s=5.0, missing=tuple(missing), distance=distance)
-    assert nearest_miss(found) == shown
+    miss = NearestMiss(time_s=5.0, missing=tuple(missing), distance=distance)
+    assert nearest_miss(miss) == shown
 
 
 def test_an_error_shows_its_own_text() -> None:

@@ -70,7 +70,7 @@ def test_write_then_load_gives_the_same_report(tmp_path: Path) -> None:
 def test_the_same_report_gives_the_same_bytes(tmp_path: Path) -> None:
     data = sample.data(("by-hand", "rl"), 5)
     shuffled = json.loads(json.dumps(data), object_pairs_hook=lambda pairs: dict(reversed(pairs)))
-    contents = [[path.read_bytes() for path in write(sample.typed(each), tmp_path)] for each in (data, shuffled)]
+    contents = [[path.read_bytes() for path in write(sample.typed(plain), tmp_path)] for plain in (data, shuffled)]
     assert contents[0] == contents[1]
 
 

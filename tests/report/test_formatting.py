@@ -29,11 +29,11 @@ def test_per_cent_never_rounds_to_nothing_or_everything(value: float | None, tex
 
 @given(st.sets(st.integers(1, 300)))
 def test_ranges_hold_exactly_the_lines(lines: set[int]) -> None:
-    found = [
-        (int(first), int(last or first)) for first, _, last in (each.partition("-") for each in line_ranges(lines))
+    ranges = [
+        (int(first), int(last or first)) for first, _, last in (text.partition("-") for text in line_ranges(lines))
     ]
-    assert {line for first, last in found for line in range(first, last + 1)} == lines
-    assert all(last + 1 < first for (_, last), (first, _) in itertools.pairwise(found))
+    assert {line for first, last in ranges for line in range(first, last + 1)} == lines
+    assert all(last + 1 < first for (_, last), (first, _) in itertools.pairwise(ranges))
 
 
 def test_branches_name_the_exit() -> None:

@@ -122,13 +122,13 @@ def test_a_failed_baseline_is_a_table_of_differences() -> None:
 def test_a_test_has_its_details_in_full() -> None:
     report = sample.data(("by-hand", "rl"), 40)
     page = _page(report)
-    found_details = [*details(page, 0), *details(page, 1)]
-    assert [each["nodeid"] for each in found_details] == [test["nodeid"] for test in report["tests"]]
-    first, found = report["tests"][0], found_details[0]
-    assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in found["rerun"]
-    assert found["run"].startswith("sensing_timeout_s ")
-    assert found["timeline"] == first["timeline"]
-    assert [each["name"] for each in found["verdicts"]] == ["R1", "R2", "R3", "R4"]
+    all_details = [*details(page, 0), *details(page, 1)]
+    assert [test["nodeid"] for test in all_details] == [test["nodeid"] for test in report["tests"]]
+    first, shown = report["tests"][0], all_details[0]
+    assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in shown["rerun"]
+    assert shown["run"].startswith("sensing_timeout_s ")
+    assert shown["timeline"] == first["timeline"]
+    assert [verdict["name"] for verdict in shown["verdicts"]] == ["R1", "R2", "R3", "R4"]
 
 
 def test_sources_say_how_many_tests_reach_each_line() -> None:
@@ -145,7 +145,7 @@ def test_sources_say_how_many_tests_reach_each_line() -> None:
 @pytest.mark.parametrize("size", [1, 7, 64])
 def test_bits_are_counted_one_by_one(size: int) -> None:
     sets = [(n * 2654435761) % (1 << size) for n in range(40)]
-    assert count_bits(sets, size) == [sum(each >> bit & 1 for each in sets) for bit in range(size)]
+    assert count_bits(sets, size) == [sum(bits >> bit & 1 for bits in sets) for bit in range(size)]
     assert count_bits([], size) == [0] * size
 
 
@@ -166,19 +166,19 @@ def test_links_lead_somewhere() -> None:
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
     files = {quote(attributes.get("data-title") or "", safe="") for _, attributes in page.tags}
-    known = {*ids, *(f"test/{row[0]}" for row in data["rows"])}
+    targets = {*ids, *(f"test/{row[0]}" for row in data["rows"])}
     links = [(attributes["href"] or "")[1:] for tag, attributes in page.tags if tag == "a"]
     assert len(links) > 100
     for link in links:
         kind, _, chosen = link.partition("/")
         if kind == "tests" and "/" in chosen:
-            what, *numbers = chosen.split("/")
+            kind, *numbers = chosen.split("/")
             lists = {"statement": data["statements"], "plan": data["plans"], "verdict": data["requirements"]}
-            assert int(numbers[-1]) < len(lists[what])
+            assert int(numbers[-1]) < len(lists[kind])
         elif kind in ("code", "plans") and chosen:
             assert chosen in files
         else:
-            assert link in {*known, "tests/needed", "tests/needless"}
+            assert link in {*targets, "tests/needed", "tests/needless"}
 
 
 def _poisoned(value: Any, key: str = "") -> Any:

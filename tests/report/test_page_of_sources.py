@@ -20,9 +20,9 @@ def _missed() -> dict[str, Any]:
 
 def test_what_is_waived_counts_neither_as_covered_nor_as_missing() -> None:
     report = sample.typed(_missed())
-    source = next(each for each in code_sources(report) if each.title == "controller/journal.py")
+    source = next(source for source in code_sources(report) if source.title == "controller/journal.py")
     kinds = [line.kind for line in source.lines]
-    file = next(each for each in report.code_under_test.map if each.file == "controller/journal.py")
+    file = next(file for file in report.code_under_test.map if file.file == "controller/journal.py")
     assert kinds.count("waived") == source.waived == 1
     assert source.units.total == len(file.statements) - 1
     assert source.units.missing == kinds.count("missed") > 0
@@ -33,12 +33,12 @@ def test_what_is_waived_counts_neither_as_covered_nor_as_missing() -> None:
 def test_the_list_of_files_has_totals_and_is_sorted_by_a_click(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(_missed(), tmp_path, "code")
     sources = code_sources(sample.typed(_missed()))
-    total = sum((each.units for each in sources), CoverageCount())
+    total = sum((source.units for source in sources), CoverageCount())
     cells = page.locator("#code tfoot td").all_inner_texts()
     assert cells[:3] == ["all", str(total.total), str(total.missing)]
     heading = page.locator("#code .coverage thead th").nth(2).locator("button")
     missing = page.locator("#code .coverage tbody td:nth-child(3)")
-    least = sorted(each.units.missing for each in sources)
+    least = sorted(source.units.missing for source in sources)
     heading.click()
     assert [int(text) for text in missing.all_inner_texts()] == least
     heading.click()

@@ -28,11 +28,11 @@ def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: P
     assert page.locator("#tests th[aria-sort=descending]").inner_text().strip() == "Simulated"
 
     page.get_by_role("searchbox").fill("RL leg4")
-    found = [each for each in ascending[::-1] if each.startswith("rl-leg4")]
-    listed(page).to_have_text(found)
+    matching = [name for name in ascending[::-1] if name.startswith("rl-leg4")]
+    listed(page).to_have_text(matching)
     page.get_by_label("Outcome").select_option("failed")
     failed = {test["id"] for test in report["tests"] if test["outcome"] == "failed"}
-    listed(page).to_have_text([each for each in found if each in failed])
+    listed(page).to_have_text([name for name in matching if name in failed])
     page.get_by_role("searchbox").fill("no such test")
     listed(page).to_have_count(0)
     assert "0 of 160 tests" in page.locator("#shown").inner_text()
@@ -136,7 +136,7 @@ def _of_three_coordinates() -> dict[str, Any]:
     report["cross_products"] = {
         "handover": {
             "coordinates": [{"name": name, "bins": list(bins)} for name, bins in coordinates.items()],
-            "impossible": [{"bin": each, "reason": "the model never does", "by": "model"} for each in away],
+            "impossible": [{"bin": bin_, "reason": "the model never does", "by": "model"} for bin_ in away],
             "illegal": [{"bin": ["calm", "c", "far"], "reason": "out of reach"}],
             "proof": {"status": "proven", "reason": "", "runs": 9},
         }
@@ -226,7 +226,7 @@ def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Pat
     page.wait_for_selector("#test .timeline svg")
     assert "violated at 51.5 s: hand_distance = 0.03" in page.locator("#test").inner_text()
     marks = page.locator("#test .timeline svg").first.locator("[aria-label=rule][stroke='var(--bad-mark)'] line")
-    assert marks.count() == sum(len(each["violations"]) for each in failed["requirements"].values())
+    assert marks.count() == sum(len(result["violations"]) for result in failed["requirements"].values())
 
 
 def test_a_signal_has_gaps_where_the_world_does_not_measure_it(watched: Watched, tmp_path: Path) -> None:

@@ -129,17 +129,17 @@ def test_the_first_message_that_differs_is_named(now: tuple[BusMessage, ...], ki
 
 def test_values_that_differ_in_the_last_bit_only_are_shown_in_full() -> None:
     level = BusMessage(1, "robot", "poured", {"ml": 152.0})
-    found = first_difference(behaviour(level), behaviour(with_fields(level, ml=152.00000000000003)))
-    assert found.kind == "`poured` with a slightly other `ml`"
-    assert found.text == "at 1.0 s `poured(ml=152.00000000000003)` instead of `poured(ml=152.0)`"
+    first = first_difference(behaviour(level), behaviour(with_fields(level, ml=152.00000000000003)))
+    assert first.kind == "`poured` with a slightly other `ml`"
+    assert first.text == "at 1.0 s `poured(ml=152.00000000000003)` instead of `poured(ml=152.0)`"
 
 
 def test_long_texts_are_cut_unless_only_their_ends_differ() -> None:
     said = BusMessage(1, "robot", "said", {"text": "a" * 50})
-    found = first_difference(behaviour(said), behaviour(with_fields(said, text="b" * 50)))
-    assert found.text == f"at 1.0 s `said({'b' * 37}...)` instead of `said({'a' * 37}...)`"
-    found = first_difference(behaviour(said), behaviour(with_fields(said, text="a" * 49 + "b")))
-    assert found.text.endswith(f"instead of `said({'a' * 50})`")
+    first = first_difference(behaviour(said), behaviour(with_fields(said, text="b" * 50)))
+    assert first.text == f"at 1.0 s `said({'b' * 37}...)` instead of `said({'a' * 37}...)`"
+    first = first_difference(behaviour(said), behaviour(with_fields(said, text="a" * 49 + "b")))
+    assert first.text.endswith(f"instead of `said({'a' * 50})`")
 
 
 @pytest.mark.parametrize(
@@ -176,8 +176,8 @@ def test_what_differs_beside_the_messages_is_named(now: dict[str, Any], kind: st
 
 
 def test_a_test_that_ran_in_error_before_is_changed() -> None:
-    found = first_difference(behaviour(record_sha256=None), behaviour(*RUN))
-    assert found.kind == "no longer in error"
+    first = first_difference(behaviour(record_sha256=None), behaviour(*RUN))
+    assert first.kind == "no longer in error"
 
 
 def test_runs_with_the_same_record_and_end_are_no_change() -> None:
@@ -278,7 +278,7 @@ def test_changes_are_counted_by_kind_and_the_earliest_is_the_example(tmp_path: P
     now = reports.report([*moved, ran(3), ran(4, *RUN), ran(5, *RUN), reports.result(6)])
     baseline = read_baseline(kept(before, tmp_path), "toy")
     changes = compare_behaviour(now, baseline, whole=True)
-    assert [(each.kind, each.tests) for each in changes.kinds] == [
+    assert [(kind.kind, kind.tests) for kind in changes.kinds] == [
         ("`leg_ready` later", 2),
         ("`request` is missing", 1),
     ]

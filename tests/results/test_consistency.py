@@ -56,7 +56,7 @@ def test_a_journal_of_deep_json_is_refused(tmp_path: Path, deep: str, kind: str)
 
 
 @pytest.mark.parametrize(
-    ("edit", "told"),
+    ("edit", "message"),
     [
         (lambda data: data["tests"][1].update(suite="other"), "report's suites, got 'other' - at `$.tests[1].suite`"),
         (lambda data: data["tests"][1].update(suite="../up"), "Expected `str` matching regex"),
@@ -105,10 +105,12 @@ def test_a_journal_of_deep_json_is_refused(tmp_path: Path, deep: str, kind: str)
         (lambda data: data.update(wall_s=10**400), "expected a number of at most 19 digits, got one of 401"),
     ],
 )
-def test_an_edited_report_is_refused_with_its_place(tmp_path: Path, edit: Callable[[Data], object], told: str) -> None:
+def test_an_edited_report_is_refused_with_its_place(
+    tmp_path: Path, edit: Callable[[Data], object], message: str
+) -> None:
     path = written(tmp_path, edit)
     with pytest.raises(ReportError) as raised:
         load(path)
     assert str(raised.value).startswith(f"{path}:")
-    assert told in str(raised.value)
+    assert message in str(raised.value)
     assert len(str(raised.value)) <= 1000

@@ -20,7 +20,7 @@ from tests.results import reports as made
 
 
 def merged(*several: Report) -> Report:
-    return merge([(f"report {n}", each) for n, each in enumerate(several)])
+    return merge([(f"report {n}", report) for n, report in enumerate(several)])
 
 
 @given(made.reports(), made.reports())
@@ -53,7 +53,7 @@ def test_parts_make_the_whole(tests: tuple[TestResult, ...], parts: list[int]) -
         assert getattr(together, key) == getattr(whole, key)
     reason = together.code_under_test.reason
     assert together.code_under_test == replace(whole.code_under_test, reason=reason)
-    timeless = [replace(each.suites[0], generation=whole.suites[0].generation) for each in (together, whole)]
+    timeless = [replace(report.suites[0], generation=whole.suites[0].generation) for report in (together, whole)]
     assert timeless[0] == timeless[1]
     assert expected(together) == made.SIZE
     assert missing_shards(together) == ()
@@ -65,14 +65,14 @@ def test_a_merged_report_keeps_the_contract_and_loses_nothing(a: Report, b: Repo
     both = merged(a, b)
     json_schema.REPORT.validate(json.decode(canonical(both)))
     assert json.decode(canonical(both), type=Report) == both
-    assert {test.nodeid for test in both.tests} == {test.nodeid for each in (a, b) for test in each.tests}
-    was_run = {test.nodeid for each in (a, b) for test in each.tests if test.outcome != "not-run"}
+    assert {test.nodeid for test in both.tests} == {test.nodeid for report in (a, b) for test in report.tests}
+    was_run = {test.nodeid for report in (a, b) for test in report.tests if test.outcome != "not-run"}
     assert {test.nodeid for test in both.tests if test.outcome != "not-run"} == was_run
     for kind in ("statements", "branches"):
         covered = getattr(both.suites[0].code, kind)
-        before = [getattr(each.suites[0].code, kind) for each in (a, b)]
+        before = [getattr(report.suites[0].code, kind) for report in (a, b)]
         if covered is not None:
-            assert covered.covered >= max((each.covered for each in before if each), default=0)
+            assert covered.covered >= max((code.covered for code in before if code), default=0)
         elif kind == "statements":
             assert before == [None, None]
 
@@ -96,7 +96,7 @@ def test_of_runs_that_differ_the_worst_stands_for_the_test_and_all_of_them_cover
     both = merged(made.report([run(1, 0)]), made.report([run(1, 2)], 2.0), made.report([run(1, 0)], 3.0))
     (test,) = both.tests
     assert test.outcome == "failed"
-    assert [each.outcome for each in test.repeats] == ["passed"]
+    assert [run.outcome for run in test.repeats] == ["passed"]
     (suite,) = both.suites
     assert suite.requirements["R1"].failed == 1
     assert suite.requirements["R1"].passed == 0
@@ -104,7 +104,7 @@ def test_of_runs_that_differ_the_worst_stands_for_the_test_and_all_of_them_cover
     assert suite.code.statements.covered == 2
     assert suite.plans["human"].covered == ("p", "r")
     assert suite.cross.hit == 1
-    assert sorted(each.wall_s for each in both.sessions) == [1.0, 2.0, 3.0]
+    assert sorted(session.wall_s for session in both.sessions) == [1.0, 2.0, 3.0]
     assert both.wall_s == 6.0
 
 

@@ -66,8 +66,8 @@ def test_schema_and_types_have_the_same_properties() -> None:
     schema: Any = json_schema.REPORT.schema
     keys = {*Report.__struct_fields__, *(f"tests[].{name}" for name in TestResult.__struct_fields__)}
     # The schema also describes keys of optional parts; of parts that were taken out, types know nothing.
-    known = {place for place in _properties(schema, schema) if _key(place) in keys}
-    assert of_types == known
+    described = {place for place in _properties(schema, schema) if _key(place) in keys}
+    assert of_types == described
 
 
 def _key(place: str) -> str:
