@@ -51,11 +51,11 @@ def trees(tests: Sequence[ConcreteTest]) -> list[list[int]]:
 
     Tests that part at their first action have nothing in common but their world: they are left to other processes.
     """
-    found: dict[str, list[int]] = {}
+    groups: dict[str, list[int]] = {}
     for number, test in enumerate(tests):
         first = [[action.command, dict(action.parameters)] for action in test.actions[:1]]
-        found.setdefault(canonical_json([test.seed, dict(test.run), first]), []).append(number)
-    return [*found.values()]
+        groups.setdefault(canonical_json([test.seed, dict(test.run), first]), []).append(number)
+    return [*groups.values()]
 
 
 class Tree(Generic[T]):
@@ -85,14 +85,14 @@ class Tree(Generic[T]):
         self._tell = tell
         self._limit_s = limit_s
         self._followed: list[int] = []
-        self._told: bytearray | mmap.mmap = bytearray(len(tests))
+        self._reported: bytearray | mmap.mmap = bytearray(len(tests))
 
     def run(self, *, forking: bool) -> None:
         """Run all tests: with forks, or one after the other from the start. The same comes of both."""
         root = os.getpid()
         if forking and self._tests:
-            self._told = mmap.mmap(-1, len(self._tests))  # shared with all forks
-        while left := [number for number in range(len(self._tests)) if not self._told[number]]:
+            self._reported = mmap.mmap(-1, len(self._tests))  # shared with all forks
+        while left := [number for number in range(len(self._tests)) if not self._reported[number]]:
             self._followed = left if forking else left[:1]
             status = 1
             try:
@@ -119,9 +119,9 @@ class Tree(Generic[T]):
 
     def _report(self, numbers: Iterable[int], result: T | None, problem: str) -> None:
         for number in numbers:
-            if not self._told[number]:
+            if not self._reported[number]:
                 self._tell(Leaf(number, result, problem))
-                self._told[number] = 1
+                self._reported[number] = 1
 
     def _actions(self, run: Run) -> Iterator[ConcreteAction]:
         for place in count():
@@ -136,7 +136,7 @@ class Tree(Generic[T]):
         alternatives: dict[str, list[int]] = {}
         for number in self._followed:
             actions = self._tests[number].actions[place : place + 1]
-            content = canonical_json([[each.command, dict(each.parameters)] for each in actions])
+            content = canonical_json([[action.command, dict(action.parameters)] for action in actions])
             alternatives.setdefault(content, []).append(number)
         if not may_fork():  # the run has started a thread: the others are run from the start
             self._followed = next(iter(alternatives.values()))

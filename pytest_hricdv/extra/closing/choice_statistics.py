@@ -13,10 +13,12 @@ from pytest_hricdv.extra.closing.interactions import Planned, commands_of, start
 from pytest_hricdv.online.chooser import ANY_STATE
 
 DOUBT = 2.0
-"""So many interactions with what is usual are added to those that an option was seen in."""
+"""So many interactions with what is usual are added to those that an option was seen in. Chosen; its effect was not
+measured."""
 
 LARGEST_LIFT = 20.0
-"""No option is more than so many times as likely to lead to a bin as any, and none less than a fraction of that."""
+"""No option is more than so many times as likely to lead to a bin as any, and none less than a fraction of that.
+Chosen: a product of ratios of few interactions would grow without bound; its effect was not measured."""
 
 Option = tuple[str, str, str]
 """State of the code, what was decided, and the option."""
@@ -87,6 +89,7 @@ class ChoiceStatistics:
         lift = 1.0
         for place, value in enumerate(bin_):
             key = product, place, value
+            # Laplace's rule of succession: as if it had come in one of two interactions more.
             usual = (self._all.coordinates[key] + 1.0) / (self._all.hits[product] + 2.0)
             lift *= (seen.coordinates[key] + DOUBT * usual) / (seen.hits[product] + DOUBT) / usual
         return min(max(lift, 1.0 / LARGEST_LIFT), LARGEST_LIFT)

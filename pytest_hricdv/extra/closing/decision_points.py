@@ -2,6 +2,7 @@
 
 In the manner of Go-Explore (Ecoffet et al., arXiv 1901.10995): situations that are alike share a cell; a cell that
 few runs came through, and that has open points near it, is likely to be returned to.
+Visits weigh as in First return, then explore (Ecoffet et al., arXiv 2004.12919): 1 / sqrt(visits + 1).
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.generate.rng import weighted
 
 NEAR_COORDINATES = 1
-"""A bin is near to what an interaction plans if it differs in at most so many of the planned coordinates."""
+"""A bin is near to what an interaction plans if it differs in at most so many of the planned coordinates. Chosen: the
+least that is not the bin itself; its effect was not measured."""
 
 
 class DecisionPoint(msgspec.Struct, frozen=True):

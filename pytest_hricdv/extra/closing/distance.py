@@ -7,13 +7,18 @@ from collections.abc import Collection, Iterator
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 
+PARENTS = 8
+"""Ways go on from one of so many of the nearest runs: the very nearest may be a dead end. Chosen; its effect was not
+measured."""
+
 
 def nearest_runs(point: Point, archive: Archive) -> list[tuple[float, Entry]]:
     """The runs that came near to an open point, the nearest first, each with its distance.
 
     The distance is the run's own where it has one. To a branch it is 1 for runs that executed the statement it leads
     away from; to a statement, the number of lines between it and the last statement before it that a run executed. Of
-    such runs those are nearer, by less than 1, that executed something unusual near it: fewer than half of them did.
+    such runs those are nearer, by less than 1, that executed something unusual near it: fewer than half of them did
+    (half is chosen; its effect was not measured).
     From other points no distance is known.
     """
     measured = [
@@ -43,7 +48,8 @@ def _by_code(point: Point, archive: Archive) -> Iterator[tuple[float, Entry]]:
 def _gaps_to_unusual(file: str, line: int, runs: Collection[int], archive: Archive) -> dict[int, float]:
     """Number of a run -> how far the line is from a statement that the run executed and few of these runs did: 0 to 1.
 
-    Without those that executed none.
+    Without those that executed none. Normalized by x / (x + 1), which keeps the order: Arcuri, It really does matter
+    how you normalize the branch distance in search-based software testing, Softw. Test. Verif. Reliab. 23 (2013).
     """
     among, gaps = frozenset(runs), dict[int, float]()
     statements = (point for point in archive.hit_by if point[:2] == ("statement", file))

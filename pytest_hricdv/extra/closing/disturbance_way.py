@@ -22,7 +22,7 @@ from pytest_hricdv.extra.closing.distance import nearest_runs
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.selection import Option, Selection
+from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.rng import pick, random_index, weighted
 from pytest_hricdv.generate.sampler import Sampler
@@ -30,48 +30,52 @@ from pytest_hricdv.generate.sampler import Sampler
 T = TypeVar("T")
 
 MIN_CHANCE = 0.01
-"""A combination that is known or put together is used if it leads to an outcome with at least this chance."""
+"""A combination that is known or put together is used if it leads to an outcome with at least this chance. Chosen; its
+effect was not measured."""
 
 NEW_CHANCE = 0.015
-"""Of a new intervention no less is expected."""
+"""Of a new intervention no less is expected. Chosen: what is known with less comes after new ones; its effect was not
+measured."""
 
 PROMISING = 0.75
 """How often a new intervention is one of a disturbance that probably changes what is missing, instead of one that was
-rarely tried."""
+rarely tried. Chosen; its effect was not measured."""
 
 REDUCING = 0.4
-"""How often a combination is tried without one of its interventions instead, where this was not tried."""
+"""How often a combination is tried without one of its interventions instead, where this was not tried. Chosen; its
+effect was not measured."""
 
 VARYING = 0.35
-"""So often an intervention of what is put together is varied."""
+"""So often an intervention of what is put together is varied. Chosen; its effect was not measured."""
 
 LEAVING_OUT = 0.3
-"""So often it is left out then."""
+"""So often it is left out then. Chosen; its effect was not measured."""
 
 SELECTION_PRESSURE = 2
-"""Promising disturbances are drawn in proportion to this power of what they are expected to change."""
+"""Promising disturbances are drawn in proportion to this power of what they are expected to change. Chosen; measured
+with `CHOICES` of `combination_synthesis`."""
 
 EXPLORING = 0.4
-"""So often an interaction has a new intervention, whatever else is known."""
+"""So often an interaction has a new intervention, whatever else is known. Chosen; its effect was not measured."""
 
 MIN_UNTARGETED, MAX_UNTARGETED = 0.25, 0.5
-"""Between so often and so often, by the share of open points that are no bins, all interactions of a test have one."""
+"""Between so often and so often, by the share of open points that are no bins, all interactions of a test have one.
+Chosen; their effect was not measured."""
 
 NEAR = 0.6
 """So often what was rarely tried is tried where a run came near to an open point, where there is one; otherwise where
-most is new."""
+most is new. Chosen; its effect was not measured."""
 
 LED = 0.5
-"""So often interactions are led there that nominally end otherwise."""
-
-CANDIDATES = 48
-"""Of so many tests, the one with most such interactions is taken."""
+"""So often interactions are led there that nominally end otherwise. Chosen; its effect was not measured."""
 
 TRIES_AT_START = 2
-"""So often a disturbance is tried at the start of a run."""
+"""So often a disturbance is tried at the start of a run. Chosen: a second try has other parameters; its effect was not
+measured."""
 
 MASKED = 0.75
-"""So often such a disturbance is a known one, with another one that masks what it changes."""
+"""So often such a disturbance is a known one, with another one that masks what it changes. Chosen; its effect was not
+measured."""
 
 Disturbances = Mapping[str, Mapping[str, Sampler]]
 """Name -> the ranges of its parameters."""

@@ -29,7 +29,7 @@ from pytest_hricdv.extra.closing.violations import KINDS, described
 from pytest_hricdv.generate.suite_files import dump_tests
 
 RULE_OF_THREE = 3.0
-"""-ln(0.05), rounded up: 95 % confidence."""
+"""-ln(0.05), rounded up: 95 % confidence. From the paper above."""
 
 
 def evidence(

@@ -27,7 +27,8 @@ NAME = "closure"
 """The name of the method and of its suite."""
 
 GENERATION = 8
-"""So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy."""
+"""So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy. Chosen; its effect was not
+measured."""
 
 OnlineWeights = Mapping[int, Sequence[Weight]]
 """The numbers of the tests (from 0) in which the person decides during the run, with the weights of choices."""

@@ -166,7 +166,10 @@ def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:
 
 
 def _distance(miss: NearestMiss) -> float:
-    """The number of conditions that were false; of a single one that compares numbers, how far it was, below 1."""
+    """The number of conditions that were false; of a single one that compares numbers, how far it was, below 1.
+
+    Normalized as in `pytest_hricdv.extra.closing.distance`.
+    """
     if len(miss.missing) == 1 and miss.distance is not None:
         return abs(miss.distance) / (1.0 + abs(miss.distance))
     return float(len(miss.missing))

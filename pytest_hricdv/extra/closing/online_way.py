@@ -26,25 +26,32 @@ from pytest_hricdv.online.role import Role
 NAME = "online"
 
 TARGETS = 4
-"""A run has so many targets, one for each interaction."""
+"""A run has so many targets, one for each interaction. Chosen: a run of the table has at most four interactions; its
+effect was not measured. What the whole way brings is in docs/closure.md: at ten seeds, nothing beyond chance."""
 
 ALIKE = 3.0
-"""How much likelier a further target is for each coordinate that it has in common with the first one."""
+"""How much likelier a further target is for each coordinate that it has in common with the first one. Chosen; its
+effect was not measured."""
 
 NEAREST = 2.0
-"""How much likelier is what was chosen in the run that came nearest to the target."""
+"""How much likelier is what was chosen in the run that came nearest to the target. Chosen; its effect was not
+measured."""
 
 SURPRISES = (0.0, 1.0, 3.0)
-"""How often somebody has an idea of their own in a run, and how often something goes wrong; one of these a run."""
+"""How often somebody has an idea of their own in a run, and how often something goes wrong; one of these a run. Chosen:
+a third of the runs each without any, with one and with several; their effect was not measured."""
 
 LIKELIEST = 0.25
-"""Neither is likelier than this between two commands."""
+"""Neither is likelier than this between two commands. Chosen: a short run still has commands without any; its effect
+was not measured."""
 
 COMMANDS = 10
-"""How long a run is as long as there is none to know it from."""
+"""How long a run is as long as there is none to know it from. Chosen: it holds until the first run has ended; its
+effect was not measured."""
 
 TRIED_OFTEN = 8.0
-"""After so many times, an option is less likely by a factor of the square root of two."""
+"""After so many times, an option is less likely by a factor of the square root of two. Chosen; its effect was not
+measured."""
 
 
 class OnlineWay:

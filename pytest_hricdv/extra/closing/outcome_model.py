@@ -24,25 +24,35 @@ from pytest_hricdv.extra.closing.interactions import (
 )
 
 PRIOR_TRIES = 0.5
-"""What is expected of a combination before it is tried weighs as much as so many tries."""
+"""What is expected of a combination before it is tried weighs as much as so many tries. Chosen; measured with
+`PRIOR_TRIES` of `intervention_effects`."""
 
 PRIOR_CHANCE = 0.25
-"""The chance that a first try is expected to have as long as nothing is known."""
+"""The chance that a first try is expected to have as long as nothing is known. Chosen; its effect was not measured."""
 
 VARIANT_WEIGHT = 0.5
-"""A try of the same disturbances with other parameters weighs so much."""
+"""A try of the same disturbances with other parameters weighs so much. Chosen; measured with `PRIOR_TRIES` of
+`intervention_effects`."""
 
 MAX_BORROWED_TRIES = 2.0
-"""What was seen where other coordinates are planned weighs no more than so many own tries."""
+"""What was seen where other coordinates are planned weighs no more than so many own tries. Chosen; its effect was not
+measured."""
 
 PRIOR_TRANSFERS = 0.3
-"""As if so many combinations had been tried first under another nominal effect, and had led to each outcome."""
+"""As if so many combinations had been tried first under another nominal effect, and had led to each outcome. Chosen;
+measured with `PRIOR_TRIES` of `intervention_effects`."""
 
 COMMON = 0.3
-"""An outcome that comes with this probability without any disturbance is not ascribed to one."""
+"""An outcome that comes with this probability without any disturbance is not ascribed to one. Chosen; its effect was
+not measured."""
 
-MIN_SIMILARITY = 0.25
-"""A nominal effect is taken from where other coordinates are planned, if these are at least so similar."""
+PRIOR_SAME, PRIOR_COMPARED = 1.0, 2.0
+"""As if of so many comparisons so many had shown the same effect: Laplace's rule of succession."""
+
+MIN_SIMILARITY = (PRIOR_SAME / PRIOR_COMPARED) ** 2
+"""A nominal effect is taken from where other coordinates are planned, if these are at least so similar. Chosen: the
+square of one half, which is where a coordinate stands that was never compared (see `similarity`); its effect was not
+measured."""
 
 Kind = tuple[tuple[int, str], ...]
 """The disturbances of a combination without their parameters."""
@@ -100,8 +110,8 @@ class OutcomeModel:
         self._variants: dict[Kind, TrialsByPlan] = {}
         self._transfers: dict[tuple[Effect, Outcome], Trials] = {}
         """A nominal effect and an outcome -> first tries there, to reach it, of combinations from elsewhere."""
-        self._same = [1.0] * coordinates
-        self._compared = [2.0] * coordinates
+        self._same = [PRIOR_SAME] * coordinates
+        self._compared = [PRIOR_COMPARED] * coordinates
 
     def learn(self, interactions: Iterable[Interaction]) -> None:
         """Learn from the interactions of a run."""
@@ -150,7 +160,11 @@ class OutcomeModel:
         return self._assumed[planned]
 
     def similarity(self, planned: Bin, other: Bin) -> float:
-        """How much the effects where `other` is planned say of those where `planned` is, from 0 to 1."""
+        """How much the effects where `other` is planned say of those where `planned` is, from 0 to 1.
+
+        For each coordinate that differs, the share of comparisons with the same effect. That it is squared is chosen;
+        its effect was not measured.
+        """
         weight = 1.0
         for place, (left, right) in enumerate(zip(planned, other, strict=True)):
             if left != right:

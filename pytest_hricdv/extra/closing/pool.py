@@ -93,7 +93,10 @@ class Pool:
         return tuple(belief for belief in chosen if belief)
 
     def of_beliefs(self, beliefs: Sequence[str]) -> int:
-        """The test that the most of these beliefs, and the fewest others, lead to."""
+        """The test that the most of these beliefs, and the fewest others, lead to.
+
+        That another belief counts as much as two of these is chosen; its effect was not measured.
+        """
         bits = sum(self._space.bits[belief] for belief in beliefs)
         tests = self.tests
         return max(

@@ -19,11 +19,8 @@ from pytest_hricdv.extra.closing.interactions import (
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.rng import random_index
 
-MIN_CHANCE = 0.02
-"""A bin is not aimed at with a smaller chance than this."""
-
 CANDIDATES = 48
-"""Of the tests with a wanted interaction, so many are compared: there may be thousands."""
+"""Of the tests with a wanted interaction, so many are compared: there may be thousands. Chosen (see the package)."""
 
 
 class Option(NamedTuple):
@@ -83,6 +80,9 @@ class Selection:
         gains = {interaction: gain for interaction, gain in gains.items() if gain > 0.0}
         if not gains:
             return None
+        # Chosen: factors from 0.5 to 1.5, so none of less than a third of the greatest gain (measured with `CHOICES` of
+        # `combination_synthesis`); and twice as many draws as there are tests, which leave out one in seven of them
+        # (their effect was not measured).
         interaction = max(gains, key=lambda interaction: gains[interaction] * (0.5 + rng.random()))
         tests = self._pool.by_interaction[interaction]
         candidates = [tests[random_index(rng, len(tests))] for _ in range(min(CANDIDATES, 2 * len(tests)))]

@@ -19,7 +19,8 @@ from pytest_hricdv.run import Actions
 T = TypeVar("T")
 
 PATIENCE = 2.0
-"""A process is ended after so many times the limit of a fork: only then is it sure that the fork itself was not."""
+"""A process is ended after so many times the limit of a fork: only then is it sure that the fork itself was not.
+Chosen: the least whole number that leaves the fork time to be ended first."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,9 @@ class TreeRunner(Generic[T]):
 
     def _here(self, tests: Sequence[ConcreteTest]) -> Iterator[tuple[int, str]]:
         for number, test in enumerate(tests):
-            told: list[Leaf[T]] = []
-            Tree([test], self.execute, told.append, self.limit_s).run(forking=False)
-            yield number, self.text(replace(told[0], number=number))
+            leaves: list[Leaf[T]] = []
+            Tree([test], self.execute, leaves.append, self.limit_s).run(forking=False)
+            yield number, self.text(replace(leaves[0], number=number))
 
     def _in_forks(self, tests: Sequence[ConcreteTest], groups: list[list[int]]) -> Iterator[tuple[int, str]]:
         def work(group: list[int], send: Send) -> None:
@@ -69,13 +70,13 @@ class TreeRunner(Generic[T]):
 
             Tree([tests[number] for number in group], self.execute, tell, self.limit_s).run(forking=True)
 
-        told: set[int] = set()
+        reported: set[int] = set()
         for event in ProcessPool(work, self.processes, PATIENCE * self.limit_s).run(deque(groups)):
             if isinstance(event, Line):
                 number, _, text = event.text.partition(" ")
-                told.add(int(number))
+                reported.add(int(number))
                 yield int(number), text
             else:
-                left = (each for each in event.item if each not in told)
+                left = (number for number in event.item if number not in reported)
                 problem = f"its process: {event.problem or 'ended without a result'}"
-                yield from ((each, self.text(Leaf(each, None, problem))) for each in left)
+                yield from ((number, self.text(Leaf(number, None, problem))) for number in left)

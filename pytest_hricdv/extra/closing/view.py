@@ -12,7 +12,11 @@ from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
 _MAX_OPEN = 9
+"""In the terminal, of a line each; chosen: one of each kind of targets and some more, the report has all."""
+
 _MAX_VIOLATIONS = 5
+"""In the terminal, of a line each; chosen: those that are not known come first, the report has all."""
+
 _KINDS = {"verdict": "verdicts", "branch": "branches"}
 _ENDED = {
     "closed": "nothing is open",
