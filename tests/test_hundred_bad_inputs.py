@@ -16,7 +16,6 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.bdi import BdiError, MultiAgentSystem
-from pytest_hricdv.extra.search import replay
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext
@@ -24,6 +23,7 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.saved_table import read_warm_start
 from pytest_hricdv.generate.suite_files import Files
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements
+from pytest_hricdv.results import replay
 from pytest_hricdv.results.baseline import BaselineError, read_baseline
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.replay import ReplayError

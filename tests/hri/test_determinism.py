@@ -14,6 +14,7 @@ import pytest
 from pytest_hricdv.coverage.code_map import map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.results.codec import encode
 from tests.hri import bench
 from tests.hri.user import HOST, pytest_run
 
@@ -46,7 +47,7 @@ def facts(test: ConcreteTest) -> Facts:
     statements, branches = (0, None) if result.code is None else (result.code.statements, result.code.branches)
     return Facts(
         result.record.sha256,
-        json.dumps([verdict.to_json() for verdict in result.verdicts]),
+        json.dumps([encode(verdict.result) for verdict in result.verdicts]),
         statements,
         branches,
         result.outcome.outcomes,

@@ -16,6 +16,7 @@ from pytest_hricdv.extra.closing.branching import Leaf, may_fork
 from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
 from tests.hri import bench
 
@@ -46,7 +47,7 @@ def _facts(leaf: Leaf[CaseResult]) -> str:
     if result is None:
         return leaf.problem
     code = None if result.code is None else [result.code.statements, result.code.branches]
-    verdicts = [verdict.to_json() for verdict in result.verdicts]
+    verdicts = [encode(verdict.result) for verdict in result.verdicts]
     found = [result.record.sha256, verdicts, code, result.cross, result.acted_s, result.sim_s, result.faults]
     return json.dumps([*found, result.test.to_json()])
 

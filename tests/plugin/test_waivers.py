@@ -16,7 +16,7 @@ def found(lamps: pytest.Pytester, *options: str) -> dict[str, tuple[str, str, st
     lamps.runpytest_inprocess(*SUITE, *options)
     rows = waivers(load(lamps.path / "hri-report"))
     assert all(row.reason or row.state == "expired" for row in rows)
-    return {row.what: (row.kind, row.until, row.state) for row in rows}
+    return {row.subject: (row.kind, row.until, row.state) for row in rows}
 
 
 def test_each_waiver_says_whether_it_is_needed(lamps: pytest.Pytester) -> None:
@@ -27,7 +27,7 @@ def test_each_waiver_says_whether_it_is_needed(lamps: pytest.Pytester) -> None:
             "    R2 in by-hand: it has no lamp\n"
         )
     rows = found(lamps)
-    owners = {row.what: (row.reason, row.owner) for row in waivers(load(lamps.path / "hri-report"))}
+    owners = {row.subject: (row.reason, row.owner) for row in waivers(load(lamps.path / "hri-report"))}
     assert owners["R3"] == ("nobody greets", "lamp team")
     assert owners["R1 in rl"] == ("not there", "")
     assert rows["R2"] == ("known violation", "", "needed")

@@ -234,19 +234,6 @@ def _behaviour(test: TrialTest, result: CaseResult, context: RunContext) -> Beha
     return behaviour_of(build_result(case, concrete.id, result, requirements=context.requirements))
 
 
-def main() -> None:
-    """Do the job that is read from standard input; a line of standard output is a `TrialEvent`."""
-    preload()
-    with session() as (messages, write):
-        job = msgspec.json.decode(messages.readline(), type=MutationJob)
-        for event in events(job):
-            write(msgspec.json.encode(event))
-
-
-if __name__ == "__main__":
-    main()
-
-
 class FaultyImport(MetaPathFinder):
     """Finds the module of a file, by whichever finder has it, and loads another text in its place.
 
@@ -289,3 +276,16 @@ class _Loader(SourceFileLoader):
         code = compile(self._text, self.path, "exec", dont_inherit=True)
         assert isinstance(code, CodeType), "a module compiles to code"
         return code
+
+
+def main() -> None:
+    """Do the job that is read from standard input; a line of standard output is a `TrialEvent`."""
+    preload()
+    with session() as (messages, write):
+        job = msgspec.json.decode(messages.readline(), type=MutationJob)
+        for event in events(job):
+            write(msgspec.json.encode(event))
+
+
+if __name__ == "__main__":
+    main()
