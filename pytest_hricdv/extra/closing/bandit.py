@@ -12,10 +12,11 @@ DISCOUNT = 0.9
 """After each generation that hit new points of a kind, what was before counts so much less for this kind: what pays off
 at the beginning does not at the end. As long as nothing pays off, nothing is forgotten. A discount is that of Garivier
 and Moulines (On Upper-Confidence Bound Policies for Non-Stationary Bandit Problems, arXiv 0805.3415); its value is
-chosen: some ten such generations count; its effect was not measured."""
+chosen: some ten such generations count (0.8: -0.7 +- 0.5, 0.95: -4.4 +- 4.9; see the package)."""
 
 MIN_WEIGHT = 0.004
-"""No way gets a smaller weight, so that one that pays off later is found. Chosen; its effect was not measured."""
+"""No way gets a smaller weight, so that one that pays off later is found. Chosen (0.002: no change, 0.008: no change;
+see the package)."""
 
 PRIOR_SHARE = 0.1
 """The share of tests of a way that are expected to hit a new point of a kind, as long as nothing is known of it.

@@ -19,11 +19,12 @@ from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.rng import pick, shuffled
 
 MIN_CHANCE = 0.02
-"""A bin is not aimed at with a smaller chance than this. Chosen; its effect was not measured."""
+"""A bin is not aimed at with a smaller chance than this. Chosen (0.01: -0.9 +- 0.8, 0.04: -2.0 +- 2.9; see the
+package)."""
 
 GUIDED = 0.5
-"""So often a test is to come nearer to a point that has a distance, where there is one. Chosen; its effect was not
-measured."""
+"""So often a test is to come nearer to a point that has a distance, where there is one. Chosen (0.25: -4.8 +- 7.4,
+0.75: -5.3 +- 5.6; see the package)."""
 
 
 class ModelWay:
