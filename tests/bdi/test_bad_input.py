@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import random
-import time
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from pytest_hricdv.bdi import BdiError, BdiSyntaxError, MultiAgentSystem
 from pytest_hricdv.bdi.language.parser import parse_program
 from pytest_hricdv.bdi.language.project import read_project
 from tests.bdi.models import TABLE, system_of
+from tests.hanging import ends
 
 SOURCES = [path.read_text(encoding="utf-8") for path in sorted(TABLE.parent.glob("*.asl"))]
 SOURCES += [path.read_text(encoding="utf-8") for path in sorted((Path(__file__).parent / "programs").glob("*/*.asl"))]
@@ -96,10 +96,8 @@ def test_mutated_project_is_read_or_its_error_has_a_place(
 def test_file_of_ten_megabytes_is_refused_at_once(tmp_path: Path, name: str) -> None:
     (tmp_path / "mas.mas2j").write_text("MAS m { agents: long; }")
     (tmp_path / name).write_text("p. " * 3_500_000)
-    begin = time.process_time()
-    with pytest.raises(BdiError, match=r"long\.\w+: too large: 10,500,000 bytes; expected at most 1,000,000"):
+    with ends(), pytest.raises(BdiError, match=r"long\.\w+: too large: 10,500,000 bytes; expected at most 1,000,000"):
         MultiAgentSystem.load(tmp_path / ("mas.mas2j" if name.endswith("asl") else name))
-    assert time.process_time() - begin < 5
 
 
 @pytest.mark.parametrize(
@@ -115,10 +113,8 @@ def test_file_of_ten_megabytes_is_refused_at_once(tmp_path: Path, name: str) -> 
     ids=["name", "quotes", "string", "comment", "number", "brackets"],
 )
 def test_hopeless_text_is_an_error_soon(text: str) -> None:
-    begin = time.process_time()
-    with contextlib.suppress(BdiSyntaxError):
+    with ends(), contextlib.suppress(BdiSyntaxError):
         parse_program(text)
-    assert time.process_time() - begin < 10
 
 
 @pytest.mark.parametrize(
@@ -168,10 +164,8 @@ def test_files_that_include_others_twice_end_at_a_limit(tmp_path: Path) -> None:
     for number in range(23):
         (tmp_path / f"f{number}.asl").write_text(f'{{ include("f{number + 1}.asl") }}\n' * 2)
     (tmp_path / "f23.asl").write_text("p.")
-    begin = time.process_time()
-    with pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:\d:\d+: a program of more than 1,000 included files"):
+    with ends(), pytest.raises(BdiSyntaxError, match=r"f\d+\.asl:\d:\d+: a program of more than 1,000 included files"):
         system_of(tmp_path, a='{ include("f0.asl") }')
-    assert time.process_time() - begin < 5
 
 
 def test_files_that_include_each_the_next_end_at_a_limit(tmp_path: Path) -> None:
@@ -252,10 +246,8 @@ def test_beliefs_of_many_copies_end_at_a_limit(tmp_path: Path) -> None:
 )
 def test_a_long_project_is_read_soon(tmp_path: Path, text: str) -> None:
     (tmp_path / "mas.mas2j").write_text(text)
-    begin = time.process_time()
-    with contextlib.suppress(BdiError):
+    with ends(), contextlib.suppress(BdiError):
         read_project(tmp_path / "mas.mas2j")
-    assert time.process_time() - begin < 3
 
 
 @pytest.mark.parametrize(

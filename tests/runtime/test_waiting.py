@@ -37,7 +37,7 @@ def test_it_is_ended_with_the_place(wait: Callable[[], object]) -> None:
     said = waiting(wait)
     assert "no time has passed for 0.2 s of real time, at " in said
     assert "such as a lock, a socket or another thread; in waiter" in said
-    assert time.monotonic() - began_s < 10
+    assert time.monotonic() - began_s < 30
 
 
 def test_a_slow_world_is_no_wait() -> None:
