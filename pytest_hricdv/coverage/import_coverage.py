@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import importlib
 import json
-import os
 import pkgutil
 import subprocess
 import sys
 from typing import Any
 
+from pytest_hricdv._base.hash_seed import environment_of_child
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
 
 TIMEOUT_S = 120
@@ -31,15 +31,13 @@ def import_bits(code: CodeMap, *, before: tuple[str, ...] = ()) -> Bits:
     """
     files = [str(file.path) for file in code.files]
     task = {"packages": code.packages, "files": files, "before": before}
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
-    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
     try:
         process = subprocess.run(
             [sys.executable, "-m", __name__],
             input=json.dumps(task),
             capture_output=True,
             text=True,
-            env=environment,
+            env=environment_of_child(),
             timeout=TIMEOUT_S,
         )
     except subprocess.TimeoutExpired:

@@ -18,6 +18,8 @@ from typing import IO
 
 import msgspec
 
+from pytest_hricdv._base.hash_seed import environment_of_child
+
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Libraries for numbers start threads of their own, which a fork would not have, unless these variables say 1."""
 
@@ -90,7 +92,11 @@ class SeparateProcess:
 
 @contextmanager
 def started(
-    module: str, directory: Path, variables: Mapping[str, str] | None = None, path: tuple[str, ...] | None = None
+    module: str,
+    directory: Path,
+    variables: Mapping[str, str] | None = None,
+    path: tuple[str, ...] | None = None,
+    hash_seed: str | None = None,
 ) -> Iterator[SeparateProcess]:
     """Start a module in a process in this directory; in the end, it and what it started are ended.
 
@@ -98,17 +104,16 @@ def started(
         module: its name.
         variables: of its environment, beside those of this process.
         path: where modules are found; None: as in this process.
+        hash_seed: decimal digits; None: as all that this process starts (see `pytest_hricdv._base.hash_seed`).
     """
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path if path is None else path))
-    environment |= dict.fromkeys(ONE_THREAD, "1") | dict(variables or {})
+    further = dict.fromkeys(ONE_THREAD, "1") | dict(variables or {})
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
-            env=environment,
+            env=environment_of_child(further, path=path, hash_seed=hash_seed),
             cwd=directory,
             start_new_session=True,  # Ctrl-C is for the session, which then ends all of these processes
         )

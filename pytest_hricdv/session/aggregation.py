@@ -10,6 +10,7 @@ from functools import cached_property
 import msgspec
 import pytest
 
+from pytest_hricdv._base.hash_seed import hand_to_children
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal
@@ -84,8 +85,12 @@ class Aggregation:
                 self.chosen[item.nodeid] = case
 
     @pytest.hookimpl(optionalhook=True)
-    def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
-        """With xdist: stores the number of workers; replacements of crashed workers do not count."""
+    def pytest_xdist_setupnodes(self, config: pytest.Config, specs: list[object]) -> None:
+        """With xdist: stores the number of workers; replacements of crashed workers do not count.
+
+        Workers take their hash seed from the environment of this process, in which no test runs.
+        """
+        config.add_cleanup(hand_to_children())
         self.workers = len(specs)
         self.is_distributed = True
 

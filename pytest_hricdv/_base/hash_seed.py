@@ -1,0 +1,130 @@
+"""The seed of Python's hashes, which decides the order of a set of texts: of this process, and of those it starts.
+
+Python takes it from the variable `PYTHONHASHSEED` when a process starts, and draws one where the variable is not set or
+says "random". What was drawn cannot be handed to another process.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from functools import cache
+
+VARIABLE = "PYTHONHASHSEED"
+RANDOM = "random"
+"""Of a process that drew its seed: nobody can repeat it."""
+
+_CHOSEN = "0"
+"""For processes that are started where there is no seed to pass on. Chosen: Python's own value for "not random"."""
+
+_LARGEST = 2**32 - 1  # see Python's documentation of the variable
+_WORD = 2**64 - 1
+_ROUNDS = {"siphash13": (1, 3), "siphash24": (2, 4)}
+"""Algorithm of `sys.hash_info` -> its rounds for each word, and at the end."""
+
+
+@cache
+def own_hash_seed() -> str:
+    """The seed of this process as decimal digits, or "random".
+
+    The variable need not tell the truth: a program may have set it after Python had started, where it does nothing.
+    """
+    if not sys.flags.hash_randomization:
+        return "0"
+    text = _number(os.environ.get(VARIABLE, ""))
+    return text if text not in ("", "0") and _is_in_use(int(text)) else RANDOM
+
+
+def hash_seed_of_children() -> str:
+    """The seed that processes get which are started here: this one's, or one that the variable asks for, or 0."""
+    own = own_hash_seed()
+    return (_number(os.environ.get(VARIABLE, "")) or _CHOSEN) if own == RANDOM else own
+
+
+def hand_to_children() -> Callable[[], None]:
+    """Put the seed of children into this process's environment, for those that others start; returns what undoes it."""
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = hash_seed_of_children()
+
+    def undo() -> None:
+        if before is None:
+            os.environ.pop(VARIABLE, None)
+        else:
+            os.environ[VARIABLE] = before
+
+    return undo
+
+
+def environment_of_child(
+    variables: Mapping[str, str] | None = None, *, path: tuple[str, ...] | None = None, hash_seed: str | None = None
+) -> dict[str, str]:
+    """The environment of a process that is started to run or measure code under test.
+
+    Args:
+        variables: beside those of this process.
+        path: where modules are found; None: as in this process.
+        hash_seed: decimal digits; None: as all children of this process.
+    """
+    # Variables of coverage would make the process write data files of its own.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path if path is None else path))
+    environment[VARIABLE] = hash_seed_of_children() if hash_seed is None else hash_seed
+    return environment | dict(variables or {})
+
+
+def _number(text: str) -> str:
+    """Its digits without leading zeros; empty where Python would not take it for a seed."""
+    is_number = text.isascii() and text.isdigit() and int(text) <= _LARGEST
+    return str(int(text)) if is_number else ""
+
+
+def _is_in_use(seed: int) -> bool:
+    """Whether this process hashes with a seed; taken for true where the algorithm is not one of those known here."""
+    rounds = _ROUNDS.get(sys.hash_info.algorithm) if sys.hash_info.width == 64 else None
+    text = "hash seed"
+    return rounds is None or hash(text) == _hash_of(text.encode(), _key(seed), rounds)
+
+
+def _key(seed: int) -> tuple[int, int]:
+    """The key that Python makes of a seed not 0, with a generator of its own (`lcg_urandom` in bootstrap_hash.c)."""
+    data = bytearray()
+    for _ in range(16):
+        seed = (seed * 214013 + 2531011) & 0xFFFFFFFF
+        data.append((seed >> 16) & 0xFF)
+    return int.from_bytes(data[:8], "little"), int.from_bytes(data[8:], "little")
+
+
+def _hash_of(data: bytes, key: tuple[int, int], rounds: tuple[int, int]) -> int:
+    """SipHash (Aumasson and Bernstein 2012), as Python uses it for texts (PEP 456), on machines with 64 bits."""
+    a, b, c, d = (
+        half ^ constant
+        for half, constant in zip(
+            key * 2, (0x736F6D6570736575, 0x646F72616E646F6D, 0x6C7967656E657261, 0x7465646279746573), strict=True
+        )
+    )
+    whole = len(data) - len(data) % 8
+    words = [int.from_bytes(data[start : start + 8], "little") for start in range(0, whole, 8)]
+    words.append(len(data) << 56 & _WORD | int.from_bytes(data[whole:], "little"))
+    for word in words:
+        a, b, c, d = _mixed(a, b, c, d ^ word, rounds[0])
+        a ^= word
+    a, b, c, d = _mixed(a, b, c ^ 0xFF, d, rounds[1])
+    value = a ^ b ^ c ^ d
+    signed = value - 2**64 if value >= 2**63 else value
+    return -2 if signed == -1 else signed  # -1 is an error for Python's C code
+
+
+def _mixed(a: int, b: int, c: int, d: int, rounds: int) -> tuple[int, int, int, int]:
+    for _ in range(rounds):
+        a, c = (a + b) & _WORD, (c + d) & _WORD
+        b, d = _rotated(b, 13) ^ a, _rotated(d, 16) ^ c
+        a = _rotated(a, 32)
+        c, a = (c + b) & _WORD, (a + d) & _WORD
+        b, d = _rotated(b, 17) ^ c, _rotated(d, 21) ^ a
+        c = _rotated(c, 32)
+    return a, b, c, d
+
+
+def _rotated(value: int, bits: int) -> int:
+    return (value << bits | value >> (64 - bits)) & _WORD
