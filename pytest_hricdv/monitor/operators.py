@@ -148,13 +148,18 @@ class OnceOperator(PastOperator):
                 self._holds = holds
                 (self._open_interval if holds else self._close_interval)(now_ns, right_after)
         intervals = self._intervals
-        holds_at = any(_contains(interval, now_ns) for interval in intervals)
-        holds_after = any(interval.start_ns <= now_ns < interval.end_ns for interval in intervals)
-        # They are in the order of time, so what is over is in front.
+        # They do not overlap and are in the order of time, so only the first ones can be over, and only the first of
+        # the others can hold: each is looked at in front, and left behind once.
+        holds_at = False
         while intervals and intervals[0].end_ns <= now_ns:
-            intervals.popleft()
-        ends = (end for interval in intervals for end in (interval.start_ns, interval.end_ns) if end > now_ns)
-        self.wake_ns = min(ends, default=math.inf)
+            holds_at |= _contains(intervals.popleft(), now_ns)
+        if not intervals:
+            self.wake_ns = math.inf
+            return holds_at, False
+        first = intervals[0]
+        holds_at = holds_at or _contains(first, now_ns)
+        holds_after = first.start_ns <= now_ns
+        self.wake_ns = first.end_ns if holds_after else first.start_ns
         return holds_at, holds_after
 
     def _open_interval(self, now_ns: Nanoseconds, right_after: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -173,17 +174,13 @@ class EpisodeMonitor(RequirementMonitor):
         return self._verdict.verdict(requirement, pending=0)
 
 
-@dataclass(slots=True)
-class _Obligation:
-    """An open trigger: the response is due from `start_ns` to `end_ns`, both included."""
-
-    trigger_ns: Nanoseconds
-    start_ns: Nanoseconds
-    end_ns: Nanoseconds
-
-
 class ObligationMonitor(RequirementMonitor):
-    """A response in a window that counts from the trigger, which begins whenever the antecedent becomes true."""
+    """A response in a window that counts from the trigger, which begins whenever the antecedent becomes true.
+
+    All windows of a requirement are equally long, so they begin and end in the order of their triggers. Open triggers
+    are therefore two queues: the next window to begin or to end is in front, and what decides one window that has begun
+    decides all of them. A trigger enters and leaves each queue once, so an event costs the same however many are open.
+    """
 
     def __init__(
         self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
@@ -192,44 +189,47 @@ class ObligationMonitor(RequirementMonitor):
         self._start_ns = nanoseconds(start_s)
         self._end_ns = nanoseconds(end_s)
         self._triggered = False
-        self._open: list[_Obligation] = []
+        self._waiting: deque[Nanoseconds] = deque()
+        """When the open triggers began whose windows have not."""
+        self._due: deque[Nanoseconds] = deque()
+        """When the open triggers began whose windows have begun: the response is due."""
 
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
+        waiting, due = self._waiting, self._due
         holds = self._antecedent(self._state.values, arrived, outputs)
         if holds and not self._triggered:
             self._verdict.triggers += 1
-            self._open.append(_Obligation(now_ns, now_ns + self._start_ns, now_ns + self._end_ns))
+            waiting.append(now_ns)
         self._triggered = holds
-        # An obligation may be due at the very instant of its trigger: `eventually[0:b]` can be met by it.
-        if self._open:
-            due = [obligation for obligation in self._open if obligation.start_ns <= now_ns]
-            # Both ends belong to a window: right after its last instant the window is over.
-            if right_after:
-                due = [obligation for obligation in due if now_ns < obligation.end_ns]
-            if due:
-                self._judge_due(due, now_ns, arrived, outputs)
-        self.active = bool(self._open)
+        # A response may be due at the very instant of its trigger: `eventually[0:b]` can be met by it.
+        while waiting and waiting[0] + self._start_ns <= now_ns:
+            due.append(waiting.popleft())
+        # Both ends belong to a window: right after its last instant the window is over.
+        if due and not (right_after and due[0] + self._end_ns <= now_ns):
+            self._judge_due(now_ns, arrived, outputs)
+        self.active = bool(waiting or due)
 
     @abstractmethod
-    def _judge_due(
-        self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
-    ) -> None:
-        """Judge the open triggers whose windows have started, and close those that are decided."""
+    def _judge_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
+        """Judge the open triggers whose windows have begun, and close those that are decided."""
 
-    def _close(self, obligation: _Obligation, now_ns: Nanoseconds, *, passed: bool) -> None:
-        self._open.remove(obligation)
-        self._verdict.decide(obligation.trigger_ns, now_ns, passed=passed)
+    def _close(self, now_ns: Nanoseconds, *, passed: bool) -> Nanoseconds:
+        """Close the first trigger whose window has begun; returns when it began."""
+        trigger_ns = self._due.popleft()
+        self._verdict.decide(trigger_ns, now_ns, passed=passed)
+        return trigger_ns
 
     def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
-        times = (
-            time for obligation in self._open for time in (obligation.start_ns, obligation.end_ns) if time > now_ns
-        )
-        return min(times, default=math.inf)
+        begins_ns = self._waiting[0] + self._start_ns if self._waiting else math.inf
+        ends_ns = self._due[0] + self._end_ns if self._due else math.inf
+        # A window that is over by now has been judged; infinite windows never are.
+        return min(begins_ns, ends_ns if ends_ns > now_ns else math.inf)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
-        for obligation in self._open:
-            self._verdict.add_pending(obligation.trigger_ns, now_ns)
-        return self._verdict.verdict(requirement, pending=len(self._open))
+        pending = [*self._due, *self._waiting]
+        for trigger_ns in pending:
+            self._verdict.add_pending(trigger_ns, now_ns)
+        return self._verdict.verdict(requirement, pending=len(pending))
 
 
 class EventuallyMonitor(ObligationMonitor):
@@ -243,38 +243,39 @@ class EventuallyMonitor(ObligationMonitor):
         self, program: RequirementProgram, state: EvaluationState, shows: Sequence[str], start_s: float, end_s: float
     ) -> None:
         super().__init__(program, state, shows, start_s, end_s)
-        self._missed: list[tuple[int, Nanoseconds]] = []
-        """The violations whose response has not come yet: number and deadline."""
+        self._missed: list[Nanoseconds] = []
+        """The deadlines of the last violations: those whose response has not come yet."""
 
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
         super()._judge(now_ns, arrived, outputs, right_after=right_after)
         if self._missed and self._condition(self._state.values, arrived, outputs):
             self._settle(now_ns)
-        self.active = bool(self._open or self._missed)
+        self.active = self.active or bool(self._missed)
 
     def _settle(self, now_ns: Nanoseconds) -> None:
-        for number, deadline_ns in self._missed:
+        first = self._verdict.violations - len(self._missed)
+        for number, deadline_ns in enumerate(self._missed, first):
             self._verdict.came_late(number, now_ns - deadline_ns, now_ns)
         self._missed.clear()
 
-    def _judge_due(
-        self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
-    ) -> None:
+    def _judge_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
+        due, length_ns = self._due, self._end_ns
         if self._condition(self._state.values, arrived, outputs):
             if self._verdict.unused:
                 self._note_alternative(arrived, outputs)
-            for obligation in due:
-                self._verdict.add_margin((obligation.end_ns - now_ns) / NS_PER_S, now_ns)
-                self._close(obligation, now_ns, passed=True)
+            self._verdict.add_margin((due[0] + length_ns - now_ns) / NS_PER_S, now_ns)  # the others have more time left
+            while due:
+                self._close(now_ns, passed=True)
             return
-        for obligation in due:
-            if now_ns >= obligation.end_ns:
-                self._missed.append((self._verdict.violations, obligation.end_ns))
-                self._verdict.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), 0.0)
-                self._close(obligation, now_ns, passed=False)
+        while due and due[0] + length_ns <= now_ns:
+            deadline_ns = due[0] + length_ns
+            self._verdict.add_violation(due[0], now_ns, self._current_values(outputs), 0.0)
+            self._missed.append(deadline_ns)
+            self._close(now_ns, passed=False)
 
     def deadline_ns(self) -> Nanoseconds | None:
-        return max((obligation.end_ns for obligation in self._open), default=None)
+        latest = self._waiting or self._due
+        return latest[-1] + self._end_ns if latest else None
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         self._settle(now_ns)  # what has not come by now is late by the rest of the run
@@ -284,28 +285,33 @@ class EventuallyMonitor(ObligationMonitor):
 class SafetyMonitor(ObligationMonitor):
     """`always[a:b]`, and `until` with an infinite window: failed when the condition is first false."""
 
-    def _judge_due(
-        self, due: list[_Obligation], now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs
-    ) -> None:
+    def _judge_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
         release = self.program.release
         if release is not None and release(self._state.values, arrived, outputs):
-            for obligation in due:
-                self._close(obligation, now_ns, passed=True)
+            self._pass_all(now_ns)
             return
         holds = self._condition(self._state.values, arrived, outputs)
         margin = self._margin(arrived, outputs)
+        # The least margin of all windows: each instant at which any is open is judged once for all of them.
         self._verdict.add_margin(margin, now_ns)
-        if holds and self._verdict.unused:
+        if not holds:
+            self._fail_all(now_ns, margin, outputs)
+            return
+        if self._verdict.unused:
             self._note_alternative(arrived, outputs)
-        for obligation in due:
-            if not holds:
-                self._verdict.add_violation(obligation.trigger_ns, now_ns, self._current_values(outputs), margin)
-                self._close(obligation, now_ns, passed=False)
-            elif now_ns >= obligation.end_ns:
-                self._close(obligation, now_ns, passed=True)
+        while self._due and self._due[0] + self._end_ns <= now_ns:
+            self._close(now_ns, passed=True)
+
+    def _pass_all(self, now_ns: Nanoseconds) -> None:
+        while self._due:
+            self._close(now_ns, passed=True)
+
+    def _fail_all(self, now_ns: Nanoseconds, margin: float, outputs: Outputs) -> None:
+        values = self._current_values(outputs)
+        while self._due:
+            self._verdict.add_violation(self._close(now_ns, passed=False), now_ns, values, margin)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         # Kept so far, and nothing can break it any more. One whose window has not begun was not put to the test.
-        for obligation in [obligation for obligation in self._open if obligation.start_ns <= now_ns]:
-            self._close(obligation, now_ns, passed=True)
+        self._pass_all(now_ns)
         return super().finish(requirement, now_ns)
