@@ -43,6 +43,12 @@ class _Tracers:
                 greenlet.settrace(self._previous)
             sys.settrace(self._outer)
 
+    def reset(self) -> None:
+        """Forget greenlets that were left where they are, and will not go on."""
+        if self._own:
+            self._own.clear()
+            greenlet.settrace(self._previous)
+
     def _switched(self, event: str, greenlets: Any) -> None:
         origin, target = greenlets
         if origin in self._own:
@@ -68,6 +74,11 @@ def kept_to_this_greenlet() -> Iterator[None]:
         yield
     finally:
         sys.settrace(outer)
+
+
+def forget_left_greenlets() -> None:
+    """Between runs no greenlet is measured: those that still are were left where they are."""
+    _TRACERS.reset()
 
 
 @cache

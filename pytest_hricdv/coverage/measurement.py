@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
-from pytest_hricdv.coverage.greenlet_settrace import kept_to_this_greenlet
+from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, kept_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import import_bits
 
 if TYPE_CHECKING:
@@ -41,6 +41,9 @@ class Measurement(Protocol):
     def take(self, context: str) -> Bits | None:
         """What `context` covered, together with what importing the code covers; None when unmeasured."""
 
+    def settle(self) -> None:
+        """A run is over: greenlets that are still measured were left where they are, and will not go on."""
+
 
 @dataclass(frozen=True)
 class NoMeasurement:
@@ -62,6 +65,10 @@ class NoMeasurement:
     def take(self, context: str) -> Bits | None:
         """Nothing."""
         return None
+
+    def settle(self) -> None:
+        """See `Measurement`."""
+        forget_left_greenlets()
 
 
 class OwnMeasurement:
@@ -127,6 +134,13 @@ class OwnMeasurement:
         finally:
             data.erase()  # it is not needed again, and the lines of thousands of tests need memory
 
+    def settle(self) -> None:
+        """See `Measurement`."""
+        forget_left_greenlets()
+        if self._greenlets:
+            self._greenlets = 0
+            self._coverage.stop()
+
 
 class JoinedMeasurement:
     """The user's running `Coverage`; contexts give the share of each test.
@@ -182,6 +196,14 @@ class JoinedMeasurement:
         if bits.branches is None:
             self.reason = "the running measurement (--cov) counts no branches: add --cov-branch"
         return self._imported | bits
+
+    def settle(self) -> None:
+        """See `Measurement`."""
+        forget_left_greenlets()
+        if self._greenlets:
+            self._greenlets = 0
+            if not self._contexts_by_test:
+                self._switch(self._users_context)
 
     def _data(self) -> CoverageData:
         from coverage.exceptions import CoverageWarning

@@ -34,6 +34,7 @@ from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.runtime.virtual import VirtualModules
+from pytest_hricdv.runtime.virtual.outside import guarded
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -203,16 +204,20 @@ def execute(
     if run.middleware is not None:
         modules = run.middleware.modules
         kernel.virtual |= run.middleware.virtual
+    kernel.code = modules.packages
     try:
-        with modules.installed():
+        with modules.installed(), guarded(kernel), kernel.watched():
             outcome, verdicts, record = _finished(settings, followers, run)
     except Exception:
         if run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
         raise
+    finally:
+        measurement.settle()
     cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
     covered = measurement.take(context)
     ended = [*faults.of_ending(run.ending, code, testbench.may_end)] if run.ending else []
+    ended += faults.of_simulation(kernel, run.ending)
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
         test=run.enacted,

@@ -12,6 +12,7 @@ from types import FrameType
 
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.monitor import Verdict
+from pytest_hricdv.run import INSTANT_S
 from pytest_hricdv.runtime import Kernel, Node, NodeError
 from pytest_hricdv.testbench import Ending, Outcome, Testbench
 
@@ -99,6 +100,21 @@ def of_ending(ending: Ending, code: CodeUnderTest, may_end: tuple[str, ...]) -> 
         yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",)'
     if ending.how == "idle" and "idle" not in may_end:
         yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",)'
+
+
+def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
+    """What is wrong with what a run simulated, a sentence each: nothing, or threads outside of it had a say."""
+    yield from kernel.trespasses
+    if ending is not None and ending.error is not None:
+        return  # the failure says more
+    had_nothing_to_do = ending is not None and ending.how == "idle" and ending.time_s <= INSTANT_S
+    if kernel.now_s > INSTANT_S and not had_nothing_to_do:
+        return
+    why = "" if ending is not None else ", as the testbench's run never called run.go"
+    yield (
+        f"the run simulated nothing: no simulated time passed{why}, so no requirement was put to the test; spawn nodes "
+        "that wait with the clock of run.kernel, or in virtual time, and call run.go(limit_s)"
+    )
 
 
 def _failure(error: NodeError, code: CodeUnderTest) -> str:

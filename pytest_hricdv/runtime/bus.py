@@ -171,7 +171,11 @@ class Bus:
             deliver: delivers it; called once for each copy that arrives.
             is_heard: whether there is anybody to deliver it to.
             source: what it is, where it is no message of this bus (see `RecordedMessage`).
+
+        Raises:
+            SystemExit: the caller is in another thread than the run (see `Kernel.require_own_thread`).
         """
+        self.kernel.require_own_thread(f"{sender} published {topic}")
         message = Carried(sender, topic, fields, deliver, is_heard, source)
         faults = self._faults.get(topic) if self._faults else None
         if faults:

@@ -10,28 +10,39 @@ Nodes that are due at the same time are resumed in the order in which they began
 
 from __future__ import annotations
 
+import ctypes
 import heapq
 import math
 import sys
+import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
-from typing import Protocol
+from typing import NoReturn, Protocol
 
 from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv.runtime.place import place_of
-from pytest_hricdv.runtime.watchdog import busy_watchdog, idle_watchdog
+from pytest_hricdv.runtime.waiting import real_wait
+from pytest_hricdv.runtime.watchdog import Problem, Situation, Watch
 
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
 
-STUCK_AFTER_S = 20.0
-"""A node hangs if no simulated time passes for this processor time (s; chosen). Motion planning takes a tenth of it."""
+STUCK_AFTER_S = 8.0
+"""A node hangs if no simulated time passes for this processor time of its thread (s; chosen: it is ended within 10 s).
+Motion planning takes a fourth of it."""
 
-IDLE_AFTER_S = 30.0
-"""A node waits for what never comes if none passes for twice this real time (s; chosen), in which the process does
-nothing."""
+NODE_WAITS_S = 0.5
+"""So long nodes may wait in real time (s; chosen). In virtual time there is nothing to wait for: this is for locks of
+libraries that compute in threads of their own."""
+
+WORLD_WAITS_S = 60.0
+"""So long the world may wait without time passing (s of real time; chosen): for a simulator in another process."""
+
+SET_UP_WAITS_S = 10.0
+"""So long the testbench's `run` may wait outside of nodes (s of real time; chosen): for a simulator that starts."""
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -80,6 +91,11 @@ def running_node() -> Node | None:
     return here.node if isinstance(here, _NodeGreenlet) else None
 
 
+def _hold_for_ever(value: object) -> None:
+    """Let a value never be freed, not even when the interpreter ends and frees all."""
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(value))
+
+
 class Node:
     """One blocking activity; created by `Kernel.spawn`."""
 
@@ -97,6 +113,8 @@ class Node:
         self._greenlet.node = self
         self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
         self._woken = False
+        self.abandoned = False
+        """It goes on whatever is raised in it, and is left where it is."""
         self.blocked_s = 0.0
         """When it began to wait (s of simulated time), of a node that waits."""
         self._blocked = False  # it waits, and is not among those that go on at this instant
@@ -123,14 +141,27 @@ class Kernel:
         self.last_messages: dict[str, object] = {}
         """Sender -> its last message; error messages use it to say where a node hangs."""
         self._stuck_after_s = STUCK_AFTER_S if stuck_after_s is None else stuck_after_s
-        self._idle_after_s = IDLE_AFTER_S if stuck_after_s is None else stuck_after_s
+        self._node_waits_s = NODE_WAITS_S if stuck_after_s is None else min(NODE_WAITS_S, stuck_after_s)
+        if stuck_after_s == math.inf:
+            self._node_waits_s = math.inf
+        self._watch = Watch(self._situation, self._interrupt)
+        self._is_watched = False
+        self._runs = False
+        self._inside: Node | None = None  # it has control
+        self._returns = 0  # how often control came back to the kernel
+        self._interrupted: int | None = None  # `_returns` when something was raised in what had control
         self._polls = 0  # at the present instant
         self._polled_at = ""  # the line of the first poll too many
         self.world: World | None = None
         self.virtual: frozenset[str] = frozenset()
         """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
+        self.code: tuple[str, ...] = ()
+        """The packages in which they do."""
         self.own: dict[str, object] = {}
         """What stand-ins of a library keep for the run, as the ROS graph."""
+        self.trespasses: list[str] = []
+        """What threads that are no nodes did and no run may have, a sentence each."""
+        self._thread = threading.get_ident()
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
         self._due: list[tuple[int, int, Node, int]] = []
@@ -209,6 +240,28 @@ class Kernel:
         node._woken = True
         self._make_runnable(node)
 
+    def require_own_thread(self, deed: str) -> None:
+        """Refuse what another thread than that of the run does: when it does so is up to the system.
+
+        Args:
+            deed: what it does.
+
+        Raises:
+            SystemExit: the caller is in another thread, which ends; the run has it among its `trespasses`.
+        """
+        if threading.get_ident() == self._thread:
+            return
+        self.trespass(
+            f"{place_of(sys._getframe(1))}: {deed} at {self.now_s:.3f} s from thread "
+            f"{threading.current_thread().name}, which is none of the run: let a node do it, or a thread of the code "
+            'under test, with virtual=("threading",)'
+        )
+
+    def trespass(self, problem: str) -> NoReturn:
+        """End the calling thread, which is none of the run; the run fails for it, because of no exception it would."""
+        self.trespasses.append(problem)
+        raise SystemExit(problem)
+
     def current(self) -> Node:
         """The running node. Raises KernelError outside of a node."""
         return self._running()
@@ -221,6 +274,11 @@ class Kernel:
     def stop(self, reason: str) -> None:
         """End the run once the present instant is over; `run` returns `reason`."""
         self._stop = self._stop or reason
+
+    @property
+    def is_running(self) -> bool:
+        """Whether `run` is called."""
+        return self._runs
 
     @property
     def stopped(self) -> bool:
@@ -236,11 +294,32 @@ class Kernel:
         Raises:
             NodeError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
-        with (
-            busy_watchdog(lambda: self.now_us, self._stuck, self._stuck_after_s),
-            idle_watchdog(lambda: self.now_us, self._waiting, self._idle_after_s),
-        ):
-            return self._run(limit_s)
+        with self.watched():
+            self._runs = True
+            try:
+                return self._run(limit_s)
+            finally:
+                self._runs = False
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Within, code that works without end, or waits in real time, is ended. `run` does so by itself.
+
+        The watchdog has no effect outside of the main thread, and on systems without signals.
+        """
+        if self._is_watched or self._stuck_after_s == math.inf:
+            yield
+            return
+        self._is_watched = True
+        try:
+            with self._watch.watching():
+                yield
+        finally:
+            self._is_watched = False
+
+    def unwatched(self) -> AbstractContextManager[None]:
+        """Within, there is no watchdog, and no thread of it: the process may fork, and wait for its fork."""
+        return self._watch.paused()
 
     def _run(self, limit_s: float) -> str:
         self._hub = greenlet.getcurrent()
@@ -264,12 +343,23 @@ class Kernel:
         self.now_us = max(self.now_us, round(until_s * US_PER_S))
 
     def close(self) -> None:
-        """End every node that is still blocked (their `finally` clauses run)."""
+        """End every node that is still blocked (their `finally` clauses run).
+
+        Raises:
+            NodeError: a node does not end; all others have.
+        """
         self._hub = greenlet.getcurrent()
-        for node in self._nodes:
-            if not node.ended and node._greenlet:
-                node._greenlet.throw(GreenletExit)
-            node.ended = True
+        failed: BaseException | None = None
+        with self.watched():
+            for node in self._nodes:
+                if not node.ended and node._greenlet:
+                    try:
+                        self._enter(node, GreenletExit)
+                    except (Exception, SystemExit) as error:
+                        failed = failed or error
+                node.ended = True
+        if failed is not None:
+            raise failed
 
     def waits_for_ever(self, node: Node) -> bool:
         """Whether a node is blocked without a time-out: only another one can wake it."""
@@ -280,15 +370,42 @@ class Kernel:
         """All that were started, in this order."""
         return tuple(self._nodes)
 
-    def _stuck(self) -> KernelError:
-        place = place_of(sys._getframe(1))
-        return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work, at {place}{self._node_info()}")
+    def _situation(self) -> Situation:
+        """What runs now, for the watchdog."""
+        if self._inside is not None:
+            return Situation(self.now_us, self._node_waits_s, self._stuck_after_s, adds_up=True)
+        if self._runs:
+            return Situation(self.now_us, max(WORLD_WAITS_S, 2 * self._stuck_after_s), self._stuck_after_s)
+        return Situation(self.now_us, SET_UP_WAITS_S)
 
-    def _waiting(self, where: str) -> KernelError:
-        return KernelError(
-            f"no time has passed for {2 * self._idle_after_s:g} s of real time, at {where}: code that waits for what "
-            f"is not simulated, such as a lock, a socket or another thread{self._node_info()}"
-        )
+    def _interrupt(self, problem: Problem, frame: FrameType | None) -> None:
+        """End what has control. A node that has caught what was raised is left where it is, for ever."""
+        error = self._error_of(problem, frame)
+        node = self._inside
+        if node is not None and self._interrupted == self._returns:
+            self._abandon(node, error)
+        self._interrupted = self._returns
+        raise error
+
+    def _error_of(self, problem: Problem, frame: FrameType | None) -> KernelError:
+        place = place_of(frame)
+        if problem.kind == "works":
+            return KernelError(
+                f"no time has passed for {self._stuck_after_s:g} s of work, at {place}{self._node_info()}: a loop must "
+                "sleep or wait for a message"
+            )
+        who = f"node {self._inside.name}" if self._inside is not None else "the world" if self._runs else "run"
+        return KernelError(real_wait(frame, who, self.code, self.virtual))
+
+    def _abandon(self, node: Node, error: KernelError) -> None:
+        """Go on in the kernel, from wherever the node is."""
+        node.ended = node.abandoned = True
+        for leave in node.leaving:
+            leave()
+        # Never again: as soon as nobody holds it, greenlet would raise in it, and it would go on.
+        _hold_for_ever(node._greenlet)
+        assert self._hub is not None
+        self._hub.throw(NodeError(node.name, self.now_s, f"goes on whatever is raised in it: {error}"))
 
     def _node_info(self) -> str:
         node = self.running()
@@ -317,13 +434,24 @@ class Kernel:
             return
         try:
             # A greenlet that raises GreenletExit does not raise it here: it ends with it as its value.
-            raised = node._greenlet.switch()
+            raised = self._enter(node)
+        except NodeError:
+            raise
         except (Exception, SystemExit) as error:
             raised = error
         node.ended = node._greenlet.dead
         if isinstance(raised, BaseException):
             problem = f"failed at {self.now_s:.3f} s: {type(raised).__name__}: {raised}"
             raise NodeError(node.name, self.now_s, problem) from raised
+
+    def _enter(self, node: Node, raising: type[BaseException] | None = None) -> object:
+        """Hand control over to a node until it blocks or ends; returns what its greenlet does."""
+        outside, self._inside = self._inside, node
+        try:
+            return node._greenlet.switch() if raising is None else node._greenlet.throw(raising)
+        finally:
+            self._inside = outside
+            self._returns += 1
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:

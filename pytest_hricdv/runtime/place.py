@@ -9,17 +9,23 @@ UNKNOWN = "an unknown place"
 
 
 def place_of(frame: FrameType | None) -> str:
-    """Line of the innermost function that is its author's, `file:line`.
+    """Line of the innermost function that is its author's, `file:line` (see `authors_frame`)."""
+    frame = authors_frame(frame)
+    return UNKNOWN if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno}"
+
+
+def authors_frame(frame: FrameType | None) -> FrameType | None:
+    """The innermost frame that is its author's; the outermost of all if none is.
 
     Neither of this plugin nor of Python's library, nor of a module whose frames pytest does not show, as `rclpy` in a
     simulated run.
     """
-    place = UNKNOWN
+    outermost = frame
     while frame is not None:
-        place = f"{frame.f_code.co_filename}:{frame.f_lineno}"
+        outermost = frame
         root = str(frame.f_globals.get("__name__", "")).partition(".")[0]
         is_library = root == "pytest_hricdv" or root in sys.stdlib_module_names
         if not is_library and not frame.f_globals.get("__tracebackhide__", False):
-            return place
+            return frame
         frame = frame.f_back
-    return place
+    return outermost

@@ -1,100 +1,223 @@
-"""Watchdogs: code that keeps simulated time from passing is ended, whether it works without end or waits for ever."""
+"""The watchdog: a thread that looks at the code of a run, and ends what keeps simulated time from passing.
+
+Such code works without end, or waits in real time for what is not simulated. A thread, and no timer of the system: the
+alarm signal may belong to somebody else, as to pytest-timeout, and a timer of processor time does not notice who waits.
+"""
 
 from __future__ import annotations
 
+import _thread
+import contextlib
 import math
+import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
+from dataclasses import dataclass
+from types import FrameType, ModuleType
+from typing import Literal
+
+resource: ModuleType | None = None
+with contextlib.suppress(ImportError):  # Windows has none, and no signals that interrupt either
+    import resource
+
+TICK_S = 0.1
+"""How often the thread looks (s of real time; chosen). A look takes 40 us (`timeit` of `_Usage.tick`, 2 cores)."""
+
+AGAIN_S = 1.0
+"""Who was interrupted and goes on has so long to clean up (s of processor time; chosen)."""
+
+_IDLE = 0.5
+"""A process that neither had nor wanted a processor for this share of a tick waits (chosen)."""
+
+_FORGETS = 0.2
+"""A tick in which nobody waits takes back this share of one that waits (chosen), so that now and then does not add up
+in a long run, and waiting for a sixth of the time does."""
 
 _PROMPTS = ("pdb", "bdb", "cmd", "code", "IPython", "ipdb", "pudb", "pydevd", "_pydevd_bundle", "debugpy")
 """Modules in which somebody sits at a debugger, for as long as they like."""
 
-_IDLE = 0.5
-"""A process that used less than this share of a period waits (chosen). Working code gets less only where more than two
-processes share each processor, and is stopped only if it then works for two periods without progress."""
+_IMPORTS = ("importlib._bootstrap", "importlib._bootstrap_external")
+"""Modules in which Python reads files: on a slow disk this takes long, and waits for nothing that is not simulated."""
 
 
-@contextmanager
-def busy_watchdog(progress: Callable[[], object], error: Callable[[], Exception], period_s: float) -> Iterator[None]:
-    """Raise `error()` in the running code if the value of `progress()` is the same for a period of processor time.
-
-    Only processor time counts, so the load of the machine has no effect. Without effect on systems without such a
-    timer, and outside of the main thread.
+@dataclass(frozen=True)
+class Situation:
+    """What runs now, and what it may.
 
     Args:
-        progress: called once a period; any value that changes while the code makes progress.
-        error: creates the exception.
-        period_s: seconds of this process's processor time; infinity disables the watchdog.
+        progress: any number that changes while time passes.
+        may_wait_s: so long it may wait (s of real time).
+        may_work_s: so long it may work without progress (s of processor time).
+        adds_up: waiting adds up although there is progress.
     """
-    if math.isinf(period_s) or not _is_supported():
-        yield
-        return
-    last = progress()
 
-    def check(number: int, frame: FrameType | None) -> None:
-        nonlocal last
-        now = progress()
-        if now == last:
-            raise error()
-        last = now
-
-    # The timer counts the processor time of this process only, and repeats: code may catch the first exception.
-    previous = signal.signal(signal.SIGVTALRM, check)
-    signal.setitimer(signal.ITIMER_VIRTUAL, period_s, period_s)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, previous)
+    progress: int
+    may_wait_s: float
+    may_work_s: float = math.inf
+    adds_up: bool = False
 
 
-@contextmanager
-def idle_watchdog(progress: Callable[[], object], error: Callable[[str], Exception], period_s: float) -> Iterator[None]:
-    """Raise `error(place)` in the running code if it has waited for two periods of real time without progress.
-
-    Two, because a machine that slept wakes up to one that is over. Without effect where somebody else has a use for the
-    alarm signal, as pytest-timeout, at the prompt of a debugger, and where `busy_watchdog` has none.
+@dataclass(frozen=True)
+class Problem:
+    """What has to end.
 
     Args:
-        progress: as for `busy_watchdog`.
-        error: creates the exception; it is given where the code waits, `file:line`.
-        period_s: seconds of real time; infinity disables the watchdog.
+        kind: it waits, or it works without end.
+        taken_s: for so long (s of real time, or of processor time).
     """
-    if math.isinf(period_s) or not _is_supported() or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:
-        yield
-        return
-    last, last_used_s, silent = progress(), time.process_time(), 0
 
-    def check(number: int, frame: FrameType | None) -> None:
-        nonlocal last, last_used_s, silent
-        now, used_s = progress(), time.process_time()
-        waits = now == last and used_s - last_used_s < _IDLE * period_s and not _at_prompt(frame)
-        silent = silent + 1 if waits else 0
-        last, last_used_s = now, used_s
-        if silent == 2:
-            raise error(f"{frame.f_code.co_filename}:{frame.f_lineno}" if frame is not None else "an unknown place")
+    kind: Literal["waits", "works"]
+    taken_s: float
 
-    signal.signal(signal.SIGALRM, check)
-    signal.setitimer(signal.ITIMER_REAL, period_s, period_s)
+
+class Watch:
+    """Watches the code of the main thread.
+
+    Args:
+        look: tells what runs now; called by the thread of the watchdog.
+        end: called in the code that has to end, with its frame; it raises. Called again if this had no effect.
+    """
+
+    def __init__(self, look: Callable[[], Situation], end: Callable[[Problem, FrameType | None], None]) -> None:
+        self._look = look
+        self._end = end
+        self._watched = threading.main_thread()
+        self._problem: Problem | None = None
+        self._thread: tuple[_thread.LockType, _thread.LockType] | None = None
+        self._seen = Situation(-1, math.inf)
+        self._waited_s = {True: 0.0, False: 0.0}  # where it adds up, and where progress ends it
+        self._worked_s = 0.0
+
+    @contextmanager
+    def watching(self) -> Iterator[None]:
+        """Within, the code is watched. Without effect where signals do not arrive: in other threads, and on Windows."""
+        if not hasattr(signal, "pthread_kill") or threading.current_thread() is not self._watched:
+            yield
+            return
+        previous = signal.signal(signal.SIGVTALRM, self._interrupt)
+        self._start()
+        try:
+            yield
+        finally:
+            self._stop()
+            signal.signal(signal.SIGVTALRM, previous)
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Within, nothing is watched, and there is no thread: the process may fork, and either side leaves this."""
+        was_watching = self._thread is not None
+        self._stop()
+        try:
+            yield
+        finally:
+            if was_watching:
+                self._start()
+
+    def _start(self) -> None:
+        self._thread = stopping, ended = _thread.allocate_lock(), _thread.allocate_lock()
+        stopping.acquire()
+        ended.acquire()
+        # Not of `threading`: code under test and tracers have nothing to do with it.
+        _thread.start_new_thread(self._run, (stopping, ended))
+
+    def _stop(self) -> None:
+        if self._thread is None:
+            return
+        # First of all, so that what is on its way interrupts nothing any more.
+        (stopping, ended), self._thread = self._thread, None
+        stopping.release()
+        ended.acquire()
+
+    def _run(self, stopping: _thread.LockType, ended: _thread.LockType) -> None:
+        usage = _Usage(self._watched)
+        try:
+            while not stopping.acquire(timeout=TICK_S):
+                self._tick(*usage.tick())
+        finally:
+            ended.release()
+
+    def _tick(self, waited_s: float, worked_s: float) -> None:
+        """Count what the last tick was, and interrupt the code where it is too much."""
+        now, before = self._look(), self._seen
+        self._seen = now
+        if now.progress != before.progress:
+            self._worked_s = self._waited_s[False] = 0.0
+        self._worked_s += worked_s
+        if waited_s and self._waits():
+            self._waited_s[now.adds_up] += waited_s
+        else:
+            self._waited_s[True] = max(0.0, self._waited_s[True] - _FORGETS * TICK_S)
+        if self._waited_s[now.adds_up] >= now.may_wait_s:
+            self._problem, self._waited_s[now.adds_up] = Problem("waits", self._waited_s[now.adds_up]), 0.0
+        elif self._worked_s >= now.may_work_s:
+            # Who caught what was raised has had its time: it is interrupted again soon.
+            self._problem, self._worked_s = Problem("works", self._worked_s), max(0.0, now.may_work_s - AGAIN_S)
+        else:
+            return
+        assert self._watched.ident is not None, "the main thread has begun"
+        signal.pthread_kill(self._watched.ident, signal.SIGVTALRM)
+
+    def _waits(self) -> bool:
+        """Whether the code that waits does so by itself: no file is imported, and nobody sits at a debugger."""
+        frame = sys._current_frames().get(self._watched.ident or 0)
+        while frame is not None:
+            name = str(frame.f_globals.get("__name__", ""))
+            if name in _IMPORTS or name.partition(".")[0] in _PROMPTS:
+                return False
+            frame = frame.f_back
+        return True
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        problem, self._problem = self._problem, None
+        if problem is not None and self._thread is not None:
+            self._end(problem, frame)
+
+
+class _Usage:
+    """What the process did since the last tick: the watched thread worked, or all waited.
+
+    It waits if no thread of it had a processor, wanted one, or had to do with the disk. That others use all processors
+    has no effect where Linux tells for how long threads wanted one; elsewhere, being interrupted is a sign of it.
+    """
+
+    def __init__(self, watched: threading.Thread) -> None:
+        self._clock = time.CLOCK_PROCESS_CPUTIME_ID
+        if hasattr(time, "pthread_getcpuclockid") and watched.ident is not None:
+            self._clock = time.pthread_getcpuclockid(watched.ident)  # threads that compute for it are no loop of it
+        self._times, self._counters = self._read()
+
+    def tick(self) -> tuple[float, float]:
+        """For how long all waited (s of real time), and the watched thread worked (s of processor time)."""
+        (began_s, worked_s, wanted_s), counters = self._times, self._counters
+        self._times, self._counters = self._read()
+        real_s = self._times[0] - began_s
+        waits = self._counters == counters and self._times[2] - wanted_s < (1 - _IDLE) * real_s
+        # After a machine has slept, or a process was stopped, a tick may have taken for ever.
+        return (min(real_s, 2 * TICK_S) if waits else 0.0), self._times[1] - worked_s
+
+    def _read(self) -> tuple[tuple[float, float, float], tuple[int, ...]]:
+        """Times (s): real, worked, wanted; and counters that stay the same while a process waits."""
+        wanted_s = _wanted_s()
+        used = resource.getrusage(resource.RUSAGE_SELF) if resource is not None else None
+        counters = () if used is None else (used.ru_majflt, used.ru_inblock, used.ru_oublock)
+        if wanted_s is None:
+            wanted_s = time.process_time()
+            counters = counters if used is None else (*counters, used.ru_nivcsw)
+        return (time.monotonic(), time.clock_gettime(self._clock), wanted_s), counters
+
+
+def _wanted_s() -> float | None:
+    """For how long threads of this process had, or wanted, a processor (s); None where the system does not tell."""
+    total_ns = 0
     try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-
-
-def _is_supported() -> bool:
-    """Whether there are such timers, and signals arrive here."""
-    return hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
-
-
-def _at_prompt(frame: FrameType | None) -> bool:
-    while frame is not None:
-        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in _PROMPTS:
-            return True
-        frame = frame.f_back
-    return False
+        for task in os.listdir("/proc/self/task"):
+            with open(f"/proc/self/task/{task}/schedstat", "rb") as file:
+                worked_ns, wanted_ns, _ = file.read().split()
+            total_ns += int(worked_ns) + int(wanted_ns)
+    except (OSError, ValueError):
+        return None
+    return total_ns / 1e9

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import _thread
+import contextlib
 import signal
 import socket
 import threading
@@ -10,7 +12,7 @@ from collections.abc import Callable
 
 import pytest
 
-from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime import Kernel, KernelError, NodeError
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that interrupt")
 
@@ -35,8 +37,8 @@ def wait_for_nobody() -> None:
 def test_it_is_ended_with_the_place(wait: Callable[[], object]) -> None:
     began_s = time.monotonic()
     said = waiting(wait)
-    assert "no time has passed for 0.2 s of real time, at " in said
-    assert "such as a lock, a socket or another thread; in waiter" in said
+    assert "test_waiting.py:" in said
+    assert ": node waiter waits in real time" in said
     assert time.monotonic() - began_s < 30
 
 
@@ -55,23 +57,115 @@ def test_a_slow_world_is_no_wait() -> None:
     assert kernel.run(0.004) in ("idle", "limit")
 
 
-def test_who_has_a_use_for_the_alarm_keeps_it() -> None:
+def test_it_is_ended_where_somebody_else_has_a_use_for_the_alarm() -> None:
     def mine(number: int, frame: object) -> None:
         raise AssertionError
 
     before = signal.signal(signal.SIGALRM, mine)
     try:
-        kernel = Kernel(stuck_after_s=0.05)
-        kernel.spawn("waiter", lambda: time.sleep(0.3))
-        assert kernel.run(10.0) == "idle"
+        assert "waits in real time" in waiting(lambda: time.sleep(30))
         assert signal.getsignal(signal.SIGALRM) is mine
     finally:
         signal.signal(signal.SIGALRM, before)
 
 
-def test_the_alarm_is_given_back() -> None:
+def test_who_catches_what_is_raised_is_left_where_it_is_and_the_other_nodes_end() -> None:
+    ended = []
+
+    def stubborn() -> None:
+        while True:
+            with contextlib.suppress(BaseException):
+                threading.Event().wait()
+
+    def other() -> None:
+        try:
+            kernel.sleep(100.0)
+        finally:
+            ended.append("other")
+
+    kernel = Kernel(stuck_after_s=0.1)
+    kernel.spawn("other", other)
+    kernel.spawn("stubborn", stubborn)
+    with pytest.raises(NodeError, match=r"stubborn goes on whatever is raised in it: .*waits in real time"):
+        kernel.run(10.0)
+    kernel.close()
+    assert ended == ["other"]
+
+
+def test_a_loop_that_catches_what_is_raised_is_left_where_it_is() -> None:
+    def stubborn() -> None:
+        while True:
+            with contextlib.suppress(BaseException):
+                while True:  # here is where most of its time goes
+                    pass
+
+    kernel = Kernel(stuck_after_s=0.1)
+    kernel.spawn("stubborn", stubborn)
+    with pytest.raises(NodeError, match=r"stubborn goes on whatever is raised in it: no time has passed for 0.1 s of"):
+        kernel.run(10.0)
+    kernel.close()
+
+
+def test_a_node_that_does_not_end_is_said_and_the_others_end() -> None:
+    ended = []
+
+    def cleaning(name: str, clean: Callable[[], None]) -> None:
+        try:
+            kernel.sleep(100.0)
+        finally:
+            clean()
+            ended.append(name)
+
+    def never() -> None:
+        while True:
+            sum(range(1000))
+
+    kernel = Kernel(stuck_after_s=0.1)
+    kernel.spawn("first", lambda: cleaning("first", never))
+    kernel.spawn("second", lambda: cleaning("second", lambda: None))
+    assert kernel.run(10.0) == "limit"
+    with pytest.raises(KernelError, match=r"no time has passed for 0.1 s of work, at .*test_waiting.py:\d+; in first"):
+        kernel.close()
+    assert ended == ["second"]
+
+
+def test_little_waits_between_steps_add_up() -> None:
+    lock = threading.Lock()
+    lock.acquire()
+
+    def waits() -> None:
+        while True:
+            lock.acquire(timeout=0.02)
+            kernel.sleep(0.01)
+
+    kernel = Kernel(stuck_after_s=0.4)
+    kernel.spawn("waiter", waits)
+    with pytest.raises(NodeError, match="node waiter waits in real time"):
+        kernel.run(1000.0)
+    kernel.close()
+
+
+def test_threads_that_compute_for_a_node_are_no_wait() -> None:
+    def compute() -> None:
+        until_s = time.process_time() + 0.5
+        while time.process_time() < until_s:
+            sum(range(1000))
+
+    def node() -> None:
+        worker = threading.Thread(target=compute)
+        worker.start()
+        worker.join()
+
+    kernel = Kernel(stuck_after_s=0.2)
+    kernel.spawn("planner", node)
+    assert kernel.run(10.0) == "idle"
+
+
+def test_no_thread_is_left() -> None:
     kernel = Kernel(stuck_after_s=10.0)
     kernel.spawn("a", lambda: kernel.sleep(1.0))
+    before = signal.getsignal(signal.SIGVTALRM)
+    threads = _thread._count()
     kernel.run(10.0)
-    assert signal.getsignal(signal.SIGALRM) is signal.SIG_DFL
-    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    assert signal.getsignal(signal.SIGVTALRM) is before
+    assert _thread._count() == threads

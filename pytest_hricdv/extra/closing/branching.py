@@ -125,13 +125,13 @@ class Tree(Generic[T]):
 
     def _actions(self, run: Run) -> Iterator[ConcreteAction]:
         for place in count():
-            self._part(place)
+            self._part(run, place)
             run.test = self._tests[self._followed[0]]
             if place == len(run.test.actions):
                 return
             yield run.test.actions[place]
 
-    def _part(self, place: int) -> None:
+    def _part(self, run: Run, place: int) -> None:
         """Where the tests that this process follows have different actions, leave all but the last to forks."""
         alternatives: dict[str, list[int]] = {}
         for number in self._followed:
@@ -143,19 +143,19 @@ class Tree(Generic[T]):
             return
         *others, self._followed = alternatives.values()
         for alternative in others:
-            if self._forked(alternative):
+            with run.kernel.unwatched():
+                is_fork = self._forked(alternative)
+            if is_fork:
                 self._followed = alternative
                 return
 
     def _forked(self, alternative: Sequence[int]) -> bool:
         """Whether this is the fork for the alternative; its parent returns when the fork has ended."""
-        _, watchdog_s = signal.getitimer(signal.ITIMER_VIRTUAL)
         left_s = _pause_limit()
         pid = os.fork()
         if pid == 0:
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
             signal.setitimer(signal.ITIMER_REAL, self._limit_s)
-            signal.setitimer(signal.ITIMER_VIRTUAL, watchdog_s, watchdog_s)  # a fork inherits no timer
             return True
         _, status = os.waitpid(pid, 0)
         if status:

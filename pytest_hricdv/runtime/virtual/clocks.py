@@ -9,7 +9,8 @@ from typing import Any
 
 from pytest_hricdv.runtime.kernel import running_node
 from pytest_hricdv.runtime.virtual.copies import stand_in
-from pytest_hricdv.runtime.virtual.real_time import TIME, check
+from pytest_hricdv.runtime.virtual.real_time import check
+from pytest_hricdv.runtime.waiting import TIME
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -22,8 +22,9 @@ from pytest_hricdv.runtime.kernel import KernelError, running_node
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.locks import Waiting
-from pytest_hricdv.runtime.virtual.real_time import ASYNCIO, waiting_node
+from pytest_hricdv.runtime.virtual.real_time import waiting_node
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
+from pytest_hricdv.runtime.waiting import ASYNCIO
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -31,6 +32,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
+_NEW_EVENT_LOOP = asyncio.new_event_loop
 _LOOP = "event loop"
 _WHAT = "the event loop of asyncio"
 
@@ -131,7 +133,7 @@ def _leave() -> Callable[[], None]:
 def new_event_loop() -> asyncio.AbstractEventLoop:
     """As of asyncio."""
     if running_node() is None:
-        return asyncio.new_event_loop()
+        return _NEW_EVENT_LOOP()
     waiting_node(ASYNCIO, _WHAT)
     return VirtualEventLoop()
 

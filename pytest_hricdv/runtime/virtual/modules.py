@@ -89,6 +89,11 @@ class VirtualModules:
         self.imported: list[Callable[[], None]] = []
         """Called when the code under test has imported modules, before it goes on."""
 
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Those of the code under test."""
+        return self._packages
+
     @contextmanager
     def installed(self) -> Iterator[None]:
         """The modules under test see them; also those that are imported in the meantime."""

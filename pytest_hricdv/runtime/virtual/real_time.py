@@ -6,17 +6,9 @@ import sys
 
 from pytest_hricdv.runtime.kernel import KernelError, Node, running_node
 from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.waiting import KINDS
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-TIME, THREADING, ASYNCIO = "time", "threading", "asyncio"
-
-KINDS = {
-    TIME: "time and datetime",
-    THREADING: "threading, queue and the thread pool of concurrent.futures",
-    ASYNCIO: "asyncio",
-}
-"""What a testbench may name as virtual -> the modules that it is for."""
 
 
 class RealTimeError(KernelError):

@@ -1,0 +1,177 @@
+"""Waiting in modules outside of the code under test, while a run goes on: nodes run them, too, and nothing stands for
+Python's own modules there.
+
+What waits in real time is refused at once, with its line, where Python is the one that waits: `time.sleep`, event
+loops and other selectors, processes. Event loops that nodes make wait in virtual time, wherever they are made. Other
+waiting, as for a lock or a socket, is noticed by the watchdog of the kernel.
+"""
+
+from __future__ import annotations
+
+import selectors
+import subprocess
+import sys
+import threading
+import time
+import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial, wraps
+from types import ModuleType
+from typing import Any, NoReturn
+
+from pytest_hricdv.runtime.kernel import Kernel, running_node
+from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.virtual.real_time import RealTimeError
+from pytest_hricdv.runtime.waiting import real_wait
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_SLEEP = time.sleep
+_START = threading.Thread.start
+_WAIT = subprocess.Popen.wait
+_SELECTORS = tuple(
+    kind
+    for kind in vars(selectors).values()
+    if isinstance(kind, type) and issubclass(kind, selectors.BaseSelector) and "select" in vars(kind)
+)
+
+_REAP_S = 1.0
+"""A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
+
+
+class _Guard:
+    """Refuses waiting for one run, and lets go of it afterwards."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+        self._thread = threading.current_thread()
+        self._threads: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
+        self._refused: weakref.WeakSet[subprocess.Popen[Any]] = weakref.WeakSet()
+
+    def sleep(self, duration_s: float) -> None:
+        """As `time.sleep`, outside of nodes."""
+        if running_node() is not None:
+            self._refuse("time.sleep")
+        started = self._threads.get(threading.current_thread())
+        if started is not None:
+            self._kernel.trespass(
+                f"{started} waits in real time, in time.sleep at {place_of(sys._getframe(1))}: let it be a thread of "
+                'the code under test, with virtual=("threading",), or start none'
+            )
+        _SLEEP(duration_s)
+
+    def start(self, thread: threading.Thread) -> None:
+        """As `Thread.start`; those that nodes start are remembered."""
+        node = running_node()
+        if node is not None:
+            place = place_of(sys._getframe(1))
+            self._threads[thread] = f"thread {thread.name}, which node {node.name} started at {place},"
+        _START(thread)
+
+    def wait(self, process: subprocess.Popen[Any], timeout: float | None = None) -> int:
+        """As `Popen.wait`, outside of nodes, and for processes that have ended."""
+        is_waiting = running_node() is not None and process.poll() is None
+        if is_waiting and process not in self._refused:
+            self._refused.add(process)
+            self._refuse("subprocess.Popen.wait")
+        return _WAIT(process, _REAP_S if is_waiting else timeout)
+
+    def select(self, real: Callable[..., list[Any]], selector: Any, timeout: float | None = None) -> list[Any]:
+        """As `select` of a selector, if something is ready, or outside of nodes."""
+        if (timeout is not None and timeout <= 0) or threading.current_thread() is not self._thread:
+            return real(selector, timeout)
+        loops = sys._getframe(2).f_globals.get("__name__") == "asyncio.base_events"
+        is_node = running_node() is not None
+        # An event loop of the testbench's `run` may wait for a simulator, but not for time to pass.
+        is_timer = loops and not self._kernel.is_running and timeout is not None and len(selector.get_map()) <= 1
+        if not (is_node or is_timer):
+            return real(selector, timeout)
+        ready = real(selector, 0)
+        if not ready:
+            self._refuse("the event loop of asyncio" if loops else f"selectors.{type(selector).__name__}.select")
+        return ready
+
+    def _refuse(self, what: str) -> NoReturn:
+        node, frame = running_node(), sys._getframe(2)
+        who = "run" if node is None else f"node {node.name}"
+        raise RealTimeError(real_wait(frame, who, self._kernel.code, self._kernel.virtual, what))
+
+
+@contextmanager
+def guarded(kernel: Kernel) -> Iterator[None]:
+    """While a run goes on, waiting in real time is refused in its nodes, whatever module they are in."""
+    guard, undo = _Guard(kernel), list[Callable[[], object]]()
+
+    def put(owner: Any, name: str, value: object) -> None:
+        undo.append(partial(setattr, owner, name, getattr(owner, name)))
+        setattr(owner, name, value)
+
+    @wraps(_START)
+    def start(thread: threading.Thread) -> None:
+        guard.start(thread)
+
+    @wraps(_WAIT)
+    def wait(process: subprocess.Popen[Any], timeout: float | None = None) -> int:
+        return guard.wait(process, timeout)
+
+    @wraps(_SLEEP)
+    def sleep(seconds: float, /) -> None:
+        guard.sleep(seconds)
+
+    try:
+        for module in _sleeping():
+            for name in [name for name, value in vars(module).items() if value is _SLEEP]:
+                put(module, name, sleep)
+        put(threading.Thread, "start", start)
+        put(subprocess.Popen, "wait", wait)
+        for kind in _SELECTORS:
+            put(kind, "select", _selecting(guard, kind.select))
+        for module in filter(None, map(sys.modules.get, ("asyncio", "asyncio.events"))):
+            _let_loops_be_virtual(module, put)
+        yield
+    finally:
+        for restore in reversed(undo):
+            restore()
+
+
+def _selecting(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
+    @wraps(real)
+    def select(selector: Any, timeout: float | None = None) -> list[Any]:
+        return guard.select(real, selector, timeout)
+
+    return select
+
+
+def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
+    """Nodes that make an event loop get one in virtual time."""
+    from pytest_hricdv.runtime.virtual import event_loop
+
+    for name in ("run", "new_event_loop"):
+        real = vars(module).get(name)
+        if real is not None:
+            put(module, name, _of_nodes(getattr(event_loop, name), real))
+
+
+def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(real)
+    def call(*args: Any, **keywords: Any) -> Any:
+        return (real if running_node() is None else virtual)(*args, **keywords)
+
+    return call
+
+
+_SLEEPING: dict[str, ModuleType] = {}
+_SCANNED: set[str] = set()
+_OURS = "pytest_hricdv"
+
+
+def _sleeping() -> list[ModuleType]:
+    """The modules that have `time.sleep` under any name. Each module is looked at once: they import at their head."""
+    for name in sys.modules.keys() - _SCANNED:
+        module = sys.modules[name]
+        _SCANNED.add(name)
+        is_others = isinstance(module, ModuleType) and name.partition(".")[0] != _OURS
+        if is_others and any(value is _SLEEP for value in [*vars(module).values()]):
+            _SLEEPING[name] = module
+    return [module for name, module in _SLEEPING.items() if sys.modules.get(name) is module]

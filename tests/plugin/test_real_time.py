@@ -1,0 +1,183 @@
+"""Code that no testbench lists waits in real time: an error with its line, at once, and never a test that passed."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from tests.plugin import project
+
+RUN = ("--hri-suite=bdi-random", "--hri-tests=2", "-p", "no:cacheprovider", "-p", "no:xdist")
+SLEEP = "        clock.sleep(SWITCHING_S)\n"
+ADVICE = "list module resting in the testbench's code, with virtual=("
+NOTHING = "nothing outside of a run can be waited for"
+
+WAYS = {
+    "sleep": ("import time", "time.sleep(0.01)", 'code, with virtual=("time",)'),
+    "sleep by name": ("from time import sleep as nap", "nap(0.01)", 'code, with virtual=("time",)'),
+    "event": ("import threading", "threading.Event().wait(60)", 'code, with virtual=("threading",)'),
+    "lock": ("import threading\nLOCK = threading.Lock()\nLOCK.acquire()", "LOCK.acquire()", ADVICE),
+    "queue": ("import queue", "queue.Queue().get(timeout=60)", 'code, with virtual=("threading",)'),
+    "simple queue": ("import queue", "queue.SimpleQueue().get()", ADVICE),
+    "future": ("import concurrent.futures", "concurrent.futures.Future().result()", 'virtual=("threading",)'),
+    "thread": (
+        "import threading\nOVER = threading.Event()",
+        "one = threading.Thread(target=OVER.wait, daemon=True); one.start(); one.join()",
+        ADVICE,
+    ),
+    "loop made before": (
+        "import asyncio\nLOOP = asyncio.SelectorEventLoop()",
+        "LOOP.run_until_complete(asyncio.sleep(0.01))",
+        'code, with virtual=("asyncio",)',
+    ),
+    "select": ("import select", "select.select([], [], [], 60)", ADVICE),
+    "socket": ("import socket\nENDS = socket.socketpair()", "ENDS[0].recv(1)", ADVICE),
+    "process": ("import subprocess, sys", "subprocess.run([sys.executable, '-c', 'input()'], stdin=-1)", NOTHING),
+    "process with output": (
+        "import subprocess, sys",
+        "subprocess.run([sys.executable, '-c', 'input()'], capture_output=True)",
+        NOTHING,
+    ),
+    "who catches all": (
+        "import queue",
+        "\n".join(
+            (
+                "while True:",
+                "        try:",
+                "            queue.Queue().get()",
+                "        except BaseException:",
+                "            pass",
+            )
+        ),
+        "node guide goes on whatever is raised in it",
+    ),
+}
+
+
+def resting(lamps: pytest.Pytester, head: str, body: str, call: str = "resting.rest()") -> None:
+    """The guide calls a module that is not of its code, which waits."""
+    (lamps.path / "resting.py").write_text(f"{head}\n\n\ndef rest():\n    {body}\n", encoding="utf-8")
+    project.change(lamps.path, "lamps/guide.py", SLEEP, f"        {call}\n")
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import resting\nGLARE = 80.0")
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_node_that_waits_outside_of_its_code_is_an_error_with_the_line(lamps: pytest.Pytester, way: str) -> None:
+    head, body, advice = WAYS[way]
+    resting(lamps, head, body)
+    result = lamps.runpytest_inprocess(*RUN)
+    result.assert_outcomes(failed=2, deselected=1)
+    said = result.stdout.str()
+    assert f"{lamps.path / 'resting.py'}:" in said
+    assert "node guide waits in real time" in said
+    assert advice in said
+
+
+def test_an_event_loop_outside_of_the_code_waits_in_virtual_time(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
+    hashes = [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
+    resting(lamps, "import asyncio", "asyncio.run(asyncio.sleep(0.3))")
+    project.change(lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        virtual=("asyncio",),')
+    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
+    assert [test["record_sha256"] for test in project.report(lamps.path)["tests"]] == hashes
+
+
+def test_an_event_loop_that_may_not_be_virtual_is_an_error_with_the_line(lamps: pytest.Pytester) -> None:
+    resting(lamps, "import asyncio", "asyncio.run(asyncio.sleep(30.0))")
+    result = lamps.runpytest_inprocess(*RUN)
+    result.assert_outcomes(failed=2, deselected=1)
+    result.stdout.fnmatch_lines(['*resting.py:5: the event loop of asyncio in node guide is real time*("asyncio",)*'])
+
+
+def instead_of_the_run(lamps: pytest.Pytester, body: str, head: str = "") -> pytest.RunResult:
+    """The testbench's run does something else than to simulate."""
+    conftest = lamps.path / "conftest.py"
+    text = conftest.read_text(encoding="utf-8")
+    start = text.index("def run(run):")
+    after = "\n    from pytest_hricdv.testbench import Outcome\n\n    return Outcome('done', outcomes=())\n"
+    conftest.write_text(f"{head}\n{text[:start]}def run(run):\n    {body}\n{after}", encoding="utf-8")
+    return lamps.runpytest_inprocess(*RUN)
+
+
+def test_an_event_loop_in_the_testbenchs_run_is_an_error_with_the_line(lamps: pytest.Pytester) -> None:
+    (lamps.path / "resting.py").write_text(
+        "import asyncio\n\nasync def main():\n    await asyncio.sleep(30.0)\n", "utf-8"
+    )
+    began_s = time.monotonic()
+    result = instead_of_the_run(lamps, "asyncio.run(resting.main())", "import asyncio, resting")
+    assert time.monotonic() - began_s < 30
+    result.assert_outcomes(failed=2, deselected=1)
+    result.stdout.fnmatch_lines(
+        ["*conftest.py:*: run waits in real time, in the event loop of asyncio, *: spawn what waits as a node, *"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("body", "why"),
+    [
+        ("run.recorder.signal(0.0, 'lamp_level', 0.0)", ", as the testbench's run never called run.go"),
+        ("run.recorder.signal(0.0, 'lamp_level', 0.0); run.go(10.0)", ""),
+        (
+            "run.recorder.signal(0.0, 'lamp_level', 0.0); run.kernel.spawn('a', lambda: run.kernel.stop('over')); "
+            "run.go(10.0)",
+            "",
+        ),
+    ],
+)
+def test_a_run_that_simulates_nothing_never_passes(lamps: pytest.Pytester, body: str, why: str) -> None:
+    project.change(
+        lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        may_end=("idle", "early", "limit"),'
+    )
+    result = instead_of_the_run(lamps, body)
+    result.assert_outcomes(failed=2, deselected=1)
+    result.stdout.fnmatch_lines([f"*the run simulated nothing: no simulated time passed{why}, so no requirement was*"])
+
+
+def test_a_thread_that_is_no_node_and_sleeps_is_a_fault(lamps: pytest.Pytester) -> None:
+    resting(lamps, "import threading, time", "threading.Thread(target=time.sleep, args=(0.01,), name='ticker').start()")
+    project.change(lamps.path, "lamps/guide.py", "        resting.rest()\n", f"        resting.rest()\n{SLEEP}")
+    result = lamps.runpytest_subprocess(*RUN, "-W", "ignore")  # in this process our own pytest would hear of it
+    result.assert_outcomes(failed=2, deselected=1)
+    result.stdout.fnmatch_lines(["*thread ticker, which node guide started at *resting.py:5, waits in real time*"])
+
+
+def test_a_thread_that_is_no_node_and_publishes_is_a_fault(lamps: pytest.Pytester) -> None:
+    body = "one = threading.Thread(target=bus.publish, args=(message,), name='other'); one.start(); one.join()"
+    (lamps.path / "resting.py").write_text(f"import threading\n\ndef rest(bus, message):\n    {body}\n", "utf-8")
+    project.change(lamps.path, "lamps/guide.py", SLEEP, f"{SLEEP}        resting.rest(bus, Switched(level))\n")
+    project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import resting\nGLARE = 80.0")
+    result = lamps.runpytest_subprocess(*RUN, "-W", "ignore")  # in this process our own pytest would hear of it
+    result.assert_outcomes(failed=2, deselected=1)
+    result.stdout.fnmatch_lines(["*guide published switched at * from thread other, which is none of the run*"])
+
+
+def test_after_a_run_pythons_own_ways_to_wait_are_as_they_were(lamps: pytest.Pytester) -> None:
+    import asyncio
+    import selectors
+    import subprocess
+    import threading
+
+    def ways() -> list[object]:
+        return [
+            time.sleep,
+            threading.Thread.start,
+            subprocess.Popen.wait,
+            selectors.SelectSelector.select,
+            asyncio.run,
+            asyncio.new_event_loop,
+        ]
+
+    before = ways()
+    lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
+    assert ways() == before
+
+
+def test_what_runs_after_a_node_that_was_left_where_it_is_is_measured(lamps: pytest.Pytester) -> None:
+    head, body, _ = WAYS["who catches all"]
+    resting(lamps, head, body, "resting.rest() if level == 100.0 else clock.sleep(SWITCHING_S)")
+    lamps.runpytest_inprocess("--hri-suite=by-hand", "-p", "no:cacheprovider", "-p", "no:xdist")
+    tests = project.report(lamps.path)["tests"]
+    assert {test["outcome"] for test in tests} == {"passed", "failed"}
+    covered = {test["outcome"]: test["code"] for test in tests}
+    assert covered["passed"]["statements"] > 0
