@@ -1,9 +1,10 @@
-"""Cost of monitoring a run: the monitors, the search for nearest misses, and rtamt on the same run.
+"""Cost of monitoring a run: the monitors, the search for nearest misses, and rtamt on the same run; then that of an
+event, by its rate and the length of windows, beside rtamt's.
 
     python -m benchmarks.monitors [--repeat N]
 
 The run has 150 s at 240 Hz: 36,000 instants, at each of which three signals change, and a reading every second. R1 to
-R4 of the table assembly are checked. Run it on an otherwise idle machine; its last line needs the dependency group
+R4 of the table assembly are checked. Run it on an otherwise idle machine; lines with rtamt need the dependency group
 `test`.
 """
 
@@ -21,6 +22,7 @@ from functools import partial
 from pathlib import Path
 from typing import cast
 
+from benchmarks.monitor_windows import show_windows
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, evaluate, load_requirements
 from pytest_hricdv.monitor.antecedent import nearest_miss
 from studies.session import machine
@@ -28,13 +30,15 @@ from studies.session import machine
 # A long test of the case study (up to 175 s), at twice the rate of physics: 36,000 updates, as rtamt is measured with.
 RATE_HZ = 240
 DURATION_S = 150
-REQUIREMENTS = Path(__file__).parents[1] / "tests" / "hri" / "requirements.toml"
+REQUIREMENTS = Path(__file__).parents[1] / "tests" / "monitor" / "case_study.toml"
 VOCABULARY = Vocabulary(
     signals={"leg_held": bool, "leg_torn": bool, "leg_offset": float, "hand_closing": bool}
     | dict.fromkeys(("hand_distance", "hand_contact_force", "arm_speed"), float),
     messages={
         "reading": {"gaze": bool, "pressure": bool, "location": bool},
         "request": {},
+        "signal": {},
+        "ready": {},
         "table_done": {"released": float, "duration_s": float, "on_time": bool},
     },
 )
@@ -82,6 +86,8 @@ def main() -> None:
     print("\nverdicts:", ", ".join(monitored))
     if not monitored == logged == oracle:
         sys.exit(f"the verdicts differ: {monitored}, {logged}, {oracle}")
+    print()
+    show_windows()
 
 
 def made_up() -> Log:

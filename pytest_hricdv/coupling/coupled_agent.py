@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi import EvaluationError, Structure
 from pytest_hricdv.bdi.agent.agent import Agent
@@ -11,27 +10,8 @@ from pytest_hricdv.bdi.agent.intentions import Event, Intention
 from pytest_hricdv.bdi.language.syntax import ExternalAction, InternalActionCall
 from pytest_hricdv.coupling.agent_names import CONTENT
 from pytest_hricdv.coupling.coupled_run import CoupledRun
+from pytest_hricdv.coupling.ready_acts import ReadyAct, ReadyActs
 from pytest_hricdv.coupling.terms import comparable
-
-
-@dataclass(eq=False)  # two intentions before the same act are two: `ready_acts.remove` has to find this one
-class ReadyAct:
-    """Something that the agent is ready to do, and does not do until it is told to.
-
-    Args:
-        text: the act, as AgentSpeak.
-        literal: its literal; None for a plan's beginning.
-        plan: the label of the plan that it belongs to.
-        ready_s: when the agent became ready for it (s).
-        acts: the numbers of the declared acts that it is, where acts are declared.
-    """
-
-    text: str
-    literal: Structure | None
-    plan: str
-    ready_s: float
-    intention: Intention = field(repr=False)
-    acts: tuple[int, ...] = ()
 
 
 class CoupledAgent(Agent, ABC):
@@ -41,7 +21,7 @@ class CoupledAgent(Agent, ABC):
 
     def couple(self) -> None:
         """Prepare for a run."""
-        self.ready_acts: list[ReadyAct] = []
+        self.ready_acts = ReadyActs()
         """What it is ready to do, in the order in which it became ready."""
         self._released: Intention | None = None
 
@@ -76,14 +56,15 @@ class CoupledAgent(Agent, ABC):
     def remove_intention(self, intention: Intention) -> None:
         """Remove an intention; it is not ready for anything any more."""
         super().remove_intention(intention)
-        self.ready_acts = [act for act in self.ready_acts if act.intention is not intention]
+        for act in [act for act in self.ready_acts if act.intention is intention]:
+            self.ready_acts.remove(act)
 
     def stop_before(self, intention: Intention, text: str, literal: Structure | None, acts: tuple[int, ...]) -> None:
         """An intention stops before an act."""
         # The innermost plan that has a label: plans without one are details of it.
         labelled = [means.plan.label for means in intention.stack if means.plan.has_label]
         plan = labelled[-1] if labelled else ""
-        self.ready_acts.append(ReadyAct(text, literal, plan, self.run.now_s, intention, acts))
+        self.ready_acts.add(ReadyAct(text, literal, plan, self.run.now_s, intention, acts))
 
     def is_external(self, intention: Intention) -> bool:
         """Whether an intention is about to execute an external action."""

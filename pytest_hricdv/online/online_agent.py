@@ -9,10 +9,11 @@ from collections.abc import Iterable, Mapping
 from pytest_hricdv.bdi import BdiError, Structure
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.parser import parse_literal
-from pytest_hricdv.coupling.coupled_agent import CoupledAgent, ReadyAct
+from pytest_hricdv.coupling.coupled_agent import CoupledAgent
 from pytest_hricdv.coupling.coupled_run import CoupledRun
 from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
 from pytest_hricdv.generate.beliefs import START
@@ -209,7 +210,7 @@ class OnlineAgent:
         if not ready:
             return None
         # Of equal acts the first one is done: the last entry of a dictionary wins, so it is filled from behind.
-        by_text = {act.text: act for act in reversed(ready)}
+        by_text = {act.text: act for act in reversed([*ready])}
         options = tuple(dict.fromkeys(act.text for act in ready))
         chosen = options[0] if len(options) == 1 else self._choose(ACT, options)
         self._doing = by_text[chosen]

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from types import FrameType
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -36,6 +33,7 @@ from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value
 from tests.monitor.slow_monitor import SlowMonitorSet
 from tests.monitor.strategies import formulas, larger, pasts, responses
 from tests.monitor.vocabulary import requirement
+from tests.steps import steps_of
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 
@@ -226,21 +224,3 @@ def test_an_event_takes_as_many_steps_after_many_as_after_few(text: str) -> None
     # With the 1,300th event a window or two may begin and end, each of which is judged as an event is. Going through
     # all that is open would take ten times the steps of the 130th.
     assert max(steps[1200:]) <= 3 * max(steps[100:130])
-
-
-def steps_of(action: Callable[[], None]) -> int:
-    """How many lines of Python an action executes, those inside of comprehensions again for each element."""
-    count = 0
-
-    def trace(frame: FrameType, event: str, arg: object) -> Callable[..., Any]:
-        nonlocal count
-        count += event == "line"
-        return trace
-
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        action()
-    finally:
-        sys.settrace(before)
-    return count

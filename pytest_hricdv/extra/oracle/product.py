@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi import Structure
 from pytest_hricdv.bdi.logic.unify import unify
-from pytest_hricdv.coupling.coupled_agent import ReadyAct
 from pytest_hricdv.coupling.event_pattern import Bindings
+from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.extra.oracle.follower import Follower
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.monitor import Trigger
@@ -162,7 +162,7 @@ class Product:
     def _ready_for(
         self, does: Mapping[int, Bindings], fails: Mapping[int, Bindings]
     ) -> tuple[ReadyAct, int, bool] | None:
-        for act in self.follower.agent.ready_acts:
+        for act in self.follower.agent.ready_acts.different(does.keys() | fails.keys()):
             for number in act.acts:
                 for observed, succeeded in ((does, True), (fails, False)):
                     if number in observed and self._is(act, number, observed[number]):
@@ -176,7 +176,10 @@ class Product:
     def _expire(self, before_s: float) -> None:
         """Find what should have happened before `before_s`, or should not have."""
         ready = self.follower.agent.ready_acts
-        overdue = [(last_s, act) for act in ready if (last_s := self._last_s(act)) < min(before_s, self._end_s)]
+        # All times increase with when the agent became ready, so that of those that are the same the first is due.
+        overdue = [
+            (last_s, act) for act in ready.longest_ready() if (last_s := self._last_s(act)) < min(before_s, self._end_s)
+        ]
         # By time alone: acts cannot be compared.
         last_s, late = min(overdue, key=lambda deadline: deadline[0], default=(math.inf, None))
         early = self._early[0] if self._early else None
@@ -188,7 +191,7 @@ class Product:
     def _last_s(self, act: ReadyAct) -> float:
         return act.ready_s + max(self._does[number].within_s[1] for number in act.acts)
 
-    def _deviate(self, time_s: float, acts: Sequence[ReadyAct], observed: str, event: str) -> None:
+    def _deviate(self, time_s: float, acts: Collection[ReadyAct], observed: str, event: str) -> None:
         agent = self._oracle.agent.name
         expected = " or ".join(map(self._expected, acts)) or f"{NOTHING}, as {agent} waits"
         if self.follower.run.warnings:
