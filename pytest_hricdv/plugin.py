@@ -69,6 +69,10 @@ def _register(config: pytest.Config, options: Options) -> None:
         config.pluginmanager.register(attachment)
     if worker_input(config) is None:
         _register_in_controller(config, context, options)
+    if options.isolate:
+        from pytest_hricdv.session.isolation import Isolation
+
+        config.pluginmanager.register(Isolation(context), "hricdv-isolation")  # the last one, so that it is outside
 
 
 def _register_in_controller(config: pytest.Config, context: RunContext, options: Options) -> None:

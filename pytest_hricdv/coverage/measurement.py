@@ -15,6 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+import greenlet
+
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
 from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, kept_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import import_bits
@@ -94,6 +96,11 @@ class OwnMeasurement:
         self._taken_over = False
         self._greenlets = 0  # that are measured now
         self._tracer: Any = None
+
+    def begin(self) -> None:
+        """Measure nothing: what coverage does at its first start, forks of this process then need not do again."""
+        greenlet.greenlet(self.measured("", lambda: None)).switch()
+        self.take("")
 
     def measured(self, context: str, body: Callable[[], None]) -> Callable[[], None]:
         """See `Measurement`."""

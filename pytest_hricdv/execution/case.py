@@ -174,7 +174,7 @@ def execute(
     """
     testbench, measurement = settings.testbench, settings.measurement
     recorder = Recorder()
-    monitors = MonitorSet(_formulas(settings.requirements))
+    monitors = MonitorSet(formulas(settings.requirements))
     followers = tuple(
         follower for part in execution_parts() for follower in part.followers(settings.requirements, test)
     )
@@ -246,7 +246,8 @@ def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
     return tuple(criterion for part in execution_parts() for criterion in part.criteria(testbench))
 
 
-def _formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
+def formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
+    """Those that are formulas, which monitors follow."""
     return tuple(criterion for criterion in requirements if isinstance(criterion, Requirement))
 
 
@@ -259,7 +260,7 @@ def _finished(
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
     log = log_of(record, end_s)
-    verdicts = explained(run.monitors.finish(end_s), _formulas(settings.requirements), log)
+    verdicts = explained(run.monitors.finish(end_s), formulas(settings.requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
     return outcome, tuple(_marked(verdict, settings.known_while, log) for verdict in verdicts), record
 
@@ -305,6 +306,8 @@ class HriCase:
     """What was raised for the judgement: where this ended the test, the judgement did."""
     runner: Callable[[HriCase], CaseResult] | None = None
     checker: Callable[[HriCase, CaseResult], None] | None = None
+    is_elsewhere: bool = False
+    """Another process runs it, and makes its report."""
 
     @cached_property
     def concrete(self) -> ConcreteTest:

@@ -123,6 +123,7 @@ OUTPUT = (
         key=False,
     ),
     Flag("no-cov", "do not measure the code under test"),
+    Flag("isolate", "run each test in a process of its own, so that no test sees what another one has left"),
 )
 
 

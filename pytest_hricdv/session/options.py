@@ -84,6 +84,8 @@ class Options:
     update_baseline: bool = False
     fidelity: str = ""
     resume: bool = False
+    isolate: bool = False
+    """Each test is called in a process of its own."""
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
@@ -129,6 +131,7 @@ def read_options(config: pytest.Config) -> Options:
         coverage=not reader.flag("no_cov"),
         fidelity=reader.text("fidelity"),
         resume=bool(config.getoption("hri_resume")),
+        isolate=reader.flag("isolate"),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
         parts={part.name: part.read(reader) for part in part_options()},

@@ -110,6 +110,9 @@ class Part(PartOptions[Settings]):
         """Where tests run, after each one: its result, with what the part adds."""
         return result
 
+    def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
+        """Where tests run, after each one whose run, with all of the above, was in a process of its own."""
+
     def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """After the last test: the results, with what the part adds.
 

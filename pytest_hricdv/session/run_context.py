@@ -107,8 +107,12 @@ class RunContext:
         """How the code under test is measured now. A debugger, which can attach at any time, disables it."""
         if not self.options.coverage:
             return NoMeasurement("switched off with --hri-no-cov")
-        stepping = self._stepping() or debugger()
-        return NoMeasurement(stepping) if stepping else self._chosen
+        return NoMeasurement(self.debugged) if self.debugged else self._chosen
+
+    @property
+    def debugged(self) -> str:
+        """Which debugger is attached to this process, or was asked for, in words for people; empty for none."""
+        return self._stepping() or debugger()
 
     def _stepping(self) -> str:
         if self.options.stop_at:

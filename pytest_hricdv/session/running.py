@@ -61,7 +61,7 @@ class Running:
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
         """Binds the runner for the call phase and records JUnit properties."""
         case = case_of(item)
-        if case is None:
+        if case is None or case.is_elsewhere:
             return (yield)
         case.forget()  # of an earlier run of the same item, as pytest-rerunfailures makes them
         case.runner = lambda this: self._run(this, item.nodeid)
@@ -80,7 +80,7 @@ class Running:
         report: pytest.TestReport = yield  # type: ignore[assignment]
         case = case_of(item)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
-        if case is not None and call.when == "call" and not skipped:
+        if case is not None and not case.is_elsewhere and call.when == "call" and not skipped:
             is_judged = call.excinfo is not None and call.excinfo.value is case.raised
             ending = case.judgement if is_judged else None
             outcome = judge_test(_end(report), ending, has_run=case.result is not None)

@@ -45,20 +45,24 @@ class Filming:
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        failed = [verdict.requirement for verdict in result.verdicts if verdict.verdict == "Failed"] or [""]
+        failed = _counted(result.failed)
         if all(self._filmed[requirement] >= FILMS_EACH for requirement in failed):
             failures = " and ".join(failed) or "an assertion"
             return _without(
                 f"not filmed: {plural(FILMS_EACH, 'failure')} of {failures} had been filmed in this process; "
                 "run this test alone to see it"
             )
-        self._filmed.update(failed)
+        self.count(result.failed)
         name = re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 return self._replay(result, self._folder / FOLDER / name)
         except Exception as error:
             return _without(f"not filmed: {type(error).__name__}: {error}")
+
+    def count(self, failed: Sequence[str]) -> None:
+        """A failure of these requirements is filmed."""
+        self._filmed.update(_counted(failed))
 
     def _replay(self, result: CaseResult, path: Path) -> FilmResult:
         declared = self._settings.testbench.film
@@ -84,6 +88,11 @@ class Filming:
             frames=film.frames,
             note="" if same else f"the replay differs from the run (record {again.record.sha256}): compare with care",
         )
+
+
+def _counted(failed: Sequence[str]) -> Sequence[str]:
+    """What the film of a failure counts for: without a requirement, for an assertion."""
+    return failed or [""]
 
 
 class FilmRun:

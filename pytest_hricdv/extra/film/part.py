@@ -65,5 +65,17 @@ class FilmPart(Part[bool]):
         report.sections.append(("film", film_text(film, Path(folder))))
         return FILM.put(result, film)
 
+    def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
+        """Counts its film among those of this process."""
+        if not self.settings(context.options):
+            return
+        from pytest_hricdv.extra.film.filming import Filming
+        from pytest_hricdv.extra.film.records import FILM
+
+        film = FILM.of(result)
+        if film is not None and film.video:
+            failed = [name for name in result.requirements if result.violates(name)]
+            context.stash.setdefault(_FILMING, Filming(context.run_settings, context.options.report)).count(failed)
+
 
 PART = FilmPart()

@@ -28,6 +28,9 @@ _PROVIDERS = {
 }
 """Module of the library -> the module here that has what stands for it."""
 
+STAND_INS = tuple(f"{__package__}.{name}" for name in sorted({*_PROVIDERS.values()}))
+"""The modules here that have what stands for others: the first run loads them."""
+
 
 def _stand_in(name: str) -> ModuleType:
     provider = importlib.import_module(f"{__package__}.{_PROVIDERS[name]}")

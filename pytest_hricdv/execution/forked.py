@@ -1,0 +1,136 @@
+"""A fork of this process that does one thing, sends one message, and ends.
+
+Other threads of this process are not in the fork, and what they had locked stays locked there. So whoever forks a
+process with threads, such as a worker of xdist, whose other thread only waits for its controller, does not use in the
+fork what those threads use.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import select
+import signal
+import sys
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import NoReturn
+
+_HEAD = 8
+"""Bytes before a message: its length."""
+
+_PR_SET_PDEATHSIG = 1
+"""Of Linux's prctl (linux/prctl.h): the signal that a process gets when the one dies that forked it."""
+
+_LOOK_AFTER_S = 0.5
+"""So often (s) somebody looks whether a silent process is still there: what it started may hold its pipe open."""
+
+
+class ForkError(Exception):
+    """The process ended without its message; the text says how."""
+
+
+class Fork:
+    """A process that was forked, as the one sees it that forked it.
+
+    Args:
+        pid: of the process.
+        reading: where its message comes.
+    """
+
+    def __init__(self, pid: int, reading: int) -> None:
+        self._pid = pid
+        self._reading = reading
+        self._status: int | None = None
+
+    def message(self) -> bytes:
+        """Wait for its message.
+
+        Raises:
+            ForkError: it ended without one.
+        """
+        head = self._read(_HEAD)
+        return self._read(int.from_bytes(head, "big"))
+
+    def _read(self, size: int) -> bytes:
+        data = b""
+        while len(data) < size:
+            if self._has_data(_LOOK_AFTER_S):
+                part = os.read(self._reading, min(size - len(data), 1 << 20))
+                if not part:
+                    raise ForkError(self._how_it_ended())
+                data += part
+            elif self._has_ended() and not self._has_data(0.0):
+                raise ForkError(self._how_it_ended())
+        return data
+
+    def _has_data(self, patience_s: float) -> bool:
+        return bool(select.select([self._reading], [], [], patience_s)[0])
+
+    def _has_ended(self) -> bool:
+        if self._status is None:
+            pid, status = os.waitpid(self._pid, os.WNOHANG)
+            self._status = status if pid else None
+        return self._status is not None
+
+    def _how_it_ended(self) -> str:
+        if self._status is None:
+            _, self._status = os.waitpid(self._pid, 0)
+        code = os.waitstatus_to_exitcode(self._status)
+        return f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
+
+    def close(self) -> None:
+        """End it, where it has not ended."""
+        os.close(self._reading)
+        if not self._has_ended():
+            os.kill(self._pid, signal.SIGKILL)
+            self._how_it_ended()
+
+
+@dataclass(frozen=True)
+class InFork:
+    """The forked process, as it sees itself; `writing` is where its message goes."""
+
+    writing: int
+
+    def send_and_end(self, message: bytes) -> NoReturn:
+        """Send the message, and end: what the other process is to do at its own end is not done here."""
+        try:
+            for stream in (sys.stdout, sys.stderr):
+                with suppress(Exception):  # they may be whatever a test has made of them
+                    stream.flush()
+            data = len(message).to_bytes(_HEAD, "big") + message
+            while data:
+                data = data[os.write(self.writing, data) :]
+        finally:
+            os._exit(0)
+
+
+def fork() -> Fork | InFork:
+    """Fork this process: the one gets a `Fork`, the other, with the main thread only, an `InFork`."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(Exception):  # what waits in them would be written by both
+            stream.flush()
+    reading, writing = os.pipe()
+    parent = os.getpid()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # from Python 3.12 on, where there are threads: see above
+        pid = os.fork()
+    if pid:
+        os.close(writing)
+        return Fork(pid, reading)
+    os.close(reading)
+    _die_with(parent)
+    gc.freeze()  # looking through what was there before would copy all of it, page by page
+    return InFork(writing)
+
+
+def _die_with(parent: int) -> None:
+    """Nobody would end a run that goes on for ever after its session was killed; Linux does. Others cannot."""
+    with suppress(OSError, AttributeError):  # a C library without it
+        if sys.platform == "linux":
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+            if os.getppid() != parent:
+                os._exit(1)
