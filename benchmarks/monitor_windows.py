@@ -20,7 +20,10 @@ WINDOWS_S = (1, 60, 600)
 
 BLOCK = 2000  # events; chosen: some 20 ms, so that a pause of a busy machine spoils only one block
 LEAST_BLOCKS = 3
-LEAST_EVENTS = 15 * BLOCK
+LEAST_EVENTS = 50 * BLOCK
+
+FEWEST_IN_WINDOW = 10
+"""Events in a window in which something is met once; chosen: with fewer, the changes by which it is are what costs."""
 
 MET_AFTER = 0.9
 """Part of a window after which what is expected comes; chosen: so that most of a window has been open by then."""
@@ -78,9 +81,9 @@ def show_windows() -> None:
     """Measure and print: a line a form, a column for each rate and window."""
     cells = [(rate_hz, window_s) for rate_hz in RATES_HZ for window_s in WINDOWS_S]
     print("us an event, at a rate (Hz) and with windows of so many seconds; all windows are full:")
-    print(f"{'':24}" + "".join(f"{f'{rate}/{window_s}':>10}" for rate, window_s in cells) + "   largest/smallest")
+    print(f"{'':30}" + "".join(f"{f'{rate}/{window_s}':>10}" for rate, window_s in cells) + "   largest/smallest")
     for form in FORMS:
-        _show(form.label, [cost_us(form, rate_hz, window_s) for rate_hz, window_s in cells])
+        _show(form.label, [cost_us(form, *cell) if _is_measured(form, *cell) else math.nan for cell in cells])
     for form in FORMS:
         if form.rtamt:
             try:
@@ -91,8 +94,13 @@ def show_windows() -> None:
 
 
 def _show(label: str, costs_us: list[float]) -> None:
-    figures = "".join(f"{cost:10.1f}" if cost < 1000 else f"{cost:10.0f}" for cost in costs_us)
-    print(f"{label:24}{figures}   {max(costs_us) / min(costs_us):.2f}", flush=True)
+    figures = "".join(f"{cost:10.1f}" if cost < 1000 else f"{cost:10.0f}" for cost in costs_us).replace("nan", "  -")
+    measured = [cost for cost in costs_us if not math.isnan(cost)]
+    print(f"{label:30}{figures}   {max(measured) / min(measured):.2f}", flush=True)
+
+
+def _is_measured(form: Form, rate_hz: int, window_s: int) -> bool:
+    return not form.is_met or rate_hz * window_s >= FEWEST_IN_WINDOW
 
 
 def cost_us(form: Form, rate_hz: int, window_s: int) -> float:

@@ -68,7 +68,7 @@ def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:
             never hold where it stands; the caret marks the place in the formula's text.
     """
     _check_shows(f"requirement {requirement.id}", requirement.shows, vocabulary)
-    parsed = parse_formula(requirement.text, vocabulary, FormulaSource(requirement.text, requirement.id))
+    parsed = parse_formula(requirement.text, vocabulary, FormulaSource(requirement.text, requirement.id, is_built=True))
     if parsed != requirement.formula:
         raise RequirementError(
             f"requirement {requirement.id}: its text and its formula differ\n"

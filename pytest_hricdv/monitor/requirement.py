@@ -89,6 +89,7 @@ class FormulaSource:
         definition: the name of the definition that it is the formula of; empty for another formula.
         owner: what the formula belongs to if it is no requirement's and no definition's; named in errors.
         key: the key of the requirement that has the text in the file.
+        is_built: whether it is the text of a formula that was built in Python.
     """
 
     formula: str
@@ -98,6 +99,7 @@ class FormulaSource:
     definition: str = ""
     owner: str = "formula"
     key: str = "formula"
+    is_built: bool = False
 
     def error(self, start: int, end: int, problem: str, advice: str = "") -> RequirementError:
         """The error whose caret line marks `formula[start:end]`."""

@@ -29,6 +29,10 @@ MAX_DEPTH = 64
 """Most operators in each other, in a formula or in a definition with those that it uses: safe for Python's stack, and
 for its compiler, which accepts 200 parentheses in each other (190 negations in each other work, 200 do not)."""
 
+MAX_BUILT_DEPTH = 2 * MAX_DEPTH
+"""The same for a formula that was built in Python, where no definition shortens it and one pattern may make 64 of a few
+(chosen): still safe for stack and compiler."""
+
 Start = Literal["formula", "condition", "definition", "pattern"]
 
 # Unexpected token -> advice: how other languages write it, or where it is allowed here.
@@ -108,10 +112,12 @@ def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
 
 
 def _refuse_deep(source: FormulaSource, tree: Tree[Token]) -> None:
+    deepest = MAX_BUILT_DEPTH if source.is_built else MAX_DEPTH
+    advice = "make two requirements of it" if source.is_built else "give parts names in [definitions]"
     for node, depth in nodes(tree):
-        if depth > MAX_DEPTH:
-            problem = f"nested too deeply: more than {MAX_DEPTH} operators or parentheses in each other"
-            raise source.error(node.meta.start_pos, node.meta.end_pos, problem, "give parts names in [definitions]")
+        if depth > deepest:
+            problem = f"nested too deeply: more than {deepest} operators or parentheses in each other"
+            raise source.error(node.meta.start_pos, node.meta.end_pos, problem, advice)
 
 
 def nodes(tree: Tree[Token]) -> Iterator[tuple[Tree[Token], int]]:

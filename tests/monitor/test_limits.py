@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements
+from pytest_hricdv.monitor import RequirementError, Vocabulary, check_requirement, load_requirements
 from pytest_hricdv.monitor.build import always, eventually, on, signal
 from pytest_hricdv.monitor.program import compile_formula
 from pytest_hricdv.monitor.requirement import Requirement
@@ -91,6 +91,21 @@ def test_what_grows_is_refused_with_its_place(tmp_path: Path, formula: str, defi
 def test_a_window_built_in_python_has_the_same_limit() -> None:
     with pytest.raises(ValueError, match=r"a window has times of at most 1e\+09 s"):
         always(on("m") >> eventually(signal("p"), 0, 1e300))
+
+
+@pytest.mark.parametrize(("depth", "is_accepted"), [(63, True), (64, False), (150, False)])
+def test_a_formula_built_in_python_nests_twice_as_deep(depth: int, is_accepted: bool) -> None:
+    condition = signal("p")
+    for _ in range(depth):
+        condition = ~condition
+    formula = always(on("m") >> eventually(condition, 0, 1))
+    built = Requirement("R1", "", "", str(formula), formula)
+    if is_accepted:
+        check_requirement(built, SMALL)
+        compile_formula(formula)
+    else:
+        with pytest.raises(RequirementError, match="more than 128 operators or parentheses in each other"):
+            check_requirement(built, SMALL)
 
 
 def test_no_invisible_character_of_a_formula_is_printed(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import Log, RequirementError, check_requirement, evaluate, parse_condition, parse_formula
 from pytest_hricdv.monitor.analysis import is_instantaneous
-from pytest_hricdv.monitor.build import on, requirement, signal
+from pytest_hricdv.monitor.build import field, on, once, previously, requirement, rise, signal
 from pytest_hricdv.monitor.dsl import Condition
 from pytest_hricdv.monitor.formula import Formula, PastFormula
 from pytest_hricdv.monitor.patterns import (
@@ -250,6 +250,23 @@ def is_accepted(condition: PastFormula) -> bool:
     except RequirementError:
         return False
     return True
+
+
+@pytest.mark.parametrize("at_most", range(1, 21))
+@pytest.mark.parametrize("until", [None, b], ids=["to the end", "until"])
+def test_as_many_events_as_a_scope_allows_can_be_asked_for_in_python(at_most: int, until: Condition | None) -> None:
+    events = {"a message": m, "with a field": m & field("m.ok"), "an edge": rise(~(p & previously(once(q, 0, 3))))}
+    for event in events.values():
+        for after in (a, q, rise(~q)):
+            check_requirement(requirement("P", "", existence(event, at_most=at_most, after=after, until=until)), SMALL)
+
+
+def test_the_twenty_first_event_in_a_scope_is_one_too_many() -> None:
+    watched = requirement("P", "", existence(b, at_most=20, after=a))
+    check_requirement(watched, SMALL)
+    for count, verdict in ((20, "Passed"), (21, "Failed")):
+        run = log(messages(a=[1.0], b=[2 + 0.5 * number for number in range(count)]))
+        assert [result.verdict for result in evaluate([watched], run)] == [verdict]
 
 
 @pytest.mark.parametrize(

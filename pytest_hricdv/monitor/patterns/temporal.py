@@ -18,8 +18,8 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.patterns.pattern import PatternError, beginning, lasting, pattern
 
 MOST_IN_SCOPE = 20
-"""Most times in a scope (chosen): the formula has three operators more in each other for each, of the 64 that
-:data:`~pytest_hricdv.monitor.syntax_tree.MAX_DEPTH` allows."""
+"""Most times in a scope (chosen): the formula has three operators more in each other for each, half of the 128 that
+:data:`~pytest_hricdv.monitor.syntax_tree.MAX_BUILT_DEPTH` allows; the other half is for the arguments."""
 
 
 @pattern
