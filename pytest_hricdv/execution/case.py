@@ -33,6 +33,7 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.random_numbers import seeded_by
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.runtime.virtual.outside import guarded
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
@@ -206,7 +207,7 @@ def execute(
         kernel.virtual |= run.middleware.virtual
     kernel.code = modules.packages
     try:
-        with modules.installed(), guarded(kernel), kernel.watched():
+        with modules.installed(), guarded(kernel), seeded_by(test.seed), kernel.watched():
             outcome, verdicts, record = _finished(settings, followers, run)
     except Exception:
         if run.ending is not None and run.ending.error is not None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 
+import numpy
 import pytest
 
 from tests.plugin import project
@@ -30,3 +32,45 @@ def test_workers_hash_alike_without_a_hash_seed(lamps: pytest.Pytester, monkeypa
     lamps.runpytest_subprocess(*options)
     assert records(lamps.path) == first
     assert first
+
+
+DRAWN = (
+    "random.random() + float(numpy.random.rand()) + uuid.uuid4().int % 100 + secrets.randbelow(100) + os.urandom(1)[0]"
+)
+IMPORTS = "import os, random, secrets, uuid, numpy"
+
+
+@pytest.mark.parametrize(
+    ("file", "place", "text"),
+    [
+        pytest.param("lamps/guide.py", ANSWER, f"{IMPORTS}; {says(DRAWN)}", id="the code under test"),
+        pytest.param(
+            "conftest.py",
+            "lamp = Lamp()",
+            f'{IMPORTS}; lamp = Lamp(); run.recorder.signal(0.0, "lamp_level", {DRAWN})',
+            id="the testbench",
+        ),
+    ],
+)
+def test_what_is_drawn_at_random_is_the_same_in_each_session(
+    lamps: pytest.Pytester, file: str, place: str, text: str
+) -> None:
+    project.change(lamps.path, file, place, text)
+    options = ("--hri-suite=by-hand", "--hri-no-cov", "-p", "no:xdist")
+    lamps.runpytest_inprocess(*options)
+    first = records(lamps.path)
+    lamps.runpytest_inprocess(*options)
+    assert records(lamps.path) == first
+    assert len({*first.values()}) == len(first), "each test has its own seed"
+    (alone,) = [test["id"] for test in project.report(lamps.path)["tests"]][-1:]
+    lamps.runpytest_inprocess(*options, "-k", alone)
+    assert records(lamps.path) == {alone: first[alone]}
+
+
+def test_a_session_leaves_the_global_generators_alone(lamps: pytest.Pytester) -> None:
+    project.change(lamps.path, "lamps/guide.py", ANSWER, f"{IMPORTS}; {says(DRAWN)}")
+    before = random.getstate(), numpy.random.get_state(legacy=False)
+    lamps.runpytest_inprocess(
+        "--hri-suite=by-hand,rl,bdi-random", "--hri-tests=2", "-p", "no:xdist", "-p", "no:randomly"
+    )
+    numpy.testing.assert_equal((random.getstate(), numpy.random.get_state(legacy=False)), before)

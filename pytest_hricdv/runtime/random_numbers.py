@@ -1,0 +1,281 @@
+"""Random numbers in a run: what draws without a seed of its own draws from the seed of the test.
+
+This holds for Python's and numpy's global generators, and for where unseeded generators take their seeds from:
+`os.urandom` (`secrets`, `uuid4`, `SystemRandom`, names of temporary files, `numpy.random.default_rng()`) and
+`random.Random()`. Unlike time, these are the same for everybody in a run: testbench and world have to repeat as well.
+When the run is over, however it ends, all of them are as they were before.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import sys
+import tempfile
+import threading
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+_urandom = os.urandom
+_getrandom: Callable[..., bytes] | None = getattr(os, "getrandom", None)  # Linux only
+_seed: Callable[..., None] = random.Random.seed
+_seed_global = random.seed
+_uuid1 = uuid.uuid1
+
+
+class _Entropy:
+    """What a run has in place of the entropy of the operating system: a stream for itself, and one for each new thread.
+
+    Args:
+        key: the streams are those of this text.
+    """
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        self._stream = random.Random(key)
+        self._thread = threading.get_ident()
+        # As objects: a thread may get the identity of one that has ended.
+        self._of_others = set(threading.enumerate()) - {threading.current_thread()}
+        self._of_threads: dict[threading.Thread, random.Random] = {}
+
+    @property
+    def is_of_this_thread(self) -> bool:
+        """Whether this thread is the one that the run began in."""
+        return threading.get_ident() == self._thread
+
+    def of_this_thread(self) -> random.Random | None:
+        """None for a thread that is none of the run's: those of xdist, for instance, have real entropy."""
+        if self.is_of_this_thread:
+            return self._stream
+        thread = threading.current_thread()
+        if thread in self._of_others:
+            return None
+        if thread not in self._of_threads:
+            self._of_threads[thread] = random.Random(f"{self.key}, thread {len(self._of_threads)}")
+        return self._of_threads[thread]
+
+
+_entropy: _Entropy | None = None
+"""Of the run that goes on in this process."""
+
+
+def _stream() -> random.Random | None:
+    return _entropy.of_this_thread() if _entropy is not None else None
+
+
+def urandom(size: int, /) -> bytes:
+    """As of `os`."""
+    stream = _stream()
+    return _urandom(size) if stream is None else stream.randbytes(size)
+
+
+def getrandom(size: int, flags: int = 0) -> bytes:
+    """As of `os`."""
+    assert _getrandom is not None, "it stands for the real one only where there is one"
+    stream = _stream()
+    return _getrandom(size, flags) if stream is None else stream.randbytes(size)
+
+
+def _seeded(generator: random.Random, a: Any = None, version: int = 2) -> None:
+    """As the method `seed` of `random.Random`: Python's own takes what it needs from the system, in C."""
+    stream = _stream() if a is None else None
+    _seed(generator, a if stream is None else stream.getrandbits(256), version)
+
+
+def seed(a: Any = None, version: int = 2) -> None:
+    """As of `random`."""
+    _seeded(_seed_global.__self__, a, version)  # type: ignore[attr-defined]  # a method of the global generator
+
+
+def uuid1(node: int | None = None, clock_seq: int | None = None) -> uuid.UUID:
+    """As of `uuid`; in a run it names no machine and no time, but is one of `uuid4`."""
+    return _uuid1(node, clock_seq) if _stream() is None else uuid.uuid4()
+
+
+def _replacements() -> list[tuple[object, object]]:
+    pairs: list[tuple[object, object]] = [(_urandom, urandom), (_seed_global, seed), (_uuid1, uuid1)]
+    return [*pairs, (_getrandom, getrandom)] if _getrandom is not None else pairs
+
+
+class _Names:
+    """Where modules have what is replaced, under whichever names: `from os import urandom as _urandom` of `random`."""
+
+    def __init__(self) -> None:
+        self._modules = 0
+        self._names: list[tuple[dict[str, Any], str, object, object]] = []
+
+    def replaced(self) -> list[Callable[[], None]]:
+        """Replace all; returns what undoes it."""
+        if len(sys.modules) != self._modules:
+            self._modules = len(sys.modules)
+            self._names = [*self._searched()]
+        undo: list[Callable[[], None]] = []
+        for names, name, real, other in self._names:
+            if names.get(name) is real:
+                names[name] = other
+                undo.append(partial(names.__setitem__, name, real))
+        return undo
+
+    def _searched(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
+        # By identity where that is possible: a bound method is another object each time that it is asked for.
+        pairs = {id(real): (real, other) for real, other in _replacements()}
+        for module in [*sys.modules.values()]:
+            if not isinstance(module, ModuleType) or module is sys.modules[__name__]:
+                continue
+            names: dict[str, Any] = object.__getattribute__(module, "__dict__")  # a lazy module is not loaded by this
+            for name, value in [*names.items()]:
+                if id(value) in pairs:
+                    yield names, name, *pairs[id(value)]
+
+
+_NAMES = _Names()
+
+
+class _Generators:
+    """Python's and numpy's global generators, as they were at one time."""
+
+    def __init__(self) -> None:
+        self._python = random.getstate()
+        numpy_random = _numpy_random()
+        self._numpy = None if numpy_random is None else numpy_random.get_state(legacy=False)
+        self._bits = None if numpy_random is None else _bit_generator(numpy_random)
+
+    def put_back(self, key: str | None) -> None:
+        """Let them be as they were; numpy's, if it is new, is that of a key, or of the system where this is None."""
+        random.setstate(self._python)
+        numpy_random = _numpy_random()
+        if numpy_random is None:
+            return
+        if self._numpy is None:
+            _seed_numpy(numpy_random, key)
+            return
+        if _bit_generator(numpy_random) is not self._bits:  # somebody has chosen another one in the meantime
+            numpy_random.set_bit_generator(self._bits)
+        numpy_random.set_state(self._numpy)
+
+
+def _numpy_random() -> Any:
+    """`numpy.random`, if it has been imported."""
+    # Who restores `sys.modules`, as tests of plugins do, leaves it in numpy, which gets it only once it is imported.
+    module = sys.modules.get("numpy.random") or getattr(sys.modules.get("numpy"), "__dict__", {}).get("random")
+    return module if hasattr(module, "set_state") else None  # not while it is being imported
+
+
+def _bit_generator(numpy_random: Any) -> Any:
+    return numpy_random.mtrand._rand._bit_generator  # numpy has a function for it since 1.24
+
+
+def _seed_numpy(numpy_random: Any, key: str | None) -> None:
+    number = None if key is None else random.Random(key).getrandbits(32)  # as many bits as its old seed may have
+    bits = _bit_generator(numpy_random)
+    if type(bits).__name__ == "MT19937":
+        numpy_random.seed(number)
+    else:  # its `seed` refuses any other one
+        bits.state = type(bits)(number).state
+
+
+def _seed_generators(key: str) -> None:
+    _seed_global(key)
+    numpy_random = _numpy_random()
+    if numpy_random is not None:
+        _seed_numpy(numpy_random, key)
+
+
+@contextmanager
+def _drawing(key: str) -> Iterator[None]:
+    """Within, everything that is random is that of a key; afterwards it is as before."""
+    global _entropy
+    before, generators = _entropy, _Generators()
+    _entropy = _Entropy(key)
+    _seed_generators(key)
+    try:
+        yield
+    finally:
+        _entropy = before
+        generators.put_back(None if before is None else before.key)
+
+
+class _ImportsApart(MetaPathFinder):
+    """Lets a module draw from streams of its own while it is imported.
+
+    This happens once in a process: what it drew from the run's streams would be missing there in this run, and in no
+    other one.
+    """
+
+    def __init__(self) -> None:
+        self._loaders: list[Any] = []
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None, /
+    ) -> ModuleSpec | None:
+        """What the other finders find, with a loader that executes the module so."""
+        others = [finder for finder in sys.meta_path if not isinstance(finder, _ImportsApart)]
+        specs = (finder.find_spec(fullname, path, target) for finder in others if hasattr(finder, "find_spec"))
+        spec = next((spec for spec in specs if spec is not None), None)
+        loader: Any = None if spec is None else spec.loader
+        # A loader that has it in itself is the class that loads built-in modules, or one that is dealt with.
+        if hasattr(loader, "exec_module") and "exec_module" not in getattr(loader, "__dict__", ("exec_module",)):
+            vars(loader)["exec_module"] = partial(_executed, loader.exec_module)
+            self._loaders.append(loader)
+        return spec
+
+    def release(self) -> None:
+        """Loaders are again what they were."""
+        for loader in self._loaders:
+            vars(loader).pop("exec_module", None)
+
+
+def _executed(execute: Callable[[ModuleType], None], module: ModuleType) -> None:
+    if _entropy is None or not _entropy.is_of_this_thread:
+        execute(module)
+        return
+    with _drawing(f"import of {module.__name__}"):
+        execute(module)
+
+
+@contextmanager
+def seeded_by(test_seed: int) -> Iterator[None]:
+    """A run: within, everything that is random depends on the test's seed only."""
+    with suppress(OSError):
+        tempfile.gettempdir()  # what it draws to find it, it draws once in a process
+    finder = _ImportsApart()
+    names: Any = tempfile  # the sequence of names has a generator of its own for as long as the process lives
+    sequence = names._name_sequence
+    with _drawing(f"hricdv {test_seed}"):
+        undo = _NAMES.replaced()
+        random.Random.seed = _seeded  # type: ignore[method-assign, assignment]
+        names._name_sequence = None
+        sys.meta_path.insert(0, finder)
+        try:
+            yield
+        finally:
+            if finder in sys.meta_path:
+                sys.meta_path.remove(finder)
+            finder.release()
+            names._name_sequence = sequence
+            random.Random.seed = _seed  # type: ignore[method-assign]
+            for restore in reversed(undo):
+                restore()
+
+
+_before_fork: list[object] = []
+
+
+def _forking() -> None:
+    _before_fork[:] = [random.getstate()] if _entropy is not None else []
+
+
+def _forked() -> None:
+    """Python's own `random` has just drawn a new seed: a fork within a run goes on as its parent would."""
+    if _before_fork:
+        random.setstate(_before_fork.pop())  # type: ignore[arg-type]
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_forking, after_in_child=_forked, after_in_parent=_before_fork.clear)
