@@ -35,6 +35,10 @@ class Joints:
         speeds = self._engine.joint_speeds(self._body, self._joints)
         return float(max(max(speeds), -min(speeds))) + 0.0
 
+    def speeds(self) -> Sequence[float]:
+        """See `Drive`: of an engine that makes one step at a time."""
+        return (self.speed(),)
+
     def _set(self, pose: Sequence[float]) -> None:
         self._engine.set_joints(self._body, self._joints, pose)
 

@@ -69,9 +69,6 @@ class Drive(Protocol):
         not finite, a duration that is not positive, or ramps that are too long for it.
         """
 
-    def advance(self, steps: int) -> None:
-        """Called before physics steps."""
-
     def stop(self) -> None:
         """Brake, and hold the present angles."""
 
@@ -83,6 +80,9 @@ class Drive(Protocol):
 
     def speed(self) -> float:
         """Speed of the fastest joint (rad/s)."""
+
+    def speeds(self) -> Sequence[float]:
+        """The same after each step of the last advance, in the order of time; the last one is that of now."""
 
 
 class Engine(Protocol):
@@ -101,8 +101,12 @@ class Engine(Protocol):
     def close(self) -> None:
         """Release all resources; may be called more than once."""
 
-    def step(self) -> None:
-        """Advance by one time step."""
+    def advance(self, steps: int) -> int:
+        """Advance by time steps, with all drives: at least one, at most `steps`. Returns how many were made.
+
+        There are fewer when something begins that depends on each step, such as a weld that gives way. Forces that were
+        applied last during all of them.
+        """
 
     # bodies
 

@@ -116,6 +116,13 @@ class Gripper:
         """True while `before_step` is needed: the fingers move, or a leg is held."""
         return self.motion is not FingerMotion.NONE or self._legs.in_hand is not None
 
+    @property
+    def busy_each_step(self) -> bool:
+        """True while what `before_step` does differs from step to step."""
+        if self.motion is not FingerMotion.NONE or self._gripped:
+            return True
+        return self._legs.in_hand is not None and self._person.pulls and self._person.pull_changing
+
     def at_rest(self) -> bool:
         """True when the last command is done."""
         return self.motion is FingerMotion.NONE

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from sim.drive import Joints, Move
-from sim.engine import STEP_S, TICK_STEPS, Drive, Engine, SimulationError, check_finite
+from sim.engine import STEP_S, Drive, Engine, SimulationError, check_finite
 from sim.geometry import UPRIGHT, Pose, Vector
 from sim.layout import LEG_LENGTH_M, LEG_MASS_KG, height_below
 from sim.leg import Held, Leg, RigidLeg
@@ -24,9 +24,12 @@ GRAVITY_M_S2 = 9.81
 
 
 class Mechanics(Protocol):
-    """Creates the moving parts of a world and moves them; `stride`: the largest number of steps at once."""
+    """Creates the moving parts of a world and moves them.
 
-    stride: int
+    `by_tick`: nothing happens between two control ticks.
+    """
+
+    by_tick: bool
 
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """A drive for some joints of a body."""
@@ -34,39 +37,32 @@ class Mechanics(Protocol):
     def leg(self, engine: Engine, place: Vector) -> Leg:
         """A leg that waits at a place (m)."""
 
-    def step(self, engine: Engine, steps: int) -> None:
-        """Advance by `steps` physics steps."""
+    def advance(self, engine: Engine, steps: int) -> int:
+        """Advance by physics steps: at least one, at most `steps`. Returns how many were made."""
 
 
 class Dynamic:
-    """The engine's rigid bodies, motors and joints, step by step."""
+    """The engine's rigid bodies, motors and joints."""
 
-    stride = 1
-
-    def __init__(self) -> None:
-        self._drives: list[Drive] = []
+    by_tick = False
 
     def drive(self, engine: Engine, body: int, indices: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """See `Mechanics`."""
-        drive = engine.drive(body, indices, torques_nm)
-        self._drives.append(drive)
-        return drive
+        return engine.drive(body, indices, torques_nm)
 
     def leg(self, engine: Engine, place: Vector) -> Leg:
         """See `Mechanics`."""
         return RigidLeg(engine, place)
 
-    def step(self, engine: Engine, steps: int) -> None:
+    def advance(self, engine: Engine, steps: int) -> int:
         """See `Mechanics`."""
-        for drive in self._drives:
-            drive.advance(steps)
-        engine.step()
+        return engine.advance(steps)
 
 
 class Kinematic:
     """Everything follows its plan or its holder exactly, computed once every control tick."""
 
-    stride = TICK_STEPS  # nothing has mass, so nothing happens between two ticks
+    by_tick = True  # nothing has mass
 
     def __init__(self) -> None:
         self._moved: list[KinematicDrive | KinematicLeg] = []
@@ -83,10 +79,11 @@ class Kinematic:
         self._moved.append(leg)
         return leg
 
-    def step(self, engine: Engine, steps: int) -> None:
+    def advance(self, engine: Engine, steps: int) -> int:
         """See `Mechanics`."""
-        for drive in self._moved:
-            drive.advance(steps)
+        for mover in self._moved:
+            mover.advance(steps)
+        return steps
 
 
 class KinematicDrive(Joints):
@@ -117,7 +114,7 @@ class KinematicDrive(Joints):
         return 0.0 if move is None else max(move.top_speeds_rad_s) * move.speed_share(self._steps * STEP_S)
 
     def advance(self, steps: int) -> None:
-        """See `Drive`: so many steps of the way."""
+        """Go so many steps of the way."""
         move = self._move
         if move is None:
             return

@@ -77,6 +77,10 @@ class Torso:
         """The largest joint speed of the arm (rad/s). Raises SimulationError when any is not finite."""
         return self.drive.speed()
 
+    def arm_speeds(self) -> Sequence[float]:
+        """The same after each step of the engine's last advance; of the last one only, if steps are not computed."""
+        return self.drive.speeds()
+
     def palm_pose(self) -> Pose:
         """Position (m) and orientation of the palm link's frame: out of the palm, to the fingers, to the thumb."""
         return self._engine.link_frame(self.body, self.palm)

@@ -166,8 +166,9 @@ class World:
         self.gripper = Gripper(engine, self.torso, self.fingers, self.legs, self.person, self.signal)
         self.bystander = Bystander(engine, self.torso, self.fingers)
         self._whereabouts = Whereabouts(self.torso, self.legs, self.signal)
-        for _ in range(SETTLE_STEPS):
-            self._mechanics.step(engine, 1)
+        settled = 0
+        while settled < SETTLE_STEPS:
+            settled += self._mechanics.advance(engine, SETTLE_STEPS - settled)
         self._speed_rad_s = 0.0
         self.signal("arm_speed", self._speed_rad_s)
         self.signal("arm_moving", False)
@@ -180,23 +181,36 @@ class World:
         self.signal("hand_distance", self.gripper.human_distance())
 
     def _step(self, at_most: int) -> None:
-        stride, gripper = self._mechanics.stride, self.gripper
-        steps = min(stride - self.time.step % stride, at_most)
+        gripper = self.gripper
         if gripper.busy:
             gripper.before_step()
-        self._mechanics.step(self.engine, steps)
-        self._count(steps)
+        made = self._mechanics.advance(self.engine, self._steps_at_once(at_most))
+        self._record_speeds(made)
         if gripper.motion is not FingerMotion.NONE or self.legs.carried is not None:
             self.person.follow()  # otherwise nothing depends on the person before the next tick
-        speed_rad_s = round(self.torso.arm_speed(), SPEED_DIGITS)
-        if speed_rad_s != self._speed_rad_s:
-            self._speed_rad_s = speed_rad_s
-            self.signal("arm_speed", speed_rad_s)
-            self.signal("arm_moving", speed_rad_s > MOVING_RAD_S)
         if gripper.motion is not FingerMotion.NONE:
             gripper.after_step()
         if self.time.step % TICK_STEPS == 0:
             self._tick()
+
+    def _steps_at_once(self, at_most: int) -> int:
+        """Up to the next tick, while nothing but physics depends on each step."""
+        carries = self.legs.carried is not None and self.person.hand.moving
+        if (carries or self.gripper.busy_each_step) and not self._mechanics.by_tick:
+            return 1
+        return min(TICK_STEPS - self.time.step % TICK_STEPS, at_most)
+
+    def _record_speeds(self, made: int) -> None:
+        """Count the steps that were made, and record the arm's speed, each at its time."""
+        speeds = self.torso.arm_speeds()
+        self._count(made - len(speeds))
+        for raw_rad_s in speeds:
+            self._count(1)
+            speed_rad_s = round(raw_rad_s, SPEED_DIGITS)
+            if speed_rad_s != self._speed_rad_s:
+                self._speed_rad_s = speed_rad_s
+                self.signal("arm_speed", speed_rad_s)
+                self.signal("arm_moving", speed_rad_s > MOVING_RAD_S)
 
     def _tick(self) -> None:
         self.person.follow()

@@ -37,6 +37,7 @@ class BulletEngine:
 
     def __init__(self, step_s: float) -> None:
         self._link_counts: dict[int, int] = {}
+        self._drives: list[Motors] = []
         self.client = connect()
         with silenced():
             bullet.setPhysicsEngineParameter(
@@ -59,9 +60,12 @@ class BulletEngine:
             bullet.disconnect(self.client)
             self.client = -1
 
-    def step(self) -> None:
-        """See `Engine`."""
+    def advance(self, steps: int) -> int:
+        """See `Engine`: one step at a time, as PyBullet tells nothing of the steps between."""
+        for motors in self._drives:
+            motors.advance()
         bullet.stepSimulation(physicsClientId=self.client)
+        return 1
 
     # bodies
 
@@ -240,7 +244,9 @@ class BulletEngine:
 
     def drive(self, body: int, joints: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """See `Engine`."""
-        return Motors(self, self.client, body, joints, torques_nm)
+        motors = Motors(self, self.client, body, joints, torques_nm)
+        self._drives.append(motors)
+        return motors
 
     def push(self, body: int, link: int, force_n: Vector, place: Vector) -> None:
         """See `Engine`."""

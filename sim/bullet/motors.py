@@ -57,14 +57,14 @@ class Motors(Joints):
         self._set(pose)
         self._command(pose, [HOLD_SPEED_RAD_S] * len(self._joints))
 
-    def advance(self, steps: int) -> None:
-        """See `Drive`: sets the speed limits for the next step if they change."""
+    def advance(self) -> None:
+        """Before each step: sets the speed limits for it if they change."""
         move = self._move
         if move is None:
             return
         # In the middle of the step: its mean speed is that of the plan, while the speed at its begin would lag behind.
         time_s = (self._steps + 0.5) * STEP_S
-        self._steps += steps
+        self._steps += 1
         if self._share == 1.0 and time_s < self._cruise_end_s:  # most steps: nothing changes
             return
         over = time_s >= move.duration_s

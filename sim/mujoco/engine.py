@@ -36,6 +36,7 @@ class MujocoEngine:
 
     def __init__(self, step_s: float) -> None:
         self._scene = Scene(step_s)
+        self._servos: list[Servos] = []
         self._welds: dict[int, Weld] = {}
         self._count = 0
 
@@ -49,14 +50,18 @@ class MujocoEngine:
         """See `Engine`."""
         self._scene.close()
 
-    def step(self) -> None:
-        """See `Engine`."""
-        for weld in self._welds.values():
-            weld.before_step()
+    def advance(self, steps: int) -> int:
+        """See `Engine`: up to the step in which a weld is overloaded, one by one while a body slides."""
         holding = [weld for weld in self._welds.values() if weld.holds]
-        self._scene.step()
+        if len(holding) < len(self._welds):
+            steps = 1
+            for weld in self._welds.values():
+                weld.before_step()
+        moving = [servos.tell for servos in self._servos if not servos.settled]
+        made = self._scene.advance(steps, moving, [weld.limit_n for weld in holding])
         for number, weld in enumerate(holding):
             weld.after_step(number)
+        return made
 
     # bodies
 
@@ -249,7 +254,9 @@ class MujocoEngine:
 
     def drive(self, body: int, joints: Sequence[int], torques_nm: Sequence[float]) -> Drive:
         """See `Engine`."""
-        return Servos(self, self._scene, body, joints, torques_nm)
+        servos = Servos(self, self._scene, body, joints, torques_nm)
+        self._servos.append(servos)
+        return servos
 
     def push(self, body: int, link: int, force_n: Vector, place: Vector) -> None:
         """See `Engine`."""

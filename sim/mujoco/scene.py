@@ -7,7 +7,7 @@ with the state of what stays, when it is next needed: 0.7 ms.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,9 @@ from sim.shapes import Shape
 MEMORY_BYTES = 1 << 21
 """For constraints and contacts of one step; the default of 15 MB takes its time at each compilation."""
 
+
+ROWS = 6
+"""Of constraint forces a weld: three forces, three torques."""
 
 ANY_KG = 1.0
 """Of a body that physics never moves. MuJoCo misplaces the centre of one without mass."""
@@ -48,6 +51,8 @@ class Scene:
         self._addresses: dict[tuple[int, Sequence[int]], tuple[Any, Any]] = {}
         self._fresh: set[int] = set()  # bodies that are not compiled yet
         self._compiled: tuple[Any, Any] | None = None
+        self.log: Any = np.empty((0, 0))
+        """The velocity after each step of the last advance: steps x degrees of freedom (m/s and rad/s)."""
 
     def close(self) -> None:
         """Release model and state."""
@@ -99,18 +104,41 @@ class Scene:
         for body in self.bodies.values():
             body.find(self._compiled[0])
 
-    def step(self) -> None:
-        """Advance by one time step; forces that were applied are gone after it."""
+    def advance(self, steps: int, before_step: Sequence[Callable[[], None]], limits_n: Sequence[float]) -> int:
+        """Advance by time steps; forces that were applied last during all of them, and are gone then.
+
+        Args:
+            steps: how many, if nothing comes between.
+            before_step: is called before each step.
+            limits_n: the force (N) of each active weld, in their order, after which no other step is made.
+
+        Returns:
+            how many were made.
+        """
         model, data = self.now()
-        mujoco.mj_step(model, data)
-        if warnings:
-            first = warnings[0]
-            warnings.clear()
-            raise SimulationError(f"MuJoCo: {first}")
+        velocity, log = data.qvel, np.empty((steps, model.nv))
+        made, overloaded = 0, False
+        while made < steps and not overloaded:
+            for prepare in before_step:
+                prepare()
+            if not warnings:
+                mujoco.mj_step(model, data)
+            if warnings:
+                if made:  # those before went well: the next call says it, at its time
+                    break
+                first = warnings[0]
+                warnings.clear()
+                raise SimulationError(f"MuJoCo: {first}")
+            log[made] = velocity
+            made += 1
+            for number, limit_n in enumerate(limits_n):
+                overloaded |= math.hypot(*weld_force(data, number)) > limit_n
+        self.log = log[:made]
         if self._pushed:
             data.xfrc_applied[:] = 0.0
             self._pushed = False
         self._moved = True
+        return made
 
     def push(self, number: int, link: int, force_n: Vector, place: Vector) -> None:
         """Push for one step: force (N) on a link of a body at a place (m), in world axes."""
@@ -202,7 +230,7 @@ class Scene:
         key = number, tuple(joints)
         if key not in self._addresses:
             own = [self.bodies[number].joints[joint].id for joint in joints]
-            self._addresses[key] = _indices(model.jnt_qposadr[own]), _indices(model.jnt_dofadr[own])
+            self._addresses[key] = indices(model.jnt_qposadr[own]), indices(model.jnt_dofadr[own])
         return self._addresses[key]
 
     def speed(self, number: int) -> float:
@@ -210,7 +238,12 @@ class Scene:
         return math.hypot(*self.velocity(number)[:3].tolist()) if self.bodies[number].free else 0.0
 
 
-def _indices(numbers: Any) -> Any:
+def weld_force(data: Any, number: int) -> Vector:
+    """The force (N) of an active weld in the last step, by its number among them: MuJoCo puts equalities first."""
+    return vector(data.efc_force[ROWS * number : ROWS * number + 3])
+
+
+def indices(numbers: Any) -> Any:
     """Numbers of elements as an index of numpy: a slice where it can be, which is faster."""
     first, count = int(numbers[0]), len(numbers)
     return slice(first, first + count) if numbers.tolist() == [*range(first, first + count)] else numbers

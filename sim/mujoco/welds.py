@@ -14,7 +14,7 @@ from sim.engine import STEP_S
 from sim.geometry import Pose, Vector
 from sim.mujoco.body import turn, vector
 from sim.mujoco.library import mujoco
-from sim.mujoco.scene import Scene
+from sim.mujoco.scene import Scene, weld_force
 from sim.rotation import compose, relative
 
 TIME_S = 2.0 * STEP_S
@@ -26,9 +26,6 @@ HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
 SPIN_RAD_S = 1.0
 """Of a body that is let go, about its own x axis: no grip opens everywhere at once. Without it a leg falls upright
 and stands upright on the one before; PyBullet's contacts make it topple."""
-
-ROWS = 6
-"""Of constraint forces a weld: three forces, three torques."""
 
 
 class Weld:
@@ -79,7 +76,7 @@ class Weld:
         """
         if self._sliding is None:
             _, data = self._scene.now()
-            x, y, z = self.force_n = vector(data.efc_force[ROWS * number : ROWS * number + 3])
+            x, y, z = self.force_n = weld_force(data, number)
             load_n = math.hypot(x, y, z)
             if load_n > self.limit_n:
                 self._sliding, self._offset = scaled(1.0 / load_n, self.force_n), self._offset_now()
