@@ -169,7 +169,9 @@ class Run:
         return self.test if self.test.actions[: len(taken)] == taken else replace(self.test, actions=taken)
 
     def go(self, limit_s: float) -> str:
-        """Run the nodes up to `limit_s`, then on until no monitor has an open deadline; then end all nodes.
+        """Run the nodes up to `limit_s`, then on to the last deadline that is open then; then end all nodes.
+
+        What is triggered after `limit_s` may be undecided at the end: *pending*.
 
         Returns:
             Why it ended: what was given to `kernel.stop`, "idle", "limit", or which node failed. A failed node is a
@@ -180,14 +182,10 @@ class Run:
             try:
                 why = self.kernel.run(limit_s)
                 self.ending = Ending("stopped" if self.kernel.stopped else why, self.kernel.now_s)
-                self.monitors.advance(self.kernel.now_s)
                 # An instant is judged once it is over, and what happened at the last one may have met a deadline.
-                until_s = self.kernel.now_s + INSTANT_S
-                while (deadline_s := self._open_deadline_s()) is not None:
-                    if self.kernel.run(min(deadline_s, until_s)) == "idle":
-                        self.kernel.skip(min(deadline_s, until_s))
-                    self.monitors.advance(self.kernel.now_s)
-                    until_s = math.inf
+                self._go_on(self.kernel.now_s + INSTANT_S)
+                # What is triggered on the way has no say: a topic at 10 Hz that nobody answers would go on for ever.
+                self._go_on(math.inf)
             except NodeError as error:
                 if isinstance(error.__cause__, MonitorError | TestbenchError):
                     raise  # by the requirements or the testbench, in whichever node it was noticed
@@ -198,6 +196,18 @@ class Run:
                     self.middleware.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
                 self.kernel.close()
         return why
+
+    def _go_on(self, until_s: float) -> None:
+        """Run up to the last deadline that is open now, at most to `until_s`."""
+        self.monitors.advance(self.kernel.now_s)
+        deadline_s = self._open_deadline_s()
+        if deadline_s is None:
+            return
+        end_s = min(deadline_s, until_s)
+        while self.kernel.now_s < end_s:  # a node may stop the run once more
+            if self.kernel.run(end_s) == "idle":
+                self.kernel.skip(end_s)
+        self.monitors.advance(self.kernel.now_s)
 
     def _open_deadline_s(self) -> float | None:
         deadline_s = self.monitors.next_deadline_s()

@@ -102,6 +102,11 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
         metavar="REQUIREMENT",
         help="a requirement that need not be triggered; repeatable",
     )
+    add(
+        "--fail-on-pending",
+        action="store_true",
+        help="fail when a requirement was triggered and is undecided at the end of a run",
+    )
     add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
     add("--update-baseline", action="store_true", help="write the file of --baseline anew")
     add("--fail-on-change", action="store_true", help="fail when a test behaves otherwise than in the baseline")
@@ -206,6 +211,7 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, GateRe
         fail_on_nc=options.fail_on_nc,
         allowed=allowed,
         fail_on_change=options.fail_on_change,
+        fail_on_pending=options.fail_on_pending,
     )
     checked = check_gates(report, gates, compared, datetime.datetime.now(datetime.UTC).date(), whole=True)
     if options.update_baseline and missing > 0:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import totals
-from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, width, wrap
+from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, plural, width, wrap
 from pytest_hricdv.results.model import Report, SuiteResult
 
 _MAX_UNUSED = 3
@@ -19,6 +19,7 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Itera
         return
     yield from _table(rows, columns)
     yield from _unchecked(rows, columns)
+    yield from _pending(rows, columns)
     yield from _known(rows, columns)
     if totals.is_whole(report, suite):
         yield from _unused(rows, columns)
@@ -56,6 +57,13 @@ def _unchecked(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[
     for row in unchecked:
         if row.may_be_nc:
             yield from labelled("NC: allowed", f"{row.name}: {row.may_be_nc}", columns, "dim")
+
+
+def _pending(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    open_ = [f"{row.name}: {plural(row.pending, 'trigger')}" for row in rows if row.pending]
+    if open_:
+        shown = listing(open_, columns - LABEL_COLUMNS - 30)
+        yield from labelled("pending at the end", f"{shown}, undecided when a run ended", columns, "warn")
 
 
 def _known(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:

@@ -34,6 +34,7 @@ class RequirementView:
         may_be_nc: why no test need trigger it; None where one must.
         counts: verdict -> number of tests.
         triggers: over all tests.
+        pending: those that were undecided at the end of a run.
         tight: tests that passed with the least margins.
         near_misses: tests that did not trigger it, by how near they came.
         notes: of optional parts.
@@ -48,6 +49,7 @@ class RequirementView:
     may_be_nc: NcExemption | None
     counts: Mapping[str, int]
     triggers: int
+    pending: int
     failures: tuple[Judged, ...]
     tight: tuple[Judged, ...]
     near_misses: tuple[Missed, ...]
@@ -70,6 +72,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
         may_be_nc=report.may_be_nc.get(name),
         counts={word: len(judged) for word, judged in by_verdict.items()},
         triggers=sum(result.triggers for _, result in pairs),
+        pending=sum(result.pending for _, result in pairs),
         failures=tuple(sorted(by_verdict["Failed"], key=_margin)[:SHOWN]),
         tight=tuple(sorted(tight, key=_margin)[:SHOWN]),
         near_misses=tuple(sorted(near_misses, key=_nearness)[:SHOWN]),

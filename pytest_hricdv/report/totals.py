@@ -35,6 +35,8 @@ _WAIVED = "waived as unreachable"
 class RequirementRow:
     """One requirement over one suite: tests by verdict, triggers over all tests, and the least margin.
 
+    `pending` are the triggers that were undecided at the end of a run.
+
     `known_reason` is why its violation is known, with its condition; empty if it is not, or if the run is strict.
     `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
     this suite need trigger it; empty if one must. `unused` are the alternatives of its response that never decided.
@@ -48,6 +50,7 @@ class RequirementRow:
     failed: int
     nc: int
     triggers: int
+    pending: int
     known_reason: str
     outside: int
     may_be_nc: str
@@ -175,6 +178,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 failed=tally.failed,
                 nc=tally.nc,
                 triggers=tally.triggers,
+                pending=tally.pending,
                 known_reason=known_reason(report, name),
                 outside=tally.outside,
                 unused=tally.unused,

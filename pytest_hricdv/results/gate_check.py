@@ -25,12 +25,13 @@ def gates_of(
     fail_on_nc: bool = False,
     allowed: Iterable[str] = (),
     fail_on_change: bool = False,
+    fail_on_pending: bool = False,
 ) -> Gates:
     """Gates with the policy and the exemptions that a report was made with.
 
     Args:
         thresholds: in place of those of the policy for the same kinds.
-        fail_on_nc: likewise `fail_on_change`: beside the policy.
+        fail_on_nc: likewise `fail_on_change` and `fail_on_pending`: beside the policy.
         allowed: further requirements that need not be triggered.
 
     Raises:
@@ -59,6 +60,7 @@ def gates_of(
         may_be_nc,
         known_violations,
         fail_on_change or policy.fail_on_change,
+        fail_on_pending or policy.fail_on_pending,
     )
 
 
@@ -82,6 +84,8 @@ def check_gates(
     failed = [*_expired(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
     if whole and (gates.fail_on_nc or is_whole(report)):
         failed += _unchecked(report, gates.may_be_nc, today)
+    if gates.fail_on_pending:
+        failed += _pending(report)
     if gates.fail_on_change and report.changes is not None:
         failed += _changed(report, report.changes)
     improved = list(_needless(report, gates)) if whole else []
@@ -133,6 +137,18 @@ def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datet
             yield f"{name} was not checked: no test triggered it; {near}; if it may be so, say why in hri_allow_nc"
         elif exemption.expired(today):
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
+
+
+def _pending(report: Report) -> Iterator[str]:
+    for name in report.requirements:
+        tests = [test for test in report.tests if name in test.requirements and test.requirements[name].pending]
+        if tests:
+            pending = sum(test.requirements[name].pending for test in tests)
+            triggers = sum(test.requirements[name].triggers for test in report.tests if name in test.requirements)
+            yield (
+                f"{name} was pending at the end: {pending} of {triggers} triggers undecided when their runs ended, for "
+                f"instance of {tests[0].id}; if they could still be decided, give run.go a longer limit"
+            )
 
 
 def _changed(report: Report, changes: BehaviourChanges) -> Iterator[str]:

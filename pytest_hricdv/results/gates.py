@@ -163,6 +163,7 @@ class Gates:
             tests was asked for; whole suites always do.
         may_be_nc: requirements that need not be triggered.
         known_violations: exemptions for violations; one that has expired fails the session.
+        fail_on_pending: fail when a requirement was triggered and undecided at the end of a run.
         fail_on_change: fail when a test behaves otherwise than in the baseline.
     """
 
@@ -171,3 +172,4 @@ class Gates:
     may_be_nc: Mapping[str, Exemption] = field(default_factory=dict)
     known_violations: Mapping[str, Exemption] = field(default_factory=dict)
     fail_on_change: bool = False
+    fail_on_pending: bool = False

@@ -173,6 +173,7 @@ def _policy(reports: Iterable[Report]) -> GatePolicy | None:
         thresholds=dict(sorted(thresholds.items())),
         fail_on_nc=any(policy.fail_on_nc for policy in policies),
         fail_on_change=any(policy.fail_on_change for policy in policies),
+        fail_on_pending=any(policy.fail_on_pending for policy in policies),
     )
 
 

@@ -260,6 +260,7 @@ class GatePolicy(PlainRecord, frozen=True, kw_only=True):
     thresholds: Mapping[str, Percent] = {}
     fail_on_nc: bool = False
     fail_on_change: bool = False
+    fail_on_pending: bool = False
 
 
 class GateResult(PlainRecord, frozen=True, kw_only=True):

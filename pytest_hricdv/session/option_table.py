@@ -94,6 +94,11 @@ GATES = (
         "a requirement that no test need trigger, or 'REQUIREMENT in SUITE,...'",
         "one a line, 'R5: reason', or 'R5 in SUITE,... until 2027-01-31: reason': no test need trigger it",
     ),
+    Flag(
+        "fail-on-pending",
+        "fail when a requirement was triggered and is undecided at the end of a run, which goes on past its limit only "
+        "to the last deadline that is open then",
+    ),
     Value(
         "baseline",
         "FILE",

@@ -118,6 +118,7 @@ def read_options(config: pytest.Config) -> Options:
             may_be_nc=_exemptions(config, "allow_nc", "allow_nc", MAY_BE_NC),
             known_violations={} if reader.flag("strict") else known_violations,
             fail_on_change=_fail_on_change(reader),
+            fail_on_pending=reader.flag("fail_on_pending"),
         ),
         known_violations={
             name: exemption for name, exemption in known_violations.items() if not exemption.expired(today)

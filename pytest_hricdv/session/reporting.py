@@ -211,9 +211,14 @@ class Reporting:
         """The gates of the session; None where it has none, so that a report does not speak of them."""
         gates = self.options.gates
         thresholds = {threshold.kind: threshold.percent for threshold in gates.thresholds}
-        if not (thresholds or gates.fail_on_nc or gates.fail_on_change):
+        if not (thresholds or gates.fail_on_nc or gates.fail_on_change or gates.fail_on_pending):
             return None
-        return GatePolicy(thresholds=thresholds, fail_on_nc=gates.fail_on_nc, fail_on_change=gates.fail_on_change)
+        return GatePolicy(
+            thresholds=thresholds,
+            fail_on_nc=gates.fail_on_nc,
+            fail_on_change=gates.fail_on_change,
+            fail_on_pending=gates.fail_on_pending,
+        )
 
     @cached_property
     def _reachability(self) -> Reachability:

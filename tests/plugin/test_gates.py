@@ -7,7 +7,15 @@ import json
 
 import pytest
 
-from tests.plugin.project import change, counted_up_to_313, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import (
+    change,
+    command,
+    counted_up_to_313,
+    in_each_mode,
+    outcomes,
+    plain_and_slowly_in_other_modes,
+    report,
+)
 
 SUITE = ("--hri-suite=by-hand", "-q")
 # The suite by hand reaches 40 of 41 statements, 10 of 10 branches, 7 of 9 plans, 3 of 3 requirements, 4 of 8 bins.
@@ -318,3 +326,34 @@ def test_gates_hold_for_a_run_without_results(lamps: pytest.Pytester) -> None:
             "FAILED R1 was not checked: no test triggered it; nor came near; *",
         ]
     )
+
+
+@in_each_mode
+def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    """The guide goes on announcing, and nothing answers any more."""
+    change(lamps.path, "requirements.toml", "always(on(wish) -> ev", "always(on(switched) -> ev")
+    change(lamps.path, "requirements.toml", "(on(switched)))", "(on(switched) & switched.level > 200))")
+    change(
+        lamps.path,
+        "lamps/guide.py",
+        "        if wish is None:\n            return\n",
+        "        if wish is None:\n            while True:\n                clock.sleep(0.1)\n"
+        "                bus.publish(Switched(0.0))\n",
+    )
+    change(lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        may_end=("limit",),')
+    said = "  pending at the end    R1: * triggers, undecided when a run ended"
+    lamps.runpytest_inprocess(*SUITE, *options).stdout.fnmatch_lines([said])
+    for test in report(lamps.path)["tests"]:
+        assert test["sim_s"] == pytest.approx(61.0, abs=0.1)
+        assert 8 <= test["requirements"]["R1"]["pending"] <= 11
+    assert (
+        "pending at the end</strong>: undecided when a run ended" in (lamps.path / "hri-report/index.html").read_text()
+    )
+    assert command("gate", "hri-report").returncode == 1
+    assert "was pending" not in command("gate", "hri-report").stdout
+    assert "R1 was pending at the end" in command("gate", "hri-report", "--fail-on-pending").stdout
+    result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-pending", *options)
+    result.stdout.fnmatch_lines(["FAILED R1 was pending at the end: * triggers undecided when their runs ended, for *"])
+    assert report(lamps.path)["policy"]["fail_on_pending"]
