@@ -128,7 +128,9 @@ def start(options: argparse.Namespace, address: str, state: Path) -> subprocess.
     size = [f"--suite={options.suite}", f"--concretizations={options.concretizations}", f"--cluster={address}"]
     size += [f"--tests={options.tests}"] if options.tests else []
     arguments = [sys.executable, "-m", "pytest_hricdv.campaign", "run", *size, f"--state={state}"]
-    return subprocess.Popen(arguments, cwd=options.root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return subprocess.Popen(
+        arguments, cwd=options.root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8"
+    )
 
 
 def undisturbed(options: argparse.Namespace, state: Path) -> str:

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
 __all__ = ["pytest_hricdv_testbench"]
 
+HOOK = "pytest_hricdv_testbench"
+"""The name of the hook."""
+
 
 @pytest.hookspec(firstresult=True)
 def pytest_hricdv_testbench(config: pytest.Config) -> Testbench | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from pytest_hricdv.custom_tests import HriRun
+    from pytest_hricdv.custom_tests import HriCase, HriRun
     from pytest_hricdv.session.options import Options
     from pytest_hricdv.session.run_context import RunContext
 
@@ -30,7 +30,10 @@ def pytest_addhooks(pluginmanager: pytest.PytestPluginManager) -> None:
 
 
 def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
-    """Explains `-n` without xdist; pytest only reports an unrecognized argument."""
+    """Adapts the values of TOML files; explains `-n` without xdist: pytest only reports an unrecognized argument."""
+    from pytest_hricdv.session.toml_values import adapt
+
+    adapt(early_config)
     if early_config.pluginmanager.hasplugin("xdist"):
         return
     asked = any(
@@ -52,19 +55,41 @@ def pytest_configure(config: pytest.Config) -> None:
         _register(config, options)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Refuses what would run for ever, before xdist begins with it."""
+    if config.getoption("looponfail", False):
+        from pytest_hricdv.session.options import read_options
+        from pytest_hricdv.session.pytest_options import refuse_looponfail
+
+        options = read_options(config)
+        if options.suites or options.replay:
+            refuse_looponfail(config, options)
+
+
 def _register(config: pytest.Config, options: Options) -> None:
+    from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import Collection, worker_input
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
+    from pytest_hricdv.session.testbench_search import WithoutTestbench, has_testbench
 
+    pytest_options.refuse_break(config, options)
     collection = Collection(config, options)
     collection.limit_paths()
+    if not (has_testbench(config) or options.suite_named):
+        is_worker = worker_input(config) is not None
+        without = WithoutTestbench(config, options.suites, is_worker=is_worker)
+        config.pluginmanager.register(without, "hricdv-without-testbench")
+        return
     context = config.stash[CONTEXT] = RunContext(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(Running(context), "hricdv-running")
     config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
+    if not config.pluginmanager.hasplugin("skipping"):
+        config.pluginmanager.register(pytest_options.ExpectedFailures(), "hricdv-expected-failures")
     for attachment in attaching(collection):
         config.pluginmanager.register(attachment)
     if worker_input(config) is None:
@@ -114,9 +139,27 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Without a suite, a test that asks for `hri_case` is skipped; the reason says how to choose a suite."""
-    if "hri_case" in metafunc.fixturenames and not metafunc.config.pluginmanager.hasplugin("hricdv-collection"):
+    generating = ("hricdv-collection", "hricdv-without-testbench")
+    if "hri_case" in metafunc.fixturenames and not any(map(metafunc.config.pluginmanager.hasplugin, generating)):
         skip = pytest.mark.skip(reason=NO_SUITE)
-        metafunc.parametrize("hri_case", [pytest.param(None, marks=skip)], ids=["no-suite"])
+        metafunc.parametrize("hri_case", [pytest.param(None, marks=skip)], ids=["no-suite"], indirect=True)
+
+
+@pytest.fixture
+def hri_case(request: pytest.FixtureRequest) -> HriCase:
+    """One generated test: `hri_case.check(hri_case.run())` runs it, and fails where it violates a requirement.
+
+    What has it as an argument, a test or a fixture that it uses, runs once for each test of the suites (--hri-suite).
+    """
+    # Where tests are generated, these are the fixture's value, and this is not called.
+    if not request.config.pluginmanager.hasplugin("hricdv-collection"):
+        pytest.skip(NO_SUITE)  # also where pytest's marks for it are switched off
+    pytest.fail(
+        f"{request.node.nodeid}: hri_case is asked for while the test runs, as by request.getfixturevalue, and tests "
+        "are generated before that: make it an argument of the test or of a fixture that it uses, or mark the test "
+        "with @pytest.mark.usefixtures('hri_case')",
+        pytrace=False,
+    )
 
 
 @pytest.fixture

@@ -36,7 +36,8 @@ def import_bits(code: CodeMap, *, before: tuple[str, ...] = ()) -> Bits:
             [sys.executable, "-m", __name__],
             input=json.dumps(task),
             capture_output=True,
-            text=True,
+            encoding="utf-8",  # JSON is plain ASCII; of the errors only a line is shown
+            errors="replace",
             env=environment_of_child(),
             timeout=TIMEOUT_S,
         )

@@ -317,7 +317,8 @@ class HriCase:
 
     def run(self) -> CaseResult:
         """Run the test in the simulated world, watched by the monitors."""
-        assert self.runner is not None, "hri_case can be run only inside its own test"
+        if self.runner is None:
+            raise RuntimeError("hri_case.run: expected inside of its own test, or of a fixture that sets this up")
         self.result = self.runner(self)
         return self.result
 
@@ -326,7 +327,8 @@ class HriCase:
 
         If a test does not call this, it is done after the test, so that no violation is missed.
         """
-        assert self.checker is not None, "hri_case can be checked only inside its own test"
+        if self.checker is None:
+            raise RuntimeError("hri_case.check: expected inside of its own test, or of a fixture that sets this up")
         self.checked = result
         self.checker(self, result)
 

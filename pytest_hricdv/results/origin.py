@@ -66,8 +66,14 @@ def _git(folder: Path, *arguments: str) -> str:
     if git is None:
         return ""
     try:
-        done = subprocess.run([git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT_S)
-    except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
+        done = subprocess.run(
+            [git, "-C", str(folder), *arguments],
+            capture_output=True,
+            encoding="utf-8",  # git's own, for names and messages
+            errors="replace",
+            timeout=_TIMEOUT_S,
+        )
+    except (OSError, subprocess.SubprocessError):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
 

@@ -7,7 +7,6 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
-from pathlib import Path
 
 import pytest
 
@@ -20,7 +19,7 @@ from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.usage import located, usage_error
 from pytest_hricdv.testbench import Testbench, TestbenchError
 from pytest_hricdv.testbench_faults import checked, lacking
 
@@ -31,7 +30,6 @@ WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"
 DONE = "hricdv_done"
-PACKAGE = Path(__file__).parents[1]
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
 
@@ -81,7 +79,7 @@ class Collection:
         except TestbenchError as error:
             raise usage_error(str(error)) from None
         except Exception as error:
-            raise usage_error(f"{_located(error)}{lacking(error)}") from error
+            raise usage_error(f"{located(error)}{lacking(error)}") from error
 
     @cached_property
     def selected(self) -> list[GeneratedSuite]:
@@ -127,7 +125,7 @@ class Collection:
         """Whether only generated tests are collected: a suite is named on the command line, and no paths are."""
         sent = worker_input(self.config)
         if sent is not None:
-            return bool(sent[ONLY_CASES])
+            return bool(sent.get(ONLY_CASES))  # nothing was sent where there is no testbench
         paths_named = self.config.args_source == pytest.Config.ArgsSource.ARGS
         return self.options.suite_named and not paths_named
 
@@ -210,15 +208,3 @@ def _host_paths(config: pytest.Config) -> list[str]:
             raise usage_error(f"{config.inipath}: hri_testpaths: no such file or folder: {pattern}")
         paths += matches
     return paths
-
-
-def _located(error: Exception) -> str:
-    """The error with its deepest place outside of installed packages."""
-    trace, place = error.__traceback__, ""
-    while trace is not None:
-        code = trace.tb_frame.f_code
-        file = Path(code.co_filename)
-        if "site-packages" not in file.parts and PACKAGE not in file.parents and not code.co_filename.startswith("<"):
-            place = f"{file}:{trace.tb_lineno}: {code.co_name}: "
-        trace = trace.tb_next
-    return f"{place}{type(error).__name__}: {error}"

@@ -14,6 +14,7 @@ from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
+from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class Exporting:
     def pytest_sessionstart(self) -> None:
         """Checks before the first test that the files can be written after the last."""
         targets = self._targets
-        if self._config.getoption("collectonly"):
+        if not runs_tests(self._config):
             return
         for path in (targets.cobertura, targets.lcov, targets.summary):
             if path is not None:
@@ -82,6 +83,7 @@ class Exporting:
             if self._reporting.report is not None:
                 self._export(self._reporting.report)
                 session.testsfailed += bool(self._problems)
+                say_without_terminal(self._config, self._problems)
 
     @pytest.hookimpl(trylast=True)
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:

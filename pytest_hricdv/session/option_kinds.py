@@ -19,8 +19,13 @@ class Value:
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
         group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=self.help)
-        if self.key:
-            parser.addini(f"hri_{self.name.replace('-', '_')}", f"default of --hri-{self.name}", default="")
+        if self.ini:
+            parser.addini(self.ini, f"default of --hri-{self.name}", default="")
+
+    @property
+    def ini(self) -> str:
+        """Its key in the ini file; empty where it has none."""
+        return _ini_name(self.name) if self.key else ""
 
 
 @dataclass(frozen=True)
@@ -34,9 +39,13 @@ class Flag:
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
         group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=self.help)
-        if self.key:
-            name = f"hri_{self.name.replace('-', '_')}"
-            parser.addini(name, f"default of --hri-{self.name}", "bool", default=False)
+        if self.ini:
+            parser.addini(self.ini, f"default of --hri-{self.name}", "bool", default=False)
+
+    @property
+    def ini(self) -> str:
+        """Its key in the ini file; empty where it has none."""
+        return _ini_name(self.name) if self.key else ""
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,16 @@ class Repeatable:
     def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
         """Register option and key."""
         group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=f"{self.help}; repeatable")
-        parser.addini(self.key or f"hri_{self.name.replace('-', '_')}", self.key_help, "linelist")
+        parser.addini(self.ini, self.key_help, "linelist")
+
+    @property
+    def ini(self) -> str:
+        """Its key in the ini file."""
+        return self.key or _ini_name(self.name)
+
+
+def _ini_name(name: str) -> str:
+    return f"hri_{name.replace('-', '_')}"
 
 
 Option = Value | Flag | Repeatable

@@ -31,7 +31,10 @@ class OptionReader:
     def flag(self, name: str) -> bool:
         """Whether a flag is set."""
         value = self.named(name)
-        return bool(self.config.getini(f"hri_{name}") if value is None else value)
+        try:
+            return bool(self.config.getini(f"hri_{name}") if value is None else value)
+        except ValueError as error:  # before pytest 9.2, which says it as well as this
+            raise usage_error(f"{self.config.inipath}: hri_{name}: expected true or false; {error}") from None
 
     def integer(self, name: str, default: int | None, least: int | None, most: int = MAX_INTEGER) -> int | None:
         """A whole number.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
@@ -135,22 +133,23 @@ OUTPUT = (
 EXPORTS = tuple(Value(name, "FILE", description) for name, description in EXPORT_FORMATS.items())
 
 
+TESTPATHS = "hri_testpaths"
+"""The only key of the ini file that has no option beside it."""
+
+
+def all_options() -> tuple[Option, ...]:
+    """In the order in which --help shows them, with those of the optional parts."""
+    of_parts = (option for part in part_options() for option in part.options)
+    return (*TESTS, *LEARNING, *GATES, *AFTER_THE_TESTS, *of_parts, *OUTPUT, *EXPORTS)
+
+
 def add_options(parser: pytest.Parser) -> None:
     """Register the group `hri` and its ini keys."""
     group = parser.getgroup("hri", "coverage-driven verification of human-robot interaction")
-    table: Iterable[Option] = (
-        *TESTS,
-        *LEARNING,
-        *GATES,
-        *AFTER_THE_TESTS,
-        *(option for part in part_options() for option in part.options),
-        *OUTPUT,
-        *EXPORTS,
-    )
-    for option in table:
+    for option in all_options():
         option.add(group, parser)
     parser.addini(
-        "hri_testpaths",
+        TESTPATHS,
         "files and folders of the host tests, relative to the ini file; globs are allowed. With --hri-suite and no "
         "paths, only these are collected (default: testpaths)",
         "paths",

@@ -27,6 +27,7 @@ from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.engine_choice import import_engine
 from pytest_hricdv.session.fingerprint import fingerprint
 from pytest_hricdv.session.part import parts
+from pytest_hricdv.session.pytest_options import runs_tests
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
@@ -75,7 +76,7 @@ class Preparation:
         self._check_replays()
         for part in parts():
             part.check(self.context)
-        running = not self.collection.config.getoption("collectonly")
+        running = runs_tests(self.collection.config)
         if running:
             self._import_required()
         _ = self.collection.selected  # after the quick checks, because learning takes long

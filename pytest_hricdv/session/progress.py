@@ -244,12 +244,14 @@ class Progress:
 
 
 def _is_wanted(config: pytest.Config) -> bool:
-    """Whether the options of pytest leave room for a status line."""
+    """Whether the options of pytest leave room for a status line; without its terminal there is none."""
+    if not config.pluginmanager.hasplugin("terminalreporter"):
+        return False
     style, option = config.getini("console_output_style"), config.option
     others = ("collectonly", "usepdb", "trace", "setupshow")
     return (
         config.get_verbosity() >= 0
         and style != "classic"
-        and (option.capture != "no" or style == "progress-even-when-capture-no")
+        and (getattr(option, "capture", "no") != "no" or style == "progress-even-when-capture-no")
         and not any(getattr(option, name, False) for name in others)
     )

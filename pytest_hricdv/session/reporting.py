@@ -30,6 +30,7 @@ from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.part import Part, PartSession, parts
 from pytest_hricdv.session.preparation import GateCheck
+from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 
@@ -60,10 +61,14 @@ class Reporting:
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_logstart(self) -> None:
-        """Computes what does not depend on results; with xdist, while the workers run their first tests.
+        """With xdist, computes what does not depend on results, while the workers run their first tests.
 
         Not earlier: while workers start, it would take processor time from them and delay the first test.
         """
+        if self.aggregation.is_distributed:
+            self._declare()
+
+    def _declare(self) -> None:
         self.aggregation.journaling.declare(self._declared, self.aggregation.chosen.keys())
 
     @pytest.hookimpl(wrapper=True)
@@ -71,6 +76,8 @@ class Reporting:
         """Writes the report after the last test, or whatever ends the session before; failed gates fail the session."""
         with self.session.signals.handled():
             try:
+                if self.aggregation.chosen and not self.aggregation.is_distributed and runs_tests(session.config):
+                    self._declare()  # not within a test: plugins that limit its time count what happens in its hooks
                 result = yield
             except pytest.UsageError:  # before the first test
                 raise
@@ -85,7 +92,7 @@ class Reporting:
 
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         nothing_to_report = not self.aggregation.chosen and not self._is_empty_shard
-        if session.config.getoption("collectonly") or nothing_to_report:
+        if not runs_tests(session.config) or nothing_to_report:
             # xdist does not report node ids that its workers did not find.
             self._missing = "" if self.aggregation.chosen else missing_items(session.config.args, self.options)
             if not stopped:
@@ -99,7 +106,7 @@ class Reporting:
     def _report(self, *, stopped: bool) -> None:
         """Makes the report and writes it."""
         journaling, session = self.aggregation.journaling, self.session
-        journaling.declare(self._declared, self.aggregation.chosen.keys())
+        self._declare()
         session.results = self.aggregation.results()
         for part in parts():
             session.results = part.after_tests(session, session.results, stopped=stopped)
@@ -263,6 +270,7 @@ class Reporting:
             self.session.problems += self.aggregation.losses()
             if self.session.problems:
                 session.exitstatus = pytest.ExitCode.TESTS_FAILED
+        say_without_terminal(session.config, self.session.problems)
 
     def _judged(self, report: Report) -> Report:
         """The report of a session that ran to its end, with the result of its gates.

@@ -46,6 +46,9 @@ class Running:
         self.options = context.options
         self._used: Measurement = NoMeasurement("nothing has run")
         self._built: tuple[HriCase, CaseResult | None, TestResult] | None = None
+        self._in_setup = False
+        self._setup_s = 0.0
+        """How long the setup of the present test took, where a fixture ran it."""
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -57,15 +60,24 @@ class Running:
             if case is not None:
                 case.forget()
 
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> Iterator[None]:
+        """Binds the runner: fixtures may run the test as well."""
+        case = case_of(item)
+        if case is not None:
+            case.forget()  # of an earlier run of the same item, as pytest-rerunfailures makes them
+            self._setup_s, self._in_setup = 0.0, True
+            case.runner = lambda this: self._run(this, item.nodeid)
+            case.checker = lambda this, result: self._check(this, result, item.nodeid)
+        return (yield)
+
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
-        """Binds the runner for the call phase and records JUnit properties."""
+        """Requires a run and its check, and records JUnit properties."""
         case = case_of(item)
+        self._in_setup = False
         if case is None or case.is_elsewhere:
             return (yield)
-        case.forget()  # of an earlier run of the same item, as pytest-rerunfailures makes them
-        case.runner = lambda this: self._run(this, item.nodeid)
-        case.checker = lambda this, result: self._check(this, result, item.nodeid)
         try:
             yield
             self._require_check(case)
@@ -74,19 +86,31 @@ class Running:
             result, label = self._result(case, item.nodeid), self.collection.testbench.outcome_label
             item.user_properties.extend(ci_formats.junit_properties(result, label))
 
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_teardown(self, item: pytest.Item) -> Iterator[None]:
+        """Unbinds the runner, also where there was no call."""
+        case = case_of(item)
+        if case is not None:
+            case.runner = case.checker = None
+        return (yield)
+
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
         """Attaches the result to the report of the call: as a string, which xdist can send."""
         report: pytest.TestReport = yield  # type: ignore[assignment]
         case = case_of(item)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
-        if case is not None and not case.is_elsewhere and call.when == "call" and not skipped:
+        if case is not None and call.when == "setup" and case.result is not None:
+            self._setup_s = call.duration  # a fixture ran the test
+        is_over = case is not None and (call.when == "call" or _ended_in_setup(case, call))
+        if case is not None and is_over and not (skipped or case.is_elsewhere):
             is_judged = call.excinfo is not None and call.excinfo.value is case.raised
             ending = case.judgement if is_judged else None
             outcome = judge_test(_end(report), ending, has_run=case.result is not None)
             result = self._result(case, item.nodeid)
             failure = _failure(report, call, outcome, ending)
-            result = replace(result, outcome=outcome, wall_s=call.duration, failure=failure)
+            wall_s = call.duration + (self._setup_s if call.when == "call" else 0.0)
+            result = replace(result, outcome=outcome, wall_s=wall_s, failure=failure)
             for part in parts():
                 result = part.finished(self.context, case, result, report)
             setattr(report, ATTRIBUTE, encode(result))
@@ -95,6 +119,12 @@ class Running:
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.context.measurement
+        if self._in_setup and self.options.isolate:
+            pytest.fail(
+                "hri_case.run in a fixture: with --hri-isolate only the calls of tests are in processes of their own: "
+                "run it in the test function",
+                pytrace=False,
+            )
         try:
             if self.options.stop_at:
                 return self._stopped(case.concrete)
@@ -211,6 +241,11 @@ def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], 
         cause.add_note("\n" + explained())
         raise cause
     pytest.fail(explained(), pytrace=False)
+
+
+def _ended_in_setup(case: HriCase, call: pytest.CallInfo[None]) -> bool:
+    """Whether a fixture ran the test and then failed, so that there is no call: its run is a result as any."""
+    return call.when == "setup" and call.excinfo is not None and case.result is not None
 
 
 def _end(report: pytest.TestReport) -> FunctionEnd:

@@ -124,5 +124,5 @@ def leave_no_core() -> None:
 
 def silence(descriptor: int) -> None:
     """What is written to it goes nowhere."""
-    with open(os.devnull, "w") as nowhere:
+    with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), descriptor)

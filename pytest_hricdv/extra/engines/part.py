@@ -86,7 +86,9 @@ class EnginesPart(Part[str]):
 
     def check(self, context: RunContext) -> None:
         """Whether both engines are there."""
-        if self.settings(context.options) != BOTH or context.collection.config.getoption("collectonly"):
+        from pytest_hricdv.session.pytest_options import runs_tests
+
+        if self.settings(context.options) != BOTH or not runs_tests(context.collection.config):
             return
         from pytest_hricdv.session.engine_choice import import_engine
 

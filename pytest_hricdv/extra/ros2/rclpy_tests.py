@@ -150,7 +150,15 @@ def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tupl
     # No other plugins: this one would run `rclpy` twice in virtual time, and rclpy's tests count on none.
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S, env=environment, check=False)
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=_TIMEOUT_S,
+            env=environment,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return True, [RclpyTestResult(file.name, "failed", f"not over after {_TIMEOUT_S:g} s")]
     if not result.exists():

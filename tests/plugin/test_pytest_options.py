@@ -1,0 +1,176 @@
+"""pytest's own options and plugins: what is switched off, what only shows something, and what runs tests otherwise."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, report
+
+SUITE = "--hri-suite=by-hand"
+CALLED = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
+KNOWN = "known-violation"
+FOUR = sorted((KNOWN, "passed", "passed", "passed"))
+OFF = (
+    *("terminal", "skipping", "capture", "cacheprovider", "junitxml", "logging", "warnings", "tmpdir", "debugging"),
+    *("faulthandler", "unraisableexception", "threadexception", "assertion", "monkeypatch", "setuponly", "unittest"),
+)
+
+
+@pytest.mark.parametrize("name", OFF)
+def test_a_plugin_of_pytest_may_be_off(lamps: pytest.Pytester, name: str) -> None:
+    assert lamps.runpytest_inprocess(SUITE, "-p", f"no:{name}").ret == 0
+    assert sorted(outcomes(lamps.path).values()) == FOUR
+
+
+@pytest.mark.parametrize("name", ["terminal", "skipping", "capture"])
+def test_so_in_workers(lamps: pytest.Pytester, name: str) -> None:
+    assert lamps.runpytest_inprocess(SUITE, "-p", f"no:{name}", *A_WORKER).ret == 0
+    assert sorted(outcomes(lamps.path).values()) == FOUR
+
+
+def test_several_may_be_off_at_once(lamps: pytest.Pytester) -> None:
+    off = [option for name in OFF for option in ("-p", f"no:{name}")]
+    assert lamps.runpytest_inprocess(SUITE, *off, "-p", "no:xdist").ret == 0
+    assert sorted(outcomes(lamps.path).values()) == FOUR
+
+
+def test_without_its_skips_a_known_violation_is_shown_as_with_them(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "-rx", "-p", "no:skipping")
+    result.assert_outcomes(passed=3, xfailed=1)
+    result.stdout.fnmatch_lines(["XFAIL test_lamps.py::*known violation of R2 (the hall has no dimmer)"])
+
+
+def test_without_its_skips_and_a_suite_the_host_test_is_skipped(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("-rs", "-p", "no:skipping")
+    result.assert_outcomes(passed=1, skipped=1)
+    result.stdout.fnmatch_lines(["SKIPPED * no suite is active: *"])
+
+
+def test_without_its_terminal_standard_error_says_why_a_session_failed(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "-p", "no:terminal", "--hri-fail-under=statements=100")
+    assert result.ret == 1
+    result.stderr.fnmatch_lines(["FAILED suite by-hand: statements 97.56 %, at least 100 % asked for"])
+    assert result.outlines == []
+
+
+def test_a_debugger_that_is_off_is_not_asked_for(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--hri-break=R2", "-p", "no:debugging")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-break: pytest's debugger is switched off: leave -p no:debugging out"])
+
+
+@in_each_mode
+@pytest.mark.parametrize("shown", ["--setup-plan", "--setup-only"])
+def test_what_only_shows_fixtures_leaves_the_report_as_it_is(
+    lamps: pytest.Pytester, options: tuple[str, ...], shown: str
+) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    before = (lamps.path / "hri-report" / "report.json").read_bytes()
+    result = lamps.runpytest_inprocess(SUITE, shown, *options)
+    assert result.ret == 0
+    result.stdout.no_fnmatch_line("*human-robot interaction*")
+    assert (lamps.path / "hri-report" / "report.json").read_bytes() == before
+
+
+def test_setup_show_runs_the_tests(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--setup-show")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["*SETUP    F hri_case[[]<hri_case by-hand-*", "expected 4, reported 4"])
+
+
+def test_looponfail_would_take_each_report_for_a_change(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess(SUITE, "--looponfail")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    expected = "ERROR: --looponfail watches *, where each run writes its report (hri-report), and would run for ever: *"
+    result.stderr.fnmatch_lines([expected])
+
+
+class TestTheFixture:
+    def test_is_listed_with_what_it_is_for(self, lamps: pytest.Pytester) -> None:
+        for options in ([], [SUITE]):
+            result = lamps.runpytest_inprocess("--fixtures", *options)
+            result.stdout.fnmatch_lines(["hri_case -- *", "    One generated test: `hri_case.check(hri_case.run())` *"])
+
+    @in_each_mode
+    def test_runs_where_another_fixture_runs_it(self, lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+        change(
+            lamps.path,
+            "test_lamps.py",
+            CALLED,
+            "import pytest\n\n\n@pytest.fixture\ndef ran(hri_case):\n    return hri_case.run()\n\n\n"
+            "def test_lamps(hri_case, ran):\n    hri_case.check(ran)\n",
+        )
+        result = lamps.runpytest_inprocess(SUITE, *options)
+        result.assert_outcomes(passed=3, xfailed=1, deselected=None if "-n" in options else 1)
+        assert sorted(outcomes(lamps.path).values()) == FOUR
+        assert all(test["wall_s"] > 0 for test in report(lamps.path)["tests"])
+
+    def test_that_a_fixture_checks_is_a_result_also_where_it_fails(self, lamps: pytest.Pytester) -> None:
+        change(
+            lamps.path,
+            "test_lamps.py",
+            CALLED,
+            "import pytest\n\n\n@pytest.fixture\ndef checked(hri_case):\n    hri_case.check(hri_case.run())\n\n\n"
+            "def test_lamps(checked):\n    pass\n",
+        )
+        result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
+        result.assert_outcomes(passed=3, errors=1, deselected=1)
+        result.stdout.fnmatch_lines(["tests: 3 passed, 1 failed", "expected 4, reported 4"])
+        lamps.runpytest_inprocess(SUITE).assert_outcomes(passed=3, xfailed=1, deselected=1)
+        assert sorted(outcomes(lamps.path).values()) == FOUR
+
+    def test_is_isolated_in_the_test_only(self, lamps: pytest.Pytester) -> None:
+        change(
+            lamps.path,
+            "test_lamps.py",
+            CALLED,
+            "import pytest\n\n\n@pytest.fixture\ndef ran(hri_case):\n    return hri_case.run()\n\n\n"
+            "def test_lamps(hri_case, ran):\n    hri_case.check(ran)\n",
+        )
+        result = lamps.runpytest_inprocess(SUITE, "--hri-isolate")
+        result.assert_outcomes(errors=4, deselected=1)
+        result.stdout.fnmatch_lines(["hri_case.run in a fixture: with --hri-isolate only the calls of tests are in *"])
+
+    def test_is_not_run_by_what_clears_up(self, lamps: pytest.Pytester) -> None:
+        change(
+            lamps.path,
+            "test_lamps.py",
+            CALLED,
+            "import pytest\n\n\n@pytest.fixture\ndef late(hri_case):\n    yield\n    hri_case.run()\n\n\n"
+            f"def test_lamps(hri_case, late):\n{CALLED.splitlines()[1]}\n",
+        )
+        result = lamps.runpytest_inprocess(SUITE)
+        result.stdout.fnmatch_lines(
+            ["E * RuntimeError: hri_case.run: expected inside of its own test, or of a fixture*"]
+        )
+
+    def test_is_not_made_while_a_test_runs(self, lamps: pytest.Pytester) -> None:
+        change(lamps.path, "test_lamps.py", "    pass\n", "    request.getfixturevalue('hri_case')\n")
+        change(lamps.path, "test_lamps.py", "their_own()", "their_own(request)")
+        result = lamps.runpytest_inprocess(SUITE, "test_lamps.py")
+        result.assert_outcomes(passed=3, xfailed=1, failed=1)
+        result.stdout.fnmatch_lines(["*test_of_their_own: hri_case is asked for while the test runs, *"])
+        lamps.runpytest_inprocess().assert_outcomes(skipped=2)
+
+    def test_may_be_asked_for_while_the_test_runs_where_it_is_marked(self, lamps: pytest.Pytester) -> None:
+        change(
+            lamps.path,
+            "test_lamps.py",
+            CALLED,
+            'import pytest\n\n\n@pytest.mark.usefixtures("hri_case")\ndef test_lamps(request):\n'
+            '    case = request.getfixturevalue("hri_case")\n    case.check(case.run())\n',
+        )
+        lamps.runpytest_inprocess(SUITE).assert_outcomes(passed=3, xfailed=1, deselected=1)
+
+
+@pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "on a worker"])
+def test_no_text_file_is_opened_in_the_encoding_of_the_machine(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    lamps.run("git", "init", "-q", ".")  # a report has the revision
+    python = (sys.executable, "-X", "warn_default_encoding", "-W", "error::EncodingWarning")
+    done = lamps.run(*python, "-m", "pytest", "-W", "error::EncodingWarning", SUITE, *options)
+    assert done.ret == 0
+    assert "EncodingWarning" not in done.stdout.str() + done.stderr.str()

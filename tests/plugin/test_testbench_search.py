@@ -1,0 +1,111 @@
+"""Where the testbench lies: in a conftest file that pytest loads before it collects, or in one below."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, report
+
+BELOW = Path("tests", "hri")
+each_way = pytest.mark.parametrize(
+    "options", [(), A_WORKER, ("-p", "no:xdist")], ids=["plain", "on a worker", "without xdist"]
+)
+
+
+@pytest.fixture
+def deep(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The project with its testbench and host test in tests/hri, a unit test in tests/unit, and a suite in the ini."""
+    (lamps.path / BELOW).mkdir(parents=True)
+    (lamps.path / "tests" / "unit").mkdir()
+    (lamps.path / "tests" / "unit" / "test_unit.py").write_text("def test_unit():\n    pass\n", encoding="utf-8")
+    for name in ("conftest.py", "test_lamps.py", "requirements.toml", "by_hand.toml", "models"):
+        (lamps.path / name).rename(lamps.path / BELOW / name)
+    change(lamps.path, "pytest.ini", "pythonpath = .\n", "pythonpath = .\nhri_suite = by-hand\n")
+    return lamps
+
+
+@each_way
+@pytest.mark.parametrize("paths", [(), ("tests",), ("tests/hri",), ("tests/unit", "tests/hri"), (".",)], ids=str)
+def test_a_testbench_below_what_is_collected_is_found(
+    deep: pytest.Pytester, options: tuple[str, ...], paths: tuple[str, ...]
+) -> None:
+    if options and paths != ():
+        pytest.skip("each way to run is tried with one selection")
+    result = deep.runpytest_inprocess(*paths, *options)
+    assert result.ret == 0
+    unit = 0 if paths == ("tests/hri",) else 1
+    result.assert_outcomes(passed=4 + unit, xfailed=1)
+    result.stdout.fnmatch_lines(["hri: lamps, suite by-hand, seed 0*", "expected 4, reported 4"])
+
+
+@each_way
+@pytest.mark.parametrize("path", ["tests/unit", "tests/unit/test_unit.py"])
+def test_where_there_is_none_nothing_is_generated_and_the_header_says_so(
+    deep: pytest.Pytester, options: tuple[str, ...], path: str
+) -> None:
+    result = deep.runpytest_inprocess(path, *options)
+    assert result.ret == 0
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines([f"hri: no testbench in {path}: no tests are generated, although hri_suite is by-hand"])
+    assert not (deep.path / "hri-report").exists()
+
+
+def test_a_suite_on_the_command_line_needs_one(deep: pytest.Pytester) -> None:
+    result = deep.runpytest_inprocess("--hri-suite=by-hand", "tests/unit")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: no testbench: implement pytest_hricdv_testbench(config) in *"])
+
+
+@each_way
+def test_paths_of_host_tests_lead_to_it(deep: pytest.Pytester, options: tuple[str, ...]) -> None:
+    change(deep.path, "pytest.ini", "pythonpath = .\n", "pythonpath = .\nhri_testpaths = tests/hri/test_lamps.py\n")
+    result = deep.runpytest_inprocess("--hri-suite=by-hand", *options)
+    result.stdout.fnmatch_lines(["expected 4, reported 4"])
+    assert len(report(deep.path)["tests"]) == 4
+
+
+def test_a_host_test_without_one_says_what_it_needs(deep: pytest.Pytester) -> None:
+    (deep.path / BELOW / "conftest.py").unlink()
+    asks = "ERROR: tests/hri/test_lamps.py::test_lamps asks for hri_case, and there is no testbench: implement *"
+    result = deep.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([asks])
+    result = deep.runpytest_inprocess(*A_WORKER)
+    assert result.ret != 0
+    result.stdout.fnmatch_lines([asks.removeprefix("ERROR: ")])
+    assert "INTERNALERROR" not in result.stdout.str()
+
+
+def test_of_several_none_is_chosen(deep: pytest.Pytester) -> None:
+    (deep.path / "tests" / "other").mkdir()
+    text = (deep.path / BELOW / "conftest.py").read_text(encoding="utf-8")
+    (deep.path / "tests" / "other" / "conftest.py").write_text(text, encoding="utf-8")
+    result = deep.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: 2 testbenches below *: tests/hri/conftest.py, tests/other/conftest.py; a *"])
+    for options in (["tests/hri"], ["--ignore=tests/other"], ["-o", "norecursedirs=other"]):
+        assert deep.runpytest_inprocess(*options).ret == 0
+
+
+def test_one_that_cannot_be_imported_is_located(deep: pytest.Pytester) -> None:
+    change(deep.path, "tests/hri/conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nimport nothing_such\n")
+    result = deep.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *conftest.py:*: ModuleNotFoundError: No module named 'nothing_such'"])
+
+
+def test_one_that_is_imported_unseen_is_not_passed_over_in_silence(deep: pytest.Pytester) -> None:
+    (deep.path / BELOW / "conftest.py").rename(deep.path / BELOW / "hri_bench.py")
+    (deep.path / BELOW / "conftest.py").write_text("from hri_bench import *\n", encoding="utf-8")
+    result = deep.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *: the testbench of *hri_bench.py was loaded too late: name its folder on *"])
+    assert deep.runpytest_inprocess("tests/hri").ret == 0
+
+
+def test_without_conftest_files_nothing_is_searched(deep: pytest.Pytester) -> None:
+    result = deep.runpytest_inprocess("--noconftest", "tests/unit")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["hri: no testbench in tests/unit: *"])
