@@ -117,8 +117,12 @@ def _head(report: Report) -> Iterator[str]:
     time = totals.duration(report)
     loss, failed = totals.loss(report), totals.failed_gates(report)
     bad = totals.has_failed(report) or failed or loss
-    yield f"## Human-robot interaction: {_escaped(report.testbench)}, {'failed' if bad else 'passed'}"
+    outcome = "failed" if bad else "nothing checked" if totals.nothing_checked(report) else "passed"
+    yield f"## Human-robot interaction: {_escaped(report.testbench)}, {outcome}"
     yield ""
+    unchecked = ". ".join(f"{text[0].upper()}{text[1:]}" for text in totals.nothing_checked(report))
+    if unchecked:
+        yield f"**{_escaped(unchecked)}.**\n"
     lost = f" **{loss}.**" if loss else ""
     yield f"Tests: {totals.outcomes_text(report)}. Expected {report.selected}, reported {report.reported}.{lost} "
     yield f"Simulated {seconds(time.simulated_s)} in {seconds(time.wall_s)}."

@@ -130,6 +130,7 @@ def _context(report: Report) -> dict[str, Any]:
         "merged": totals.statements_covered(report),
         "outcomes": totals.outcomes(report),
         "loss": totals.loss(report),
+        "nothing_checked": totals.nothing_checked(report),
         "duration": totals.duration(report),
         "suites": [(suite, totals.requirement_rows(report, suite)) for suite in report.suites],
         "gaps": totals.explained_gaps(report),

@@ -22,6 +22,7 @@ from pytest_hricdv.report.formatting import (
     share,
     speedup,
     width,
+    wrap,
 )
 from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.report.view import views
@@ -61,7 +62,7 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
 
     The line with the report's path may be longer: a path that is cut cannot be opened.
     """
-    lines: list[Line] = []
+    lines = [*_unchecked(report, width)]
     for suite in report.suites:
         lines += [*_suite(report, suite, width), Line("")]
     uncovered = list(_gaps(report, width))
@@ -85,6 +86,16 @@ def findings(report: Report) -> Iterator[Line]:
             yield _replayed(test.id, test.replayed)
     for view in views():
         yield from view.findings(report)
+
+
+def _unchecked(report: Report, columns: int) -> Iterator[Line]:
+    """That nothing was checked comes first: tests that passed look as if all were well."""
+    sentences = totals.nothing_checked(report)
+    for sentence in sentences:
+        for line in wrap(visible(sentence).split(" "), columns):
+            yield Line(line, "bad")
+    if sentences:
+        yield Line("")
 
 
 def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:

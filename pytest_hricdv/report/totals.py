@@ -4,13 +4,14 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
+from pytest_hricdv.coverage.gaps import nearest_miss
 from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
 from pytest_hricdv.report import holes_view
-from pytest_hricdv.report.formatting import branches, by_requirement, line_ranges, natural, plural, share
+from pytest_hricdv.report.formatting import and_more, branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.margin import margin_unit
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import views
@@ -27,6 +28,9 @@ _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
     "not-run": ("not run", "not run"),
 }
 """In the order in which they are listed: what one test is called, and a number of tests."""
+
+_MAX_NAMES = 5
+"""Of requirements in a sentence (chosen: the table below it has all)."""
 
 _WAIVED = "waived as unreachable"
 
@@ -161,6 +165,37 @@ def tests_text(report: Report, suite: SuiteResult) -> str:
 def failed_gates(report: Report) -> tuple[str, ...]:
     """What failed the run beside its tests, a sentence each."""
     return report.gates.failed if report.gates else ()
+
+
+def nothing_checked(report: Report) -> tuple[str, ...]:
+    """That tests passed though nothing triggered any requirement, and what to do, a sentence each; else nothing."""
+    passed = [test for test in report.tests if test.outcome == "passed"]
+    if not passed or any(count.triggers for suite in report.suites for count in suite.requirements.values()):
+        return ()
+    names = sorted(report.requirements, key=by_requirement)
+    ran = plural(len(passed), "test")
+    if not names:
+        return (f"nothing was checked: the testbench has no requirement, so that {ran} passed says nothing",)
+    shown = ", ".join(names[:_MAX_NAMES]) + and_more(len(names[_MAX_NAMES:]))
+    return (
+        f"nothing was checked: no test triggered a requirement ({shown}), so that {ran} passed says nothing about them",
+        *_nearest(report, names),
+        "see in the report what was published and recorded in a run: a message or signal that is missing there, or an "
+        "antecedent that asks for more than happens",
+        *([] if failed_gates(report) else ["with hri_fail_on_nc, this fails the session"]),
+    )
+
+
+def _nearest(report: Report, names: Iterable[str]) -> Iterator[str]:
+    """What was missing where a requirement was nearest to being triggered."""
+    misses = []
+    for name in names:
+        results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)
+        test, missing = nearest_miss(results)
+        misses += [(len(missing), name, test, missing)] if test else []
+    if misses:
+        _, name, test, missing = min(misses, key=itemgetter(0))
+        yield f"nearest was {name} in {test}, which lacked {' & '.join(missing)}"
 
 
 def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow, ...]:

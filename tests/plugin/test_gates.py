@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 
 import pytest
 
@@ -357,3 +358,35 @@ def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
     result = lamps.runpytest_inprocess(*SUITE, "--hri-fail-on-pending", *options)
     result.stdout.fnmatch_lines(["FAILED R1 was pending at the end: * triggers undecided when their runs ended, for *"])
     assert report(lamps.path)["policy"]["fail_on_pending"]
+
+
+def test_a_session_that_checks_nothing_says_so_first(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    summary = lamps.path / "job.md"
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    text = (lamps.path / "requirements.toml").read_text(encoding="utf-8")
+    for trigger in ("on(wish)", "lamp_level > 0", "on(greeting)"):
+        text = text.replace(f"always({trigger}", "always(lamp_level > 500")
+    (lamps.path / "requirements.toml").write_text(text, encoding="utf-8")
+    result = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=3", "--color=yes", "-p", "no:xdist")
+    assert result.ret == 0
+    (start,) = [number for number, line in enumerate(result.outlines) if "= human-robot interaction =" in line]
+    assert result.outlines[start + 1].startswith("\x1b[31m\x1b[1mnothing was checked: no test triggered")
+    said = re.sub(r"\x1b\[\d+m", "", " ".join(result.outlines[start + 1 : start + 9]))
+    assert "(R1, R2, R3), so that 3 tests passed says nothing about them" in said
+    assert "which lacked lamp_level > 500" in said
+    assert "with hri_fail_on_nc, this fails the session" in said
+    page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert '<div class="notice" role="alert"><p>Nothing was checked: ' in page
+    assert summary.read_text(encoding="utf-8").startswith(
+        "## Human-robot interaction: lamps, nothing checked\n\n**Nothing"
+    )
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_on_nc = true")
+    failed = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:xdist")
+    assert failed.ret == 1
+    failed.stdout.fnmatch_lines(["nothing was checked: *", "FAILED R1 was not checked: *"])
+    failed.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
+
+
+def test_one_triggered_requirement_is_something_that_was_checked(lamps: pytest.Pytester) -> None:
+    result = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=1", "-p", "no:xdist")
+    result.stdout.no_fnmatch_line("nothing was checked*")
