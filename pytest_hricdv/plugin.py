@@ -68,6 +68,7 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 
 
 def _register(config: pytest.Config, options: Options) -> None:
+    from pytest_hricdv._base.grammar import LarkError, require_lark
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import Collection, worker_input
@@ -75,7 +76,12 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
     from pytest_hricdv.session.testbench_search import WithoutTestbench, has_testbench
+    from pytest_hricdv.session.usage import usage_error
 
+    try:
+        require_lark()
+    except LarkError as error:
+        raise usage_error(str(error)) from None
     pytest_options.refuse_break(config, options)
     collection = Collection(config, options)
     collection.limit_paths()

@@ -17,11 +17,34 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.atomic_file import write_bytes
+from pytest_hricdv._base.message import InputError
 
 if TYPE_CHECKING:
     from lark import Lark
 
 _DIGEST_BYTES = hashlib.sha256().digest_size
+
+
+class LarkError(InputError):
+    """What is imported as `lark` is not the package of that name that this one needs."""
+
+
+def require_lark() -> None:
+    """Find another `lark`, as that of lark-parser, which ROS's packages bring: it lies in the same folder.
+
+    Raises:
+        LarkError: it has not what is needed.
+    """
+    import lark
+
+    if not hasattr(
+        getattr(lark, "Tree", None), "__class_getitem__"
+    ):  # since 1.0, with which arguments of transformers have changed, too
+        place, version = getattr(lark, "__file__", None), getattr(lark, "__version__", "unknown")
+        raise LarkError(
+            f"{place}: lark of version {version}; expected 1.2 or later. An old lark-parser, as packages of ROS bring "
+            "it, overwrites it: pip uninstall lark-parser, then pip install --force-reinstall 'lark>=1.2'"
+        )
 
 
 def lark_parser(grammar: Path, **options: Any) -> Lark:
@@ -30,8 +53,13 @@ def lark_parser(grammar: Path, **options: Any) -> Lark:
     Args:
         grammar: the file, which imports no other.
         options: of `lark.Lark`. The postlexer must be an instance, without state, of a class in a module.
+
+    Raises:
+        LarkError: another lark is installed.
     """
     from lark import Lark
+
+    require_lark()
 
     text = grammar.read_text(encoding="utf-8")
     file = _cache_file(grammar.stem, text, options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import cast
+from typing import TypeAlias, cast
 
 from lark import Token, Tree
 
@@ -15,7 +15,7 @@ from pytest_hricdv.monitor.syntax_tree import MAX_NODES
 from pytest_hricdv.monitor.units import Measured
 from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary, field_of, last_of
 
-Node = Tree[Token] | Token
+Node: TypeAlias = "Tree[Token] | Token"
 
 _NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"}
 _NUMERIC_RULES = ("number", "signed", "arithmetic", "count", "time_since", "time_between")

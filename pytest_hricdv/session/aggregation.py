@@ -12,6 +12,7 @@ import pytest
 
 from pytest_hricdv._base.hash_seed import hand_to_children
 from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult
@@ -21,6 +22,9 @@ from pytest_hricdv.session.resuming import DONE
 from pytest_hricdv.session.run_context import RunContext
 
 _DIGEST = re.compile(r"-[0-9a-f]{8,16}(?:-corners)?(?:-k\d+)?(?=[-\]])")
+BY_FILE = ("loadscope", "loadfile")
+"""Ways of xdist to hand out tests that keep those of a file, or of a module, together."""
+
 FASTEST = 1
 """Level of compression: a quarter of the size in half a millisecond; the best one saves little more."""
 
@@ -57,6 +61,42 @@ class _Head(msgspec.Struct):
     outcome: str
 
 
+class _Ran(msgspec.Struct, frozen=True):
+    """What is the same wherever a test runs."""
+
+    outcome: str
+    record_sha256: str | None = None
+
+
+class EachWorker:
+    """With xdist's --dist=each, the results of a test on all workers, of which only the last one counts."""
+
+    def __init__(self) -> None:
+        self._ran: dict[str, dict[str, _Ran]] = {}
+        """Node id -> worker -> what came of it."""
+
+    def add(self, nodeid: str, worker: str, result: str) -> None:
+        """A result, as JSON."""
+        self._ran.setdefault(nodeid, {})[worker] = msgspec.json.decode(result, type=_Ran)
+
+    def note(self) -> str:
+        """How the figures of the report go with those of pytest; empty where no test ran twice."""
+        workers = sorted({worker for ran in self._ran.values() for worker in ran})
+        tests = plural(len(self._ran), "test")
+        return f"--dist=each: {tests} ran on each of {', '.join(workers)}, and count once" if len(workers) > 1 else ""
+
+    def differences(self) -> list[str]:
+        """Tests that came out otherwise on another worker."""
+        return [
+            f"{nodeid} is not the same on each worker: "
+            + "; ".join(
+                f"{worker} {one.outcome}, record {(one.record_sha256 or 'none')[:8]}" for worker, one in ran.items()
+            )
+            for nodeid, ran in self._ran.items()
+            if len(set(ran.values())) > 1
+        ]
+
+
 class Aggregation:
     """Collects results by node id, writes replay files of failed tests, and finds out which results are missing."""
 
@@ -69,6 +109,7 @@ class Aggregation:
         """Node id -> why the test has no result."""
         self.workers = 1
         self.is_distributed = False
+        self.each_worker = EachWorker()
         self.journaling = Journaling(collection.options.report)
         self._results = ResultStore()
 
@@ -116,6 +157,8 @@ class Aggregation:
             text = self._with_replay(text)
             self.journaling.finish(report.nodeid, text)
             self._results.put(report.nodeid, text)
+            if self.collection.config.getoption("dist", "no") == "each":
+                self.each_worker.add(report.nodeid, getattr(report, "worker_id", ""), text)
         elif not report.passed and not hasattr(report, DONE):
             reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
             self.reasons[report.nodeid] = reason
@@ -148,6 +191,15 @@ class Aggregation:
             f"{nodeid}: an error after its result: {_cause(self.reasons[nodeid])}"
             for nodeid in sorted(self.reasons.keys() & self._results.nodeids())
         ]
+
+    def notes(self) -> list[str]:
+        """What xdist's ways to hand out tests mean for this session, a sentence each."""
+        note = self.each_worker.note()
+        one_file = len({nodeid.partition("::")[0] for nodeid in self.chosen}) == 1
+        way = str(self.collection.config.getoption("dist", "no"))
+        if self.workers > 1 and len(self.chosen) > 1 and one_file and way in BY_FILE:
+            return [f"--dist={way} gave all tests to one worker, as they are of one file; --dist=load spreads them"]
+        return [note] if note else []
 
     def losses(self) -> list[str]:
         """Tests without a result or a reason: the session must not look as if all were well."""

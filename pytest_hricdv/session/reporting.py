@@ -110,6 +110,8 @@ class Reporting:
         session.results = self.aggregation.results()
         for part in parts():
             session.results = part.after_tests(session, session.results, stopped=stopped)
+        session.problems += self.aggregation.each_worker.differences()
+        session.warnings += self.aggregation.notes()
         if self.context.failures.problem:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)

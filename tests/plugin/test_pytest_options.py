@@ -12,6 +12,21 @@ SUITE = "--hri-suite=by-hand"
 CALLED = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
 KNOWN = "known-violation"
 FOUR = sorted((KNOWN, "passed", "passed", "passed"))
+SWITCHING = """import os
+
+SWITCHING_S = 0.3 if os.environ.get("PYTEST_XDIST_WORKER") == "gw0" else 0.4
+"""
+OLD_LARK = """
+__version__ = "0.12.0"
+
+
+class Tree:
+    pass
+
+
+class Token(str):
+    pass
+"""
 OFF = (
     *("terminal", "skipping", "capture", "cacheprovider", "junitxml", "logging", "warnings", "tmpdir", "debugging"),
     *("faulthandler", "unraisableexception", "threadexception", "assertion", "monkeypatch", "setuponly", "unittest"),
@@ -85,6 +100,43 @@ def test_looponfail_would_take_each_report_for_a_change(lamps: pytest.Pytester) 
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     expected = "ERROR: --looponfail watches *, where each run writes its report (hri-report), and would run for ever: *"
     result.stderr.fnmatch_lines([expected])
+
+
+class TestWaysToHandOutTests:
+    EACH = ("--dist=each", "--tx=2*popen")
+
+    @pytest.mark.slow
+    def test_each_test_on_each_worker_counts_once(self, lamps: pytest.Pytester) -> None:
+        result = lamps.runpytest_inprocess(SUITE, *self.EACH)
+        assert result.ret == 0
+        result.assert_outcomes(passed=6, xfailed=2)
+        result.stdout.fnmatch_lines(["expected 4, reported 4", "--dist=each: 4 tests ran on each of gw0, gw1, and *"])
+
+    def test_what_is_not_the_same_on_each_worker_fails_the_session(self, lamps: pytest.Pytester) -> None:
+        change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3\n", SWITCHING)
+        result = lamps.runpytest_inprocess(SUITE, *self.EACH, "-k", "cellar")
+        assert result.ret == 1
+        result.stdout.fnmatch_lines(["FAILED test_lamps.py::*cellar* is not the same on each worker: gw*; gw*"])
+
+    def test_a_way_that_gives_all_to_one_worker_is_named(self, lamps: pytest.Pytester) -> None:
+        result = lamps.runpytest_inprocess(SUITE, "-n", "2", "--dist=loadfile")
+        result.stdout.fnmatch_lines(["--dist=loadfile gave all tests to one worker, as they are of one file; *"])
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("way", ["load", "worksteal", "loadgroup", "loadscope"])
+    def test_the_others_run_each_test_once(self, lamps: pytest.Pytester, way: str) -> None:
+        assert lamps.runpytest_inprocess(SUITE, "-n", "2", f"--dist={way}").ret == 0
+        assert sorted(outcomes(lamps.path).values()) == FOUR
+
+
+def test_an_old_lark_in_the_same_folder_is_one_line(lamps: pytest.Pytester) -> None:
+    (lamps.path / "lark").mkdir()
+    (lamps.path / "lark" / "__init__.py").write_text(OLD_LARK, encoding="utf-8")  # what lark-parser 0.12 has of it
+    for options in ([SUITE], [SUITE, *A_WORKER]):
+        result = lamps.runpytest_subprocess(*options)
+        assert result.ret == pytest.ExitCode.USAGE_ERROR
+        result.stderr.fnmatch_lines(["ERROR: *__init__.py: lark of version 0.12.0; expected 1.2 or later. An old *"])
+        assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
 
 
 class TestTheFixture:
