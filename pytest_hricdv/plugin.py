@@ -30,10 +30,15 @@ def pytest_addhooks(pluginmanager: pytest.PytestPluginManager) -> None:
 
 
 def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
-    """Adapts the values of TOML files; explains `-n` without xdist: pytest only reports an unrecognized argument."""
+    """Adapts the values of TOML files; follows imports from before the conftests on, where tests are measured; explains
+    `-n` without xdist: pytest only reports an unrecognized argument.
+    """
+    from pytest_hricdv.session import following  # it is light
     from pytest_hricdv.session.toml_values import adapt
 
     adapt(early_config)
+    if following.is_wanted(early_config, args):
+        following.follow_imports(early_config)
     if early_config.pluginmanager.hasplugin("xdist"):
         return
     asked = any(
@@ -72,6 +77,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import Collection, worker_input
+    from pytest_hricdv.session.following import follow_imports
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
@@ -90,6 +96,9 @@ def _register(config: pytest.Config, options: Options) -> None:
         without = WithoutTestbench(config, options.suites, is_worker=is_worker)
         config.pluginmanager.register(without, "hricdv-without-testbench")
         return
+    if options.coverage:
+        imports = follow_imports(config)
+        imports.base.update(imports.watch.files)  # by the conftests, which tests may use as they are
     context = config.stash[CONTEXT] = RunContext(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(Running(context), "hricdv-running")

@@ -51,15 +51,21 @@ def percent(part: int, whole: int) -> float:
 
 @dataclass(frozen=True)
 class Bits:
-    """Covered statements and branches as bit sets; `branches` is None where only lines were measured."""
+    """Covered statements and branches as bit sets; `branches` is None where only lines were measured.
+
+    `unmeasured` are files of which not all was measured, each with the reason, sorted.
+    """
 
     statements: int = 0
     branches: int | None = 0
+    unmeasured: tuple[tuple[str, str], ...] = ()
 
     def __or__(self, other: Bits) -> Bits:
-        if self.branches is None or other.branches is None:
-            return Bits(self.statements | other.statements, None)
-        return Bits(self.statements | other.statements, self.branches | other.branches)
+        branches = None
+        if self.branches is not None and other.branches is not None:
+            branches = self.branches | other.branches
+        unmeasured = tuple(sorted({*self.unmeasured, *other.unmeasured}))
+        return Bits(self.statements | other.statements, branches, unmeasured)
 
     @classmethod
     def of(cls, share: CodeShare | None) -> Bits | None:
@@ -67,13 +73,17 @@ class Bits:
         if share is None:
             return None
         statements, branches = share.bits
-        return cls(int(statements, 16), None if branches is None else int(branches, 16))
+        unmeasured = tuple(sorted(share.unmeasured.items()))
+        return cls(int(statements, 16), None if branches is None else int(branches, 16), unmeasured)
 
     def share(self, total: int) -> CodeShare:
         """The record of these bits, of code with `total` statements."""
         count = self.statements.bit_count()
         branches = None if self.branches is None else hex(self.branches)
-        return CodeShare(statements=count, percent=percent(count, total), bits=(hex(self.statements), branches))
+        bits = hex(self.statements), branches
+        return CodeShare(
+            statements=count, percent=percent(count, total), bits=bits, unmeasured=dict(reversed(self.unmeasured))
+        )
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from pytest_hricdv.coverage.suite_coverage import RunCoverage, TestCoverage, unu
 from pytest_hricdv.monitor import RequirementResult
 
 MODULE = "the module"
+NEVER_IMPORTED = "never imported: no test imports this file"
 
 
 def _gap(
@@ -37,6 +38,10 @@ def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterat
         first += len(file.statements)
         waived = {waiver.line: waiver.reason for waiver in file.waivers}
         yield from _waived(file, waived)
+        if lines == file.statements and file.name not in dict(total.unmeasured):
+            needed = tuple(str(line) for line in lines if line not in waived)
+            yield from [_gap("statements", file.name, needed, NEVER_IMPORTED)] if needed else []
+            continue
         inner_first = functions(file.text)
         for function in inner_first:
             mine = [line for line in lines if line not in waived and _innermost(inner_first, line) == function]

@@ -1,83 +1,264 @@
-"""What importing the code under test covers, measured in a separate process.
+"""What importing the modules of the code under test covers: measured where a process imports them, each once.
 
-Import lines run once per process: in the first test, or before any test when a conftest imports early. A fresh process
-gives the same result whatever the order of tests, the worker, and the imports of the project.
+Import lines run once per process: in the first test that needs a module, or before any test when a conftest imports
+early. They count for every test that imports the module, itself or by another one, so that the order of tests, the
+worker, and the imports of the project change nothing. Modules that nothing imports are not run, and cover nothing.
 """
 
 from __future__ import annotations
 
-import importlib
-import json
-import pkgutil
-import subprocess
 import sys
-from typing import Any
+import sysconfig
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
-from pytest_hricdv._base.hash_seed import environment_of_child
-from pytest_hricdv.coverage.code_map import Bits, CodeMap, CoverageError
+from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap
+from pytest_hricdv.coverage.import_process import described, imported_again
+from pytest_hricdv.coverage.imports import ImportWatch, file_of
+from pytest_hricdv.coverage.own_coverage import OwnCoverage, debugger, exactly, literally, users_tracer
 
-TIMEOUT_S = 120
-"""A hundred times what the controller of the table takes; only an import that waits for something takes longer."""
+if TYPE_CHECKING:
+    import coverage
+    from coverage.sqldata import CoverageData
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+PREFIX = "hricdv import|"
+"""Before the name of a module: the context of its import."""
+
+BEFORE = "modules that were imported before imports were followed"
+
+INSTALLED = frozenset({"site-packages", "dist-packages"})
 
 
-def import_bits(code: CodeMap, *, before: tuple[str, ...] = ()) -> Bits:
-    """The statements and branches that run when every module under test is imported.
+@dataclass
+class Measured:
+    """What a tracer recorded: file -> lines, and file -> arcs."""
+
+    lines: dict[str, set[int]] = field(default_factory=dict)
+    arcs: dict[str, set[Arc]] = field(default_factory=dict)
+
+    def add(self, file: str, lines: Iterable[int], arcs: Iterable[Arc]) -> None:
+        """Take in what was recorded of a file."""
+        self.lines.setdefault(file, set()).update(lines)
+        self.arcs.setdefault(file, set()).update(arcs)
+
+    def of_file(self, file: str) -> tuple[set[int], set[Arc]]:
+        """What was recorded of a file."""
+        return self.lines.get(file, set()), self.arcs.get(file, set())
+
+
+class ImportCoverage:
+    """Measures the imports of this process from when it is installed; see `ImportWatch`.
 
     Args:
-        before: functions without arguments, as "package.module:name", that are called before.
-
-    Raises:
-        CoverageError: a module cannot be imported; the last line of its traceback is given.
+        root: the folder of the project, whose modules are followed also before it is known what the code under test is.
+            Those of the testbench are followed after that, too, as they import the code under test.
     """
-    files = [str(file.path) for file in code.files]
-    task = {"packages": code.packages, "files": files, "before": before}
-    try:
-        process = subprocess.run(
-            [sys.executable, "-m", __name__],
-            input=json.dumps(task),
-            capture_output=True,
-            encoding="utf-8",  # JSON is plain ASCII; of the errors only a line is shown
-            errors="replace",
-            env=environment_of_child(),
-            timeout=TIMEOUT_S,
-        )
-    except subprocess.TimeoutExpired:
-        raise CoverageError(f"importing the code under test took more than {TIMEOUT_S} s") from None
-    if process.returncode:
-        last = process.stderr.strip().splitlines()[-1:]
-        raise CoverageError(f"the code under test cannot be imported: {''.join(last)}")
-    answer = json.loads(process.stdout.splitlines()[-1])
-    return code.translated(answer["lines"], {name: map(tuple, arcs) for name, arcs in answer["arcs"].items()})
+
+    def __init__(self, root: Path | None = None) -> None:
+        self._root = root
+        self._library = Path(sysconfig.get_path("stdlib"))
+        self._own = None if root is None else _of_project(root)
+        self._own_is_of_project = True
+        self._code: CodeMap | None = None
+        self._files: frozenset[Path] = frozenset()
+        self._measured: dict[str, Measured] = {}
+        self._pending: dict[str, OwnCoverage] = {}
+        self._bits: dict[frozenset[str], Bits] = {}
+        self._problems: dict[str, str] = {}
+        self._users: dict[str, coverage.Coverage] = {}
+        """The modules that the user's measurement sees imported before the first test -> this measurement."""
+        self._has_begun = False
+        self._depth = 0
+        self.base: set[str] = set()
+        """The modules that every test has imported, as the testbench did."""
+        self.watch = ImportWatch(self._is_of_interest, self._measuring)
+
+    def _is_of_interest(self, file: Path) -> bool:
+        if file in self._files:
+            return True
+        if self._root is None or not file.is_relative_to(self._root) or file.is_relative_to(self._library):
+            return False
+        return INSTALLED.isdisjoint(file.parts)
+
+    def follow(self, code: CodeMap, own: OwnCoverage, before: tuple[str, ...] = ()) -> None:
+        """From now on it is known what the code under test is, and what measures it.
+
+        Modules of it that are loaded, and that were not followed, are imported once more, in a process of their own.
+        """
+        self.collect()
+        self._code, self._files = code, frozenset(file.path for file in code.files)
+        self._own, self._own_is_of_project = own, False
+        import coverage
+
+        current = coverage.Coverage.current()
+        lost = {name for name, by in self._users.items() if by is not current}  # with a measurement that went on
+        files = [(name, file) for name, file in loaded_files() if file in self._files]
+        loaded = [name for name, _ in files if name in lost or name not in self.watch.files]
+        if loaded:
+            answer = imported_again(loaded, [str(file.path) for file in code.files], before)
+            measured = self._measured[BEFORE] = Measured()
+            for name in answer.lines:
+                measured.add(name, answer.lines[name], answer.arcs[name])
+            self._problems = answer.problems
+
+    def begin(self) -> None:
+        """The first test of the process begins now: what the user's measurement has until here, was run by imports.
+
+        Not read earlier: what it has would be written into its file, which pytest-cov in another worker would remove.
+        """
+        import coverage
+
+        if self._has_begun:
+            return
+        self._has_begun, current = True, coverage.Coverage.current()
+        names = [name for name, by in self._users.items() if by is current]
+        if names and current is not None:
+            data = users_data(current)
+            for name in names:
+                file = str(self.watch.files[name])
+                self._measured.setdefault(name, Measured()).add(file, data.lines(file) or (), data.arcs(file) or ())
+            self._bits.clear()
+        self._users.clear()
+
+    def _measuring(self, name: str) -> AbstractContextManager[None]:
+        file = self.watch.files[name]
+        if (self._code is not None and file not in self._files) or debugger():
+            return _nothing()
+        import coverage
+
+        current = coverage.Coverage.current()
+        if current is not None and not (self._own and self._own.is_running(current)):
+            if users_tracer() is None:
+                return _nothing()
+            if self._has_begun:
+                return self._joined(name, str(file), current)
+            self._users[name] = current
+            return _nothing()
+        if self._own is None:
+            return _nothing()
+        self._pending[name] = self._own
+        return self._own.recording(f"{PREFIX}{name}")
+
+    @contextmanager
+    def _joined(self, name: str, file: str, current: coverage.Coverage) -> Iterator[None]:
+        """Reads off the user's measurement what an import ran; its contexts stay his.
+
+        A module's own file has been run by its import only. In the others, an import runs what was not run before.
+        """
+        earlier, self._depth = (Measured() if self._depth else self._loaded(current)), self._depth + 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+            files = [file] if self._depth else [str(path) for path in self.watch.files.values()]
+            data, measured = users_data(current), self._measured.setdefault(name, Measured())
+            for path in files:
+                lines, arcs = earlier.of_file(path)
+                measured.add(path, set(data.lines(path) or ()) - lines, set(data.arcs(path) or ()) - arcs)
+            self._bits.clear()
+
+    def _loaded(self, current: coverage.Coverage) -> Measured:
+        """What the user's measurement has of the modules that are loaded now."""
+        data, measured = users_data(current), Measured()
+        for path in map(str, self.watch.files.values()):
+            measured.add(path, data.lines(path) or (), data.arcs(path) or ())
+        return measured
+
+    def collect(self) -> None:
+        """Take what imports covered out of the data of the tracer, which is erased after each test."""
+        if not self._pending:
+            return
+        for own in {id(own): own for own in self._pending.values()}.values():
+            data = own.data()
+            names = [name for name, by in self._pending.items() if by is own]
+            for name, measured in recorded(data, names).items():
+                mine = self._measured.setdefault(name, Measured())
+                for file in measured.lines:
+                    mine.add(file, *measured.of_file(file))
+            if self._own_is_of_project:
+                data.erase()
+        self._pending.clear()
+        self._bits.clear()
+
+    def with_imports(self, bits: Bits, files: Iterable[str], asked: Iterable[str]) -> Bits:
+        """What a test covered, with what importing its modules covers.
+
+        Args:
+            bits: that it covered itself.
+            files: in which it covered any.
+            asked: names of the modules that it imported.
+        """
+        of_files = self.watch.of_files(set(map(Path, files)))
+        return bits | self._covered_by(self.watch.needed({*self.base, *asked, *of_files}))
+
+    def _covered_by(self, names: frozenset[str]) -> Bits:
+        assert self._code is not None, "the code under test is known before it is measured"
+        if names not in self._bits:
+            union = Measured()
+            for name in (*names, BEFORE):
+                measured = self._measured.get(name, Measured())
+                for file in measured.lines:
+                    union.add(file, *measured.of_file(file))
+            unmeasured = tuple(sorted(self._unmeasured(names)))
+            self._bits[names] = replace(self._code.translated(union.lines, union.arcs), unmeasured=unmeasured)
+        return self._bits[names]
+
+    def _unmeasured(self, names: Iterable[str]) -> Iterator[tuple[str, str]]:
+        """Files of which the import was not measured, or not to its end, and why."""
+        shown = {file.path: file.name for file in self._code.files} if self._code else {}
+        files = self.watch.files | dict(loaded_files())
+        for name, problem in self._problems.items():
+            if files.get(name) in shown:
+                yield shown[files[name]], f"imported once more, to be measured, it {problem}"
+        for name in names:
+            error = self.watch.failures.get(name)
+            if error is not None and self.watch.files[name] in shown:
+                yield shown[self.watch.files[name]], f"its import raised {described(error)}"
 
 
-def import_all(packages: tuple[str, ...]) -> None:
-    """Import every module of the packages."""
-    for package in packages:
-        module = importlib.import_module(package)
-        for submodule in pkgutil.walk_packages(getattr(module, "__path__", ()), f"{package}."):
-            if not submodule.name.endswith("__main__"):
-                importlib.import_module(submodule.name)
+def _of_project(root: Path) -> OwnCoverage:
+    return OwnCoverage([f"{literally(str(root))}/*"], [f"*/{folder}/*" for folder in INSTALLED])
 
 
-def main() -> None:
-    """Measure the imports named on standard input; the answer is the last line of standard output."""
-    import coverage
-
-    task = json.load(sys.stdin)
-    for name in task["before"]:
-        pkgutil.resolve_name(name)()
-    measurement = coverage.Coverage(data_file=None, config_file=False, branch=True, include=task["files"])
-    measurement.set_option("run:core", "ctrace")
-    measurement.start()
-    import_all(tuple(task["packages"]))
-    measurement.stop()
-    data = measurement.get_data()
-    answer: dict[str, dict[str, Any]] = {
-        "lines": {name: data.lines(name) or [] for name in task["files"]},
-        "arcs": {name: data.arcs(name) or [] for name in task["files"]},
-    }
-    print(json.dumps(answer))
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield
 
 
-if __name__ == "__main__":
-    main()
+def recorded(data: CoverageData, names: Iterable[str]) -> dict[str, Measured]:
+    """What was recorded while these modules were imported."""
+    contexts = {f"{PREFIX}{name}": Measured() for name in names}
+    for file in data.measured_files():
+        data.set_query_contexts(None)
+        touched = {context for by in data.contexts_by_lineno(file).values() for context in by} & contexts.keys()
+        for context in touched:
+            data.set_query_contexts([exactly(context)])
+            contexts[context].add(file, data.lines(file) or (), data.arcs(file) or ())
+    data.set_query_contexts(None)
+    return {context.removeprefix(PREFIX): measured for context, measured in contexts.items()}
+
+
+def users_data(current: coverage.Coverage) -> CoverageData:
+    """What the user's running measurement has recorded so far."""
+    from coverage.exceptions import CoverageWarning
+
+    with warnings.catch_warnings():
+        # Coverage repeats its warnings at the end of the session; here there would be one for each test.
+        warnings.simplefilter("ignore", CoverageWarning)
+        return current.get_data()
+
+
+def loaded_files() -> Iterator[tuple[str, Path]]:
+    """The modules that are loaded from a file, in the order in which their imports began."""
+    for name, module in [*sys.modules.items()]:
+        spec = getattr(module, "__spec__", None) if isinstance(module, ModuleType) else None
+        file = None if spec is None else file_of(spec)
+        if file is not None:
+            yield name, file

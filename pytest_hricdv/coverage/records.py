@@ -52,7 +52,9 @@ class FileCoverage(PlainRecord, frozen=True, kw_only=True):
 class ReportedCode(PlainRecord, frozen=True, kw_only=True):
     """The code under test: what there is to cover, and what all tests covered.
 
-    `reason` says why it was not measured, or not completely; empty where it was.
+    `reason` says why it was not measured, or not completely; empty where it was. `never_imported` are files that no
+    test imported, so that nothing of them was run. `unmeasured_files` are others of which not all was measured, each
+    with the reason.
     """
 
     packages: Names
@@ -62,17 +64,21 @@ class ReportedCode(PlainRecord, frozen=True, kw_only=True):
     measured: bool
     reason: str
     files: tuple[FileCoverage, ...]
+    never_imported: Names = ()
+    unmeasured_files: Mapping[str, str] = {}
 
 
 class CodeShare(PlainRecord, frozen=True, kw_only=True):
     """What one test covered of the code; `bits` are statements and branches as hexadecimal numbers.
 
-    Branches are None where only lines were measured.
+    Branches are None where only lines were measured. `unmeasured` are files of which not all was measured, with the
+    reasons.
     """
 
     statements: Count
     percent: Percent
     bits: tuple[Bits, Bits | None]
+    unmeasured: Mapping[str, str] = {}
 
 
 class CodeCoverage(PlainRecord, frozen=True, kw_only=True):

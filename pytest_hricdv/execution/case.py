@@ -12,7 +12,8 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, debugger
+from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
+from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
 from pytest_hricdv.execution.execution_part import Follower, Watcher, execution_parts
 from pytest_hricdv.execution.faults import CodeUnderTest
@@ -207,7 +208,13 @@ def execute(
         kernel.virtual |= run.middleware.virtual
     kernel.code = modules.packages
     try:
-        with modules.installed(), guarded(kernel), seeded_by(test.seed), kernel.watched():
+        with (
+            measurement.importing(context),
+            modules.installed(),
+            guarded(kernel),
+            seeded_by(test.seed),
+            kernel.watched(),
+        ):
             outcome, verdicts, record = _finished(settings, followers, run)
     except Exception:
         if run.ending is not None and run.ending.error is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import add
 from typing import Literal
 
@@ -62,6 +62,7 @@ class Source:
         units: statements, or plans.
         branches: from line to line; of agents none.
         waived: statements that are.
+        note: what is to be said of all of it.
     """
 
     title: str
@@ -70,6 +71,7 @@ class Source:
     units: CoverageCount
     branches: CoverageCount = CoverageCount()
     waived: int = 0
+    note: str = ""
 
 
 def code_sources(report: Report) -> tuple[Source, ...]:
@@ -87,9 +89,18 @@ def code_sources(report: Report) -> tuple[Source, ...]:
         next_first, next_branch = first + len(file.statements), first_branch + len(file.branches)
         counts = dict(zip(file.branches, taken[first_branch:next_branch], strict=True))
         needed = {arc: count for arc, count in counts.items() if not file_waived.intersection(arc)}
-        sources.append(_code_source(file, first, hits, needed, file_waived))
+        source = _code_source(file, first, hits, needed, file_waived)
+        sources.append(replace(source, note=_file_note(report, file.file)))
         first, first_branch = next_first, next_branch
     return tuple(source for source in sources if source.lines and (source.units.total or source.waived))
+
+
+def _file_note(report: Report, file: str) -> str:
+    code = report.code_under_test
+    if file in code.never_imported:
+        return "never imported"
+    reason = code.unmeasured_files.get(file)
+    return f"unmeasured: {reason}" if reason else ""
 
 
 def model_sources(report: Report) -> tuple[Source, ...]:

@@ -65,7 +65,7 @@ def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...
     lines = [*_unchecked(report, width)]
     for suite in report.suites:
         lines += [*_suite(report, suite, width), Line("")]
-    uncovered = list(_gaps(report, width))
+    uncovered = [*_files(report, width), *_gaps(report, width)]
     lines += [*uncovered, Line("")] if uncovered else []
     changed = list(behaviour_view.lines(report, width))
     lines += [*changed, Line("")] if changed else []
@@ -153,6 +153,15 @@ def _variety(diagnosis: Diagnosis) -> str:
     ends = [f"{name} {number}" for name, number in (("iteration", last.iteration), ("test", last.test)) if number]
     parts.append("no new plan after " + " and ".join(ends) if ends else "no plans of a model")
     return ", ".join(parts)
+
+
+def _files(report: Report, columns: int) -> Iterator[Line]:
+    """Files of the code under test that nothing imported, and those that were not measured completely."""
+    code = report.code_under_test
+    if code.never_imported:
+        yield from labelled("never imported", ", ".join(code.never_imported), columns, "warn")
+    for file, reason in sorted(code.unmeasured_files.items()):
+        yield from labelled("unmeasured", f"{file}: {reason}", columns, "warn")
 
 
 def _gaps(report: Report, columns: int) -> Iterator[Line]:

@@ -318,6 +318,8 @@ def _least_margin(report: Report, suite: str, requirement: str) -> tuple[float |
 def _code_gaps(report: Report) -> Iterator[GapRow]:
     waived = {(waiver.file, waiver.line) for waiver in waivers(report)}
     for file in sorted(report.code_under_test.files, key=lambda file: file.file):
+        if file.file in report.code_under_test.never_imported:  # said by itself
+            continue
         lines = [line for line in file.missing_lines if (file.file, line) not in waived]
         arcs = [arc for arc in file.missing_branches if not any((file.file, line) in waived for line in arc)]
         yield GapRow(file.file, "lines", line_ranges(lines))

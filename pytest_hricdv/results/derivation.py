@@ -106,11 +106,18 @@ def coverage_of(test: TestResult) -> TestCoverage:
 
 def _code_under_test(declared: ReportedCode, code: CodeMap | None, total: Bits | None) -> ReportedCode:
     complete = total is not None and total.branches is not None
+    files = file_coverage(code, total) if code else ()
+    unmeasured = dict(reversed(total.unmeasured)) if total is not None else {}
     return replace(
         declared,
         measured=total is not None,
         reason="" if complete else declared.reason,
-        files=file_coverage(code, total) if code else (),
+        files=files,
+        # An import runs at least one statement, if there is one.
+        never_imported=tuple(
+            file.file for file in files if file.statements and not file.covered and file.file not in unmeasured
+        ),
+        unmeasured_files=unmeasured,
     )
 
 

@@ -17,7 +17,7 @@ from types import FrameType
 import pytest
 from _pytest.debugging import pytestPDB
 
-from pytest_hricdv.coverage.measurement import debugger
+from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest

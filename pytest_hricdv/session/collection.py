@@ -15,6 +15,7 @@ from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.engine_choice import on_installed_engine
+from pytest_hricdv.session.following import of_testbench
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.replaying import ReplayInput
@@ -70,7 +71,9 @@ class Collection:
             )
         code = implementations[-1].function.__code__
         try:
-            testbench = checked(hook(config=self.config), f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
+            with of_testbench(self.config, implementations[-1].function.__module__):
+                made = hook(config=self.config)
+            testbench = checked(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             testbench = testbench.simulated(self.options.fidelity) if self.options.fidelity else testbench
             testbench = on_installed_engine(testbench)
             for part in part_options():

@@ -11,7 +11,8 @@ import pytest
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
-from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose, debugger
+from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose
+from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import RunSettings, part_criteria
 from pytest_hricdv.execution.execution_part import execution_parts
 from pytest_hricdv.monitor import (
@@ -26,6 +27,7 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.results.building import requirement_texts
 from pytest_hricdv.results.model import RequirementText
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.replaying import Failures, Provenance
 from pytest_hricdv.session.usage import usage_error
 
@@ -125,7 +127,8 @@ class RunContext:
     def _chosen(self) -> Measurement:
         by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
         before = [name for part in execution_parts() for name in part.before_imports(self.collection.testbench)]
-        return choose(self.code, contexts_by_test=by_test, before=tuple(before))
+        imports = self.collection.config.stash.get(IMPORTS, None)
+        return choose(self.code, contexts_by_test=by_test, before=tuple(before), imports=imports)
 
     @cached_property
     def provenance(self) -> Provenance:

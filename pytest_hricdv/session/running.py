@@ -19,6 +19,7 @@ from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
+from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
@@ -50,9 +51,17 @@ class Running:
         self._setup_s = 0.0
         """How long the setup of the present test took, where a fixture ran it."""
 
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Chooses the measurement before the first test: what takes long would count for its time-out."""
+        if not session.config.getoption("collectonly") and any(map(case_of, session.items)):
+            _ = self.context.measurement
+
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
         """Releases the run after its test: pytest keeps all items to the end, and a run is large."""
+        imports = item.config.stash.get(IMPORTS, None)
+        if imports is not None:
+            imports.begin()
         try:
             return (yield)
         finally:

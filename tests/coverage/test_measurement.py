@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.coverage.import_process import imported_again
 from tests.coverage.project import write_package
 
 SCRIPT = """
@@ -91,32 +92,40 @@ def test_a_debugger_is_left_alone(tmp_path: Path) -> None:
     assert missing == {"5": None, "0": None}
 
 
-@pytest.mark.parametrize("source", ["raise RuntimeError('broken on import')\n"])
-def test_code_that_cannot_be_imported_is_unmeasured_with_the_reason(tmp_path: Path, source: str) -> None:
-    from pytest_hricdv.coverage.code_map import CoverageError, map_code
-    from pytest_hricdv.coverage.import_coverage import import_bits
+BROKEN = {
+    "raises": ("raise RuntimeError('broken on import')\n", "raised RuntimeError: broken on import"),
+    "exits": ("import sys\nprint('}')\nsys.exit('no hardware')\n", "raised SystemExit: no hardware"),
+    "ends": ("import os\nos._exit(3)\n", "was imported in a process that ended with status 3"),
+}
 
-    write_package(tmp_path, "broken_on_import", source)
-    sys.path.insert(0, str(tmp_path))
-    try:
-        with pytest.raises(CoverageError, match="RuntimeError: broken on import"):
-            import_bits(map_code(["broken_on_import"], tmp_path))
-    finally:
-        sys.path.remove(str(tmp_path))
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_module_that_cannot_be_imported_again_has_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    source, reason = BROKEN[name]
+    file = write_package(tmp_path, f"broken_{name}", source)
+    monkeypatch.syspath_prepend(tmp_path)
+    answer = imported_again([f"broken_{name}"], [str(file)])
+    assert answer.problems == {f"broken_{name}": reason}
+
+
+def test_a_broken_module_leaves_the_others_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_package(tmp_path, "broken_first", "import sys\nsys.exit()\n")
+    file = write_package(tmp_path, "whole_second", "x = 1\ny = 2\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    answer = imported_again(["broken_first", "whole_second"], [str(file)])
+    assert (answer.lines, answer.problems) == ({str(file): [1, 2]}, {"broken_first": "raised SystemExit"})
 
 
 def test_what_is_called_before_the_imports_shows_in_what_they_cover(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from pytest_hricdv.coverage.code_map import map_code
-    from pytest_hricdv.coverage.import_coverage import import_bits
-
-    write_package(tmp_path, "prepared_import", "import helper\nif helper.ready:\n    x = 1\n")
+    file = str(write_package(tmp_path, "prepared_import", "import helper\nif helper.ready:\n    x = 1\n"))
     (tmp_path / "helper.py").write_text("ready = False\n\n\ndef prepare():\n    global ready\n    ready = True\n")
     monkeypatch.syspath_prepend(tmp_path)
-    code = map_code(["prepared_import"], tmp_path)
-    plain, prepared = import_bits(code), import_bits(code, before=("helper:prepare",))
-    assert (prepared | plain).statements == prepared.statements != plain.statements
+    assert imported_again(["prepared_import"], [file]).lines[file] == [1, 2]
+    assert imported_again(["prepared_import"], [file], ("helper:prepare",)).lines[file] == [1, 2, 3]
 
 
 TOGETHER = """

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coverage import import_coverage
-from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from tests.plugin import project
 
 ENVIRONMENT = ("PY_COLORS", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY")
@@ -26,16 +24,6 @@ for _name in (
     importlib.import_module(_name)
 
 
-_imported: dict[str, Bits] = {}
-
-
-def import_bits_once(code: CodeMap, *, before: tuple[str, ...] = ()) -> Bits:
-    """What importing covers, measured once for equal code: it takes a process of its own, longer than a whole run."""
-    if code.sha256 not in _imported:
-        _imported[code.sha256] = import_coverage.import_bits(code)
-    return _imported[code.sha256]
-
-
 @pytest.fixture(scope="session")
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The user's cache folder of all tests; with one for each, as with `pytester`, each builds all parsers anew."""
@@ -48,6 +36,5 @@ def lamps(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, cache_fold
     for name in (*ENVIRONMENT, "PYTEST_XDIST_WORKER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache_folder))
-    monkeypatch.setattr("pytest_hricdv.coverage.measurement.import_bits", import_bits_once)
     project.write(pytester.path)
     return pytester

@@ -1,0 +1,186 @@
+"""Follows which modules of the code under test are imported, by whom, and measures each where it is first imported.
+
+A module runs when it is imported, once in a process: in the first test that needs it, or before any test. What it
+covers then belongs to every test that imports it. It is measured where it happens: importing a module once more, for
+the sake of a figure, would run it once more, which is dangerous beside hardware. What nothing imports is never run.
+"""
+
+from __future__ import annotations
+
+import builtins
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from threading import get_ident
+from types import ModuleType
+from typing import Any
+
+__tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
+
+Measuring = Callable[[str], AbstractContextManager[None]]
+"""Measures what the module with this name runs while it is imported."""
+
+
+class ImportWatch(MetaPathFinder):
+    """Sees the imports of a process from when it is installed.
+
+    Args:
+        is_of_interest: whether a module that is loaded from this file is followed.
+        measuring: see `Measuring`.
+    """
+
+    def __init__(self, is_of_interest: Callable[[Path], bool], measuring: Measuring) -> None:
+        self.is_of_interest = is_of_interest
+        self._measuring = measuring
+        self.files: dict[str, Path] = {}
+        """The modules that were followed -> their files, in the order in which their imports began."""
+        self.failures: dict[str, BaseException] = {}
+        """Those of them whose import raised -> what it raised."""
+        self._needs: dict[str, set[str]] = {}
+        self._asking: list[set[str]] = []
+        self._finding: set[tuple[int, str]] = set()
+
+    def install(self) -> None:
+        """Follow imports from now on."""
+        sys.meta_path.insert(0, self)
+
+    def uninstall(self) -> None:
+        """Follow them no longer."""
+        if self in sys.meta_path:
+            sys.meta_path.remove(self)
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """See `importlib.abc.MetaPathFinder`; None for every module that is not followed."""
+        asked = get_ident(), fullname
+        if asked in self._finding:  # another finder asks all of them
+            return None
+        self._finding.add(asked)
+        try:
+            specs = (finder.find_spec(fullname, path, target) for finder in self._others())
+            spec: ModuleSpec | None = next(filter(None, specs), None)
+        finally:
+            self._finding.discard(asked)
+        if spec is None or spec.loader is None or not hasattr(spec.loader, "exec_module"):
+            return None
+        file = file_of(spec)
+        if file is None or not self.is_of_interest(file):
+            return spec
+        spec.loader = _FollowedLoader(spec.loader, lambda: self._following(fullname, file))
+        return spec
+
+    def _others(self) -> Iterable[Any]:
+        return [finder for finder in sys.meta_path if finder is not self and hasattr(finder, "find_spec")]
+
+    @contextmanager
+    def _following(self, name: str, file: Path) -> Iterator[None]:
+        self.files.setdefault(name, file)
+        self.failures.pop(name, None)
+        with self.asking() as needs:
+            self._needs[name] = needs
+            try:
+                with self._measuring(name):
+                    yield
+            except BaseException as error:
+                self.failures[name] = error
+                raise
+
+    @contextmanager
+    def asking(self) -> Iterator[set[str]]:
+        """The names of the modules that import statements ask for meanwhile, loaded before or not."""
+        names: set[str] = set()
+        self._asking.append(names)
+        real_import = builtins.__import__
+        noting = self._noting(real_import) if len(self._asking) == 1 else real_import
+        builtins.__import__ = noting
+        try:
+            yield names
+        finally:
+            self._asking[:] = [others for others in self._asking if others is not names]
+            if builtins.__import__ is noting:  # otherwise somebody else put his own before it, and left it there
+                builtins.__import__ = real_import
+
+    def _noting(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
+        def importing(
+            name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
+        ) -> Any:
+            __tracebackhide__ = True
+            if not self._asking:
+                return real_import(name, globals, locals, fromlist or (), level)
+            asking, wanted = self._asking[-1], _absolute(name, globals, level)
+            asking.update(_with_parents(wanted))
+            try:
+                return real_import(name, globals, locals, fromlist or (), level)
+            finally:
+                parts = (f"{wanted}.{part}" for part in fromlist or ())
+                asking.update(part for part in parts if part in sys.modules or part in self.files)
+
+        return importing
+
+    def needed(self, names: Iterable[str]) -> frozenset[str]:
+        """Those of the modules that were followed, and all that they imported in turn."""
+        needed: set[str] = set()
+        waiting = list(names)
+        while waiting:
+            name = waiting.pop()
+            if name in self.files and name not in needed:
+                needed.add(name)
+                waiting += self._needs[name]
+                waiting += _with_parents(name)
+        return frozenset(needed)
+
+    def of_files(self, files: Collection[Path]) -> list[str]:
+        """The modules that were followed and are of these files."""
+        return [name for name, file in self.files.items() if file in files]
+
+
+def file_of(spec: ModuleSpec) -> Path | None:
+    """The file that a module is loaded from; None where there is none, as for what is built in."""
+    return Path(spec.origin).resolve() if spec.has_location and spec.origin is not None else None
+
+
+def _absolute(name: str, globals: Any, level: int) -> str:
+    """The full name of what an import statement names, relative to the module with these names."""
+    if not level:
+        return name
+    names = globals or {}
+    package = names.get("__package__")
+    if package is None:
+        package = str(names.get("__name__", ""))
+        package = package if "__path__" in names else package.rpartition(".")[0]
+    parts = package.split(".")
+    return ".".join(filter(None, (*parts[: len(parts) - level + 1], name)))
+
+
+def _with_parents(name: str) -> list[str]:
+    parts = name.split(".")
+    return [".".join(parts[:length]) for length in range(1, len(parts) + 1)]
+
+
+class _FollowedLoader(Loader):
+    """Loads with another loader, which stands in the module from the first line on, and is followed."""
+
+    def __init__(self, loader: Any, following: Callable[[], AbstractContextManager[None]]) -> None:
+        self._loader = loader
+        self._following = following
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._loader, name)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """See `importlib.abc.Loader`."""
+        create = getattr(self._loader, "create_module", None)
+        return None if create is None else create(spec)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """See `importlib.abc.Loader`."""
+        __tracebackhide__ = True
+        module.__loader__ = self._loader
+        if module.__spec__ is not None:
+            module.__spec__.loader = self._loader
+        with self._following():
+            self._loader.exec_module(module)

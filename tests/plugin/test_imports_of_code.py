@@ -1,0 +1,124 @@
+"""What importing the code under test covers, and that nothing is imported for the sake of a figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, report
+
+SUITE = ("--hri-suite=by-hand", "-p", "no:cacheprovider")
+ALONE = (*SUITE, "-p", "no:xdist")
+CALIBRATE = """
+from pathlib import Path
+
+Path(__file__).with_name("moved").write_text("the arm has moved")
+SPEED = 1 if SUITE else 2
+"""
+in_both_modes = pytest.mark.parametrize("options", [("-p", "no:xdist"), A_WORKER], ids=["plain", "on a worker"])
+
+
+def add(lamps: pytest.Pytester, name: str, text: str) -> None:
+    """Write a module of the code under test."""
+    (lamps.path / "lamps" / name).write_text(text, encoding="utf-8")
+
+
+def files(folder: Path) -> dict[str, tuple[int, int]]:
+    """File -> covered statements, and all of them."""
+    written = report(folder)["code_under_test"]["files"]
+    return {file["file"].removeprefix("lamps/"): (file["covered"], file["statements"]) for file in written}
+
+
+def never_imported(folder: Path) -> list[str]:
+    """The files that the report lists as never imported."""
+    listed: list[str] = report(folder)["code_under_test"].get("never_imported", [])
+    return listed
+
+
+def by_test(folder: Path) -> dict[str, Any]:
+    """Name of a test -> what it covered of the code."""
+    return {test["id"]: test["code"] for test in report(folder)["tests"]}
+
+
+@in_both_modes
+def test_what_nothing_imports_is_never_run_and_is_listed_as_never_imported(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    add(lamps, "calibrate.py", CALIBRATE)
+    add(lamps, "quits.py", "import sys\nsys.exit(3)\n")
+    add(lamps, "hardware.py", "import RPi.GPIO\n")
+    result = lamps.runpytest_subprocess(*SUITE, *options)
+    assert result.ret == 0
+    assert not (lamps.path / "lamps" / "moved").exists()
+    covered = files(lamps.path)
+    assert (covered["calibrate.py"], covered["quits.py"], covered["hardware.py"]) == ((0, 3), (0, 2), (0, 1))
+    assert covered["guide.py"][0] > 20
+    listed = ["lamps/calibrate.py", "lamps/hardware.py", "lamps/quits.py"]
+    assert never_imported(lamps.path) == listed
+    result.stdout.fnmatch_lines(["  never imported        lamps/calibrate.py, lamps/hardware.py, *"])
+    page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert page.count("never imported") >= len(listed)
+    gaps = [gap for gap in report(lamps.path)["closure"]["gaps"] if gap["place"] == "lamps/calibrate.py"]
+    assert [gap["reason"] for gap in gaps] == ["never imported: no test imports this file"]
+
+
+def test_a_module_that_one_test_imports_belongs_to_that_test_only(lamps: pytest.Pytester) -> None:
+    add(lamps, "dimmer.py", "LEVEL = 10.0\nSTEPS = 3\n")
+    change(lamps.path, "lamps/guide.py", "    return 10.0", "    from lamps.dimmer import LEVEL\n    return LEVEL")
+    lamps.runpytest_inprocess(*ALONE)
+    together = by_test(lamps.path)
+    assert len({code["statements"] for code in together.values()}) > 1
+    for name in together:
+        lamps.runpytest_inprocess(*ALONE, "-k", name)
+        alone = by_test(lamps.path)
+        assert alone[name] == together[name]
+
+
+def test_modules_that_unit_tests_import_count_for_no_generated_test(lamps: pytest.Pytester) -> None:
+    add(lamps, "calibrate.py", CALIBRATE.replace("SUITE", "False"))
+    (lamps.path / "test_a_calibration.py").write_text(
+        "from lamps import calibrate, messages\n\n\ndef test_speed():\n    assert calibrate.SPEED == 2\n"
+    )
+    lamps.runpytest_inprocess(*ALONE, "test_lamps.py")
+    alone = files(lamps.path), by_test(lamps.path)
+    result = lamps.runpytest_inprocess(*ALONE, "test_a_calibration.py", "test_lamps.py")
+    assert result.ret == 0
+    assert (files(lamps.path), by_test(lamps.path)) == alone
+    assert never_imported(lamps.path) == ["lamps/calibrate.py"]
+
+
+def test_stand_ins_of_a_conftest_are_those_that_the_code_is_measured_with(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "GLARE = 80.0", "import RPi.GPIO as gpio\n\nGLARE = gpio.GLARE")
+    text = (lamps.path / "conftest.py").read_text(encoding="utf-8")
+    fakes = "import sys, types\nsys.modules['RPi'] = types.ModuleType('RPi')\n"
+    fakes += "sys.modules['RPi'].GPIO = sys.modules['RPi.GPIO'] = types.SimpleNamespace(GLARE=80.0)\n"
+    (lamps.path / "conftest.py").write_text(f"{fakes}import lamps.guide\n{text}", encoding="utf-8")
+    result = lamps.runpytest_subprocess(*ALONE)
+    assert result.ret == 0
+    (guide,) = (f for f in report(lamps.path)["code_under_test"]["files"] if f["file"] == "lamps/guide.py")
+    assert len(guide["missing_lines"]) == 1
+
+
+def test_an_import_is_run_once_in_a_process(lamps: pytest.Pytester) -> None:
+    count = (
+        "from pathlib import Path\nwith Path(__file__).with_name('imports').open('a') as file:\n    file.write('x')\n"
+    )
+    guide = (lamps.path / "lamps" / "guide.py").read_text(encoding="utf-8")
+    add(lamps, "guide.py", f"{guide}\n{count}")
+    lamps.runpytest_subprocess(*ALONE)
+    assert (lamps.path / "lamps" / "imports").read_text() == "x"
+
+
+def test_an_optional_module_that_cannot_be_imported_is_unmeasured_with_its_reason(lamps: pytest.Pytester) -> None:
+    add(lamps, "hardware.py", '"""Relays."""\nimport RPi.GPIO\n\nPIN = 3\n')
+    guarded = "try:\n    from lamps import hardware\nexcept ImportError:\n    hardware = None\nGLARE = 80.0"
+    change(lamps.path, "lamps/guide.py", "GLARE = 80.0", guarded)
+    result = lamps.runpytest_inprocess(*ALONE)
+    assert result.ret == 0
+    why = "its import raised ModuleNotFoundError: No module named 'RPi'"
+    assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"lamps/hardware.py": why}
+    assert files(lamps.path)["hardware.py"] == (1, 2)
+    assert why in " ".join(result.stdout.str().split())
+    assert why.split(":")[0] in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
