@@ -22,6 +22,9 @@ from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 TESTS_PER_PACK = 50
 """Tests whose details are read at once. Chosen: with more, opening a test takes longer; with fewer, there are more
 files."""
+MOST_LISTED = 20
+"""Violations of a requirement that the page of a test lists (chosen: a screen); there may be one an event."""
+
 FOLDER = "details"
 """The folder beside the page that holds the packs of a large report."""
 
@@ -172,8 +175,10 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
         "margin": "" if result.margin is None else margin_text(result.margin, unit) + at,
         "miss": explanation.nearest_miss(result.nearest_miss) if result.nearest_miss else "",
         "violations": [
-            explanation.violation_line(violation, report.units or {}, unit) for violation in result.violations
+            explanation.violation_line(violation, report.units or {}, unit)
+            for violation in result.violations[:MOST_LISTED]
         ],
+        "more": max(0, len(result.violations) - MOST_LISTED),
         "times": [violation.time_s for violation in result.violations],
     }
 

@@ -291,3 +291,33 @@ def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video:
     assert page.locator(f"#test {tag}.film").last.get_attribute("src") == f"films/{video}"
     assert "the run differs from the recording" in page.locator("#test").inner_text()
     watched.assert_quiet()
+
+
+def test_a_run_with_very_many_events_is_drawn_with_as_many_marks_as_can_be_told_apart(
+    watched: Watched, tmp_path: Path
+) -> None:
+    report = sample.data(tests=1)
+    [test] = report["tests"]
+    times = [round(number * 60 / 30_000, 3) for number in range(30_000)]
+    test["timeline"]["messages"] += [f"{time_s}\tcamera\tpicture\t{{}}" for time_s in times]
+    outcomes = ["!" if number == 12_345 else "" for number in range(30_000)]
+    test["timeline"]["triggers"] = {
+        "R1": " ".join(f"{time_s}-{time_s}{mark}" for time_s, mark in zip(times, outcomes, strict=True))
+    }
+    result = test["requirements"]["R1"]
+    result |= {"verdict": "Failed", "triggers": 30_000, "passes": 20_000, "failures": 10_000, "vacuous": 0}
+    result["violations"] = [
+        {"trigger_s": time_s, "time_s": time_s, "values": {}, "margin": -0.1} for time_s in times[:10_000]
+    ]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    plot = page.locator("#test .timeline svg").first
+    # Four lanes with many marks, each at most 2,000: messages, triggers as bars and as dots, violations with two each.
+    assert 5_000 < plot.locator("path, rect, line, circle").count() < 5 * 2_000 + 200
+    assert plot.locator("[aria-label=dot] path[fill='var(--bad-mark)']").count() == 1  # the one that failed is kept
+    text = page.locator("#test").inner_text()
+    assert "and 9980 more" in text
+    assert text.count("violated at") == 20
+    assert "Of more than 2000 marks of a kind as many are drawn." in text
+    watched.assert_quiet()

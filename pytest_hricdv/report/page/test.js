@@ -22,8 +22,8 @@ function verdictTable(verdicts) {
     h("tbody", {}, verdicts.map((verdict) => h("tr", {},
       h("td", {}, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name)),
       h("td", { class: "nowrap" }, verdictMark(verdict.verdict === "NC" ? "N" : verdict.verdict[0]), " ", verdict.verdict === "NC" ? "" : verdict.verdict),
-      h("td", { class: "wide small" }, verdict.counts, verdict.violations.slice(0, 20).map((text) => [h("br"), h("strong", {}, text)]),
-        verdict.violations.length > 20 && [h("br"), "and " + (verdict.violations.length - 20) + " more"],
+      h("td", { class: "wide small" }, verdict.counts, verdict.violations.map((text) => [h("br"), h("strong", {}, text)]),
+        verdict.more > 0 && [h("br"), "and " + verdict.more + " more"],
         verdict.miss && [h("br"), h("span", { class: "soft" }, verdict.miss)]),
       h("td", { class: "small nowrap" }, verdict.margin || "-")))));
 }

@@ -2,6 +2,27 @@
 
 const TRIGGERS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["pending at the end", "var(--nc-mark)"] };
 
+// Marks of a lane. There are fewer columns of pixels to tell them apart by, and a browser is busy for minutes with a
+// million of them.
+const MOST_MARKS = 2000;
+
+/** The marks to draw: of a lane with too many, the first in each of as many spans of time, one that failed before others. */
+function drawable(marks, end) {
+  const counts = {}, kept = new Map();
+  for (const { lane } of marks) counts[lane] = (counts[lane] || 0) + 1;
+  marks.forEach((mark, n) => {
+    const span = Math.floor(((mark.time ?? mark.from) / end) * MOST_MARKS);
+    const place = counts[mark.lane] > MOST_MARKS ? mark.lane + "\t" + span : n;
+    const first = kept.get(place);
+    if (!first) kept.set(place, { mark, more: 0 });
+    else {
+      first.more += 1;
+      if (mark.failed && !first.mark.failed) first.mark = mark;
+    }
+  });
+  return [...kept.values()].map(({ mark, more }) => (more ? { ...mark, tooltip: mark.tooltip + "\nand " + more + " more at about this time" } : mark));
+}
+
 function parsedMessages(timeline) {
   return timeline.messages.map((text) => {
     const [time, sender, topic, json] = text.split("\t");
@@ -109,11 +130,12 @@ function lanes({ timeline, acted, abstract }) {
     for (const { begin, end: over, mark } of parsedTriggers(text)) {
       const [outcome, colour] = TRIGGERS[mark];
       const tooltip = name + " triggered at " + seconds(begin) + "\n" + outcome + " at " + seconds(over);
-      bars.push({ lane: name, from: begin, to: over, fill: colour, tooltip });
-      dots.push({ lane: name, time: begin, symbol: mark === "!" ? "triangle" : "circle", fill: colour, tooltip });
+      const failed = mark === "!";
+      bars.push({ lane: name, from: begin, to: over, fill: colour, tooltip, failed });
+      dots.push({ lane: name, time: begin, symbol: failed ? "triangle" : "circle", fill: colour, tooltip, failed });
     }
   }
-  return { names, bars, dots, labelled };
+  return { names, bars: drawable(bars, end), dots: drawable(dots, end), labelled };
 }
 
 /** Room for the longest name of a lane or signal, so that the plots stand below each other. */
@@ -166,14 +188,15 @@ function timelineLegend(labelled) {
   const swatches = Object.entries(labelled).map(([lane, labels]) =>
     h("ul", { class: "legend" }, h("li", { class: "soft" }, lane + ":"), labels.map((label, n) => h("li", {}, h("i", { class: "swatch", style: "background:" + fillOf(n) }), label))));
   return [swatches, legend(Object.values(TRIGGERS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
-    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed line mark a violation. A dot is a message, ■ an action of the human, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept.")];
+    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed line mark a violation. A dot is a message, ■ an action of the human, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept. Of more than " + MOST_MARKS + " marks of a kind as many are drawn.")];
 }
 
 /** The whole timeline, or a message if there is none. */
 function timelineView(found) {
   const { timeline, verdicts } = found;
   if (!timeline) return h("p", { class: "soft" }, "No timeline: the run was not completed.");
-  const failures = verdicts.flatMap((verdict) => verdict.times.map((time) => ({ name: verdict.name, time })));
+  const violations = verdicts.flatMap((verdict) => verdict.times.map((time) => ({ lane: verdict.name, name: verdict.name, time })));
+  const failures = drawable(violations, timeline.end_s);
   const view = h("div", { class: "timeline" });
   const drawnLanes = lanes(found), room = roomFor(drawnLanes.names);
   drawn(view, (width) => lanePlot(width, timeline, drawnLanes, failures));
