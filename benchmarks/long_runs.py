@@ -66,9 +66,8 @@ def main() -> None:
     parser.add_argument("--page", action="store_true", help="open the page of the test (needs the group `test`)")
     options = parser.parse_args()
     print(f"machine: {machine()}\nan event of a run, beyond a run with {FIRST:,} events:", flush=True)
-    print(
-        f"{'events':>10}{'session':>12}{'us':>8}{'memory':>12}{'bytes':>8}{'journal':>9}{'report':>8}{'page':>8}  page open"
-    )
+    columns = ("session", 12), ("us", 8), ("memory", 12), ("bytes", 8), ("journal", 9), ("report", 8), ("page", 8)
+    print(f"{'events':>10}" + "".join(f"{name:>{width}}" for name, width in columns) + "  page open")
     first = measured(FIRST, options.violating, False)
     for count in options.events:
         session, more = measured(count, options.violating, options.page), count - FIRST
@@ -117,14 +116,10 @@ def measured(count: int, violating: bool, opens_page: bool) -> Figures:
             sys.exit(f"{status}: {output}")
         unit = 1 if sys.platform == "darwin" else 1024
         pages = [path for path in report.rglob("*") if path.is_file() and path.suffix in (".html", ".js")]
-        sizes = [(report / name).stat().st_size for name in ("journal.jsonl", "report.json")]
-        return Figures(
-            cpu_s,
-            usage.ru_maxrss * unit,
-            *sizes,
-            sum(path.stat().st_size for path in pages),
-            opened_s(report) if opens_page else 0.0,
-        )
+        journal, results = ((report / name).stat().st_size for name in ("journal.jsonl", "report.json"))
+        size = sum(path.stat().st_size for path in pages)
+        shown_s = opened_s(report) if opens_page else 0.0
+        return Figures(cpu_s, usage.ru_maxrss * unit, journal, results, size, shown_s)
 
 
 def opened_s(report: Path) -> float:
