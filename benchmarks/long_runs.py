@@ -23,26 +23,11 @@ from pathlib import Path
 
 from benchmarks.report_page import BROWSERS, PAINTED, QUIET
 from studies.session import machine
-from tests.plugin.project import change, write
+from tests.plugin.project import make_long, write
 
 EVENTS = (1_000, 10_000, 100_000, 1_000_000)
 FIRST = EVENTS[0]
 """What a session with so few events takes is subtracted: it is that of the session itself."""
-
-BEACON = """
-    def beacon():
-        from lamps.messages import Answer
-
-        port = run.bus.port("beacon")
-        for number in range({messages}):
-            run.kernel.sleep(0.01)
-            port.publish(Answer() if number % 2 and {is_met} else Greeting())
-            lamp.set(number % 7 / 7)
-        run.kernel.stop("all sent")
-
-    run.kernel.spawn("beacon", beacon)
-    lamp = Lamp()
-"""
 
 
 @dataclass(frozen=True)
@@ -88,9 +73,7 @@ def measured(count: int, violating: bool, opens_page: bool) -> Figures:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write(folder)
-        change(folder, "conftest.py", "    lamp = Lamp()\n", BEACON.format(messages=count // 2, is_met=not violating))
-        change(folder, "conftest.py", "LIMIT_S = 60.0", "LIMIT_S = 1e6")
-        change(folder, "conftest.py", '        run.kernel.stop("patience over")\n', "")
+        make_long(folder, count // 2, is_met=not violating)
         process = subprocess.Popen(
             [
                 sys.executable,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
+import msgspec
 from msgspec import to_builtins
 
 from pytest_hricdv.coverage.code_map import CodeMap
@@ -31,6 +32,14 @@ from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
+
+MOST_VIOLATIONS = 1000
+"""Violations of a requirement that a replay file lists (chosen): only people read them, and there may be one an event.
+With a million of them, the file would be larger than replay files may be."""
+
+
+def _shortened(result: RequirementResult) -> RequirementResult:
+    return msgspec.structs.replace(result, violations=result.violations[:MOST_VIOLATIONS])
 
 
 @dataclass(frozen=True)
@@ -142,7 +151,7 @@ class Provenance:
             nodeid=result.nodeid,
             suite_seed=suite_seed,
             record_sha256=result.record_sha256,
-            requirements=to_builtins(result.requirements),
+            requirements={name: to_builtins(_shortened(checked)) for name, checked in result.requirements.items()},
             code=self.code,
             made_with=self._with_simulation(result),
             origin=origin,

@@ -288,6 +288,33 @@ def change(folder: Path, name: str, old: str, new: str) -> None:
         stale.unlink()
 
 
+BEACON = """
+    def beacon():
+        from lamps.messages import Answer
+
+        port = run.bus.port("beacon")
+        for number in range({messages}):
+            run.kernel.sleep(0.01)
+            port.publish(Answer() if number % 2 and {is_met} else Greeting())
+            lamp.set(number % 7 / 7)
+        run.kernel.stop("all sent")
+
+    run.kernel.spawn("beacon", beacon)
+    lamp = Lamp()
+"""
+
+
+def make_long(folder: Path, messages: int, *, is_met: bool) -> None:
+    """Let each run of the project go on for so many messages of a beacon, and as many changes of the lamp.
+
+    Every other message is a greeting, which triggers R3; unless `is_met`, all are, and none is answered in time.
+    """
+    change(folder, "conftest.py", "    lamp = Lamp()\n", BEACON.format(messages=messages, is_met=is_met))
+    change(folder, "conftest.py", "        run=run,\n", '        run=run,\n        may_end=("early",),\n')
+    change(folder, "conftest.py", "LIMIT_S = 60.0", "LIMIT_S = 1e6")
+    change(folder, "conftest.py", '        run.kernel.stop("patience over")\n', "")
+
+
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     """`python -m pytest_hricdv.report` in the current folder, without a process of its own."""
     out, err = io.StringIO(), io.StringIO()

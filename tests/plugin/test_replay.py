@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, outcomes, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, make_long, outcomes, plain_and_slowly_in_other_modes, report
 
 BRIGHT = "rl-hall-polite-6c5fa14f"
 FILE = f"hri-report/failures/{BRIGHT}.json"
@@ -241,3 +241,17 @@ def test_other_bad_input(failed: pytest.Pytester) -> None:
 def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: str, new: str, told: str) -> None:
     change(failed.path, "conftest.py", old, new)
     assert told in refused(failed, REPLAY)
+
+
+def test_the_file_of_a_run_with_very_many_violations_lists_the_first_of_them(lamps: pytest.Pytester) -> None:
+    make_long(lamps.path, 2400, is_met=False)
+    name = "--hri-suite=by-hand", "--hri-tests=1"
+    lamps.runpytest_inprocess(*name).assert_outcomes(failed=1)
+    [test] = report(lamps.path)["tests"]
+    in_report = test["requirements"]["R3"]
+    assert len(in_report["violations"]) == in_report["failures"] >= 2000
+    [path] = (lamps.path / "hri-report" / "failures").iterdir()
+    in_file = json.loads(path.read_text(encoding="utf-8"))["requirements"]["R3"]
+    assert in_file == in_report | {"violations": in_report["violations"][:1000]}
+    again = lamps.runpytest_inprocess(f"--hri-replay={path}")
+    again.stdout.fnmatch_lines(["*: the same run, to the *"])
