@@ -120,11 +120,23 @@ class Running:
             failure = _failure(report, call, outcome, ending)
             wall_s = call.duration + (self._setup_s if call.when == "call" else 0.0)
             result = replace(result, outcome=outcome, wall_s=wall_s, failure=failure)
-            for part in parts():
-                result = part.finished(self.context, case, result, report)
-            setattr(report, ATTRIBUTE, encode(result))
+            setattr(report, ATTRIBUTE, encode(self._finished(case, result, report)))
             self._built = None
         return report  # type: ignore[return-value]
+
+    def _finished(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+        """The result with what the parts add; a time limit of the test that is over meanwhile fails the test only.
+
+        pytest-timeout raises wherever the test is, and out of this hook that would end the session.
+        """
+        finished = result
+        try:
+            for part in parts():
+                finished = part.finished(self.context, case, finished, report)
+        except pytest.fail.Exception as error:
+            report.outcome, report.longrepr = "failed", f"{error}: while the result of the test was written, or filmed"
+            return replace(result, outcome="failed", failure=report.longrepr)
+        return finished
 
     def _run(self, case: HriCase, nodeid: str) -> CaseResult:
         self._used = self.context.measurement

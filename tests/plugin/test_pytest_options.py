@@ -139,6 +139,58 @@ def test_an_old_lark_in_the_same_folder_is_one_line(lamps: pytest.Pytester) -> N
         assert "INTERNALERROR" not in result.stdout.str() + result.stderr.str()
 
 
+class TestATimeLimit:
+    """As pytest-timeout has it: armed for all hooks of a test, it raises wherever the test is."""
+
+    LIMIT = """import signal
+
+import pytest
+
+
+def pytest_configure(config):
+    {patch}
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    before = signal.signal(signal.SIGALRM, lambda number, frame: pytest.fail("Timeout (>2.0s)"))
+    try:
+        return (yield)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
+def over_in(module, name):
+    own = getattr(module, name)
+
+    def late(*arguments, **options):
+        if signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:
+            signal.raise_signal(signal.SIGALRM)
+        return own(*arguments, **options)
+
+    setattr(module, name, late)
+"""
+
+    def test_is_none_of_what_a_session_works_out_before_its_first_test(self, lamps: pytest.Pytester) -> None:
+        patch = "from pytest_hricdv.session import reporting; over_in(reporting, 'explore')"
+        (lamps.path / "limit.py").write_text(self.LIMIT.format(patch=patch), encoding="utf-8")
+        result = lamps.runpytest_subprocess(SUITE, "-p", "limit")
+        assert result.ret == 0
+        result.stdout.fnmatch_lines(["expected 4, reported 4"])
+
+    @pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "on a worker"])
+    def test_that_is_over_while_a_result_is_made_fails_this_test_only(
+        self, lamps: pytest.Pytester, options: tuple[str, ...]
+    ) -> None:
+        patch = "from pytest_hricdv.extra.traces.trace_writer import TraceWriter; over_in(TraceWriter, 'trace')"
+        (lamps.path / "limit.py").write_text(self.LIMIT.format(patch=patch), encoding="utf-8")
+        result = lamps.runpytest_subprocess(SUITE, "-p", "limit", "--hri-mcap", "--hri-strict", *options)
+        assert result.ret == 1
+        result.assert_outcomes(passed=3, failed=1, deselected=None if options else 1)
+        result.stdout.fnmatch_lines(["Timeout (>2.0s): while the result of *", "expected 4, reported 4"])
+        assert "INTERNALERROR" not in result.stdout.str()
+
+
 class TestTheFixture:
     def test_is_listed_with_what_it_is_for(self, lamps: pytest.Pytester) -> None:
         for options in ([], [SUITE]):
