@@ -99,6 +99,17 @@ class Outcome:
 
     Raises:
         TestbenchError: a text is no text, or `skipped_s` is no time.
+
+    A run with two interactions. The cross product `rides` has the coordinates rider, floor and R1: the bins of the
+    first two are reported, in their order, and that of R1 is its verdict (see `CrossProduct`).
+
+    >>> outcome = Outcome(
+    ...     "all are where they wanted to go",
+    ...     outcomes=("carried", "refused"),
+    ...     cross={"rides": [("nurse", "ward"), ("child", "roof")]},
+    ... )
+    >>> outcome.cross["rides"][0]
+    ('nurse', 'ward')
     """
 
     ended: str

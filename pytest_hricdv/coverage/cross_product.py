@@ -43,6 +43,23 @@ class CrossProduct:
 
     Raises:
         CoverageError: no or an empty coordinate, a bin twice, too many bins, or a combination that is not a bin.
+
+    A lift that carries a nurse or a child to one of two floors, where no child may go to the roof, and what came of
+    requirement R1 meanwhile:
+
+    >>> rides = CrossProduct(
+    ...     {"rider": ("nurse", "child"), "floor": ("ward", "roof"), "R1": ("Passed", "Failed", "NC")},
+    ...     illegal={("child", "roof", "*"): "children stay inside"},
+    ... )
+    >>> len(rides.bins())
+    12
+
+    A run reports the other coordinates, in their order, once for each hit (see `Outcome.cross`); the verdict is added:
+
+    >>> rides.checked([("nurse", "ward"), ("nurse", "roof")], {"R1": "Passed"}).bins
+    (('nurse', 'roof', 'Passed'), ('nurse', 'ward', 'Passed'))
+    >>> rides.checked([("nurse", "cellar")], {"R1": "NC"}).faults
+    ("('nurse', 'cellar') is no bin; coordinates are rider, floor",)
     """
 
     coordinates: Mapping[str, tuple[str, ...]]

@@ -167,6 +167,42 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
     return listed
 
 
+def untested_beliefs(model: Model, beliefs: Iterable[str]) -> tuple[str, ...]:
+    """The beliefs that no agent tests: in no trigger, context, condition, test goal or rule.
+
+    Choosing them can change no test, whatever else the programs do with their names. None where a variable stands for
+    a belief that is tested, or plans come during the run: then it is not known.
+
+    Raises:
+        GenerateError: a source cannot be read.
+    """
+    from pytest_hricdv.bdi import BdiError
+    from pytest_hricdv.bdi.language.parser import read_program
+    from pytest_hricdv.bdi.language.project import read_project
+    from pytest_hricdv.bdi.language.terms import Structure
+    from pytest_hricdv.bdi.lint.model_builder import build_model
+
+    try:
+        agents = [
+            build_model(entry.name, str(entry.source), read_program(entry.source))
+            for entry in read_project(model.path).agents
+        ]
+    except (BdiError, OSError) as error:
+        raise GenerateError(f"BDI model {model.path}: {error}") from error
+    plans = [plan for agent in agents for plan in agent.plans]
+    if any(not isinstance(plan.trigger.literal, Structure) for plan in plans):
+        return ()
+    if any(agent.actions & _NAMELESS or any(sent.force in ("", "tellHow") for sent in agent.sent) for agent in agents):
+        return ()
+    tested = {mention.literal.functor for agent in agents for mention in agent.tests}
+    tested |= {plan.trigger.literal.functor for plan in plans if plan.trigger.sign in ("+?", "-?")}
+    return tuple(belief for belief in beliefs if belief not in tested)
+
+
+_NAMELESS = frozenset({".add_plan", ".belief"})
+"""Internal actions after which it is not known from the sources which beliefs are tested."""
+
+
 @dataclass(frozen=True)
 class Exploration:
     """All runs of the model, or the reason why they are not known.

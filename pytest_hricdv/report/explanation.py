@@ -5,13 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
+from pytest_hricdv.report import action_lines
 from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
-# Chosen, so that the text of a failure with its traceback is about a screen of a terminal; the report has all.
+# Chosen, as the number of actions in `action_lines`.
 _MAX_VIOLATIONS = 3
-_MAX_ACTIONS = 14
 _MAX_MISSING = 6
 _OF_A_REPLAY = ("--hri-replay-anyway", "--hri-known", "--hri-strict", "--hri-fidelity", "--hri-engine")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
@@ -56,8 +56,9 @@ def failure(
     if test.failure:
         lines += [*test.failure.strip("\n").splitlines(), ""]
     lines += [*_other_requirements(test, failed), *_course(test), ""]
-    until_s = _first_violation_s(test, failed[:1])
-    lines += [*_actions(test, test.sim_s if until_s is None else until_s), ""]
+    at_s = _first_violation_s(test, failed[:1])
+    story = _actions(test, test.sim_s) if at_s is None else _actions(test, at_s, f"{failed[0]} is violated")
+    lines += [*story, ""]
     lines += instructions(test, suite, seed, rerun_options, file)
     return "\n".join(visible(line) for line in lines)
 
@@ -245,37 +246,12 @@ def _first_violation_s(test: TestResult, requirements: Sequence[str]) -> float |
     return min((violation.time_s for violation in violations), default=None)
 
 
-def _actions(test: TestResult, until_s: float | None = None) -> Iterator[str]:
-    """What the human did, to the end or up to a time (s), with the times where they are known."""
+def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> Iterator[str]:
+    """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
-    if test.acted_s and until_s is not None:
-        yield from _actions_before(test.abstract, test.acted_s, until_s, name)
-        return
-    yield f"what the human did ({name}):"
-    actions = test.abstract
-    shown = actions if len(actions) <= _MAX_ACTIONS else actions[: _MAX_ACTIONS - 1]
-    for action in shown:
-        yield f"  {action}"
-    if len(shown) < len(actions):
-        yield f"  ... and {plural(len(actions) - len(shown), 'more action')}"
-    if not actions:
-        yield "  nothing"
-
-
-def _actions_before(actions: Sequence[str], times: Sequence[float], until_s: float, name: str) -> Iterator[str]:
-    """The last actions that began before a time: the ones that led to what happened then."""
-    until_ms_s = round(until_s, 3)  # as the times are: a disturbance may violate a requirement as it begins
-    begun = [(at, action) for at, action in zip(times, actions, strict=False) if at <= until_ms_s]
-    yield f"what the human did until then ({name}):"
-    shown = begun if len(begun) <= _MAX_ACTIONS else begun[1 - _MAX_ACTIONS :]
-    if len(shown) < len(begun):
-        yield f"  {plural(len(begun) - len(shown), 'action')} before, and"
-    for at, action in shown:
-        yield f"  {at:8.1f} s  {action}"
-    if not begun:
-        yield "  nothing"
-    if len(begun) < len(actions):
-        yield f"  and {plural(len(actions) - len(begun), 'more action')} later"
+    if test.acted_s and at_s is not None:
+        return action_lines.around(test.abstract, test.acted_s, at_s, name, event)
+    return action_lines.listed(test.abstract, name)
 
 
 def _names(test: TestResult) -> list[str]:

@@ -13,16 +13,18 @@ from __future__ import annotations
 import ctypes
 import heapq
 import math
+import operator
 import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
-from typing import NoReturn, Protocol
+from typing import NoReturn, Protocol, SupportsIndex
 
 from greenlet import GreenletExit, greenlet
 
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.waiting import real_wait
 from pytest_hricdv.runtime.watchdog import Problem, Situation, Watch
@@ -461,6 +463,8 @@ class Kernel:
             return
         while self.now_us < target_us and not self._ready and self._stop is None:
             reached_us = self.world.advance(target_us)
+            if type(reached_us) is not int:
+                reached_us = _whole_us(self.world, reached_us)
             if not self.now_us < reached_us <= target_us:
                 raise KernelError(f"world at {self.now_us} us, asked for {target_us} us, went to {reached_us} us")
             self.now_us = reached_us
@@ -482,3 +486,22 @@ class Kernel:
     def _drop_stale(self) -> None:
         while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):
             heapq.heappop(self._due)
+
+
+def _whole_us(world: World, reached_us: object) -> int:
+    """What a world's `advance` returned, as an integer: numpy's are some, and whole floats lose nothing.
+
+    Raises:
+        KernelError: it is no whole number, such as the None of a function without `return`.
+    """
+    if isinstance(reached_us, SupportsIndex) and not isinstance(reached_us, bool):
+        return operator.index(reached_us)
+    if isinstance(reached_us, float) and reached_us.is_integer():
+        return int(reached_us)
+    function = getattr(world.advance, "__func__", world.advance)
+    code = getattr(function, "__code__", None)
+    place = f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
+    raise KernelError(
+        f"{place}{type(world).__name__}.advance returned {quoted(reached_us)}; expected the time that the world has "
+        "reached, in whole microseconds since the beginning of the run: return it, at most target_us"
+    )

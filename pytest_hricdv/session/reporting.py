@@ -19,7 +19,7 @@ from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.model import list_model
+from pytest_hricdv.generate.model import list_model, untested_beliefs
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
@@ -111,7 +111,7 @@ class Reporting:
         for part in parts():
             session.results = part.after_tests(session, session.results, stopped=stopped)
         session.problems += self.aggregation.each_worker.differences()
-        session.warnings += self.aggregation.notes()
+        session.warnings += [*self.aggregation.notes(), *self._untested_beliefs()]
         if self.context.failures.problem:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
@@ -249,6 +249,21 @@ class Reporting:
         except GenerateError:
             return {}
         return msgspec.convert(listed, dict[str, ModelSource])
+
+    def _untested_beliefs(self) -> list[str]:
+        """Names in the belief space that are in vain; that a model is broken is said elsewhere."""
+        space = self.collection.testbench.beliefs
+        named = [belief for belief in space.beliefs if belief not in space.neutral]
+        try:
+            untested = untested_beliefs(self.collection.testbench.model, named)
+        except GenerateError:
+            return []
+        if not untested:
+            return []
+        return [
+            f"no agent tests {', '.join(untested)} of the belief space, in no trigger, context or condition, so "
+            "choosing it changes no test: correct the name, let a plan test it, or declare it neutral"
+        ]
 
     @property
     def _is_whole(self) -> bool:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import doctest
+from types import ModuleType
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv import testbench
+from pytest_hricdv.coverage import cross_product
 from pytest_hricdv.coverage.closure import cross_closure, declare
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_product import Bin, CheckedHits, CrossProduct
@@ -90,3 +94,10 @@ def test_several_products_are_added_up_by_name() -> None:
     covered = cross_closure(declared, runs)
     assert (covered.bins, covered.hit, len(covered.missing)) == (12, 1, 11)
     assert covered.missing[0] == "first: 1 x given"
+
+
+@pytest.mark.parametrize("module", [cross_product, testbench])
+def test_the_examples_of_the_documentation_hold(module: ModuleType) -> None:
+    results = doctest.testmod(module)
+    assert results.attempted >= 2
+    assert not results.failed

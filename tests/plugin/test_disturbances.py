@@ -146,7 +146,7 @@ def test_a_disturbance_that_a_failure_needs_is_kept_and_simplified(disturbed: py
     (test,) = report(disturbed.path)["tests"]
     assert test["shrunk"]["R2"]["concrete"][0] == "disturb brownout: level 1.2 %"
     # It violates R2 at the very instant at which it begins, and is among what led to it.
-    result.stdout.fnmatch_lines(["*what the human did until then*", "* s  disturb brownout"])
+    result.stdout.fnmatch_lines(["*what the human did around then*", "* s  disturb brownout"])
 
 
 def test_a_search_varies_the_parameters_of_a_disturbance(disturbed: pytest.Pytester) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.plugin.project import A_WORKER, counted_up_to_313, plain_and_slowly_in_other_modes
+from tests.plugin.project import A_WORKER, change, counted_up_to_313, plain_and_slowly_in_other_modes
 
 SUITE = "--hri-suite=rl"
 TITLE = "human-robot interaction"
@@ -55,3 +55,15 @@ def test_warnings_are_errors_and_nothing_breaks(lamps: pytest.Pytester) -> None:
         result = lamps.runpytest_subprocess("--hri-suite=by-hand", "-W", "error", *options)
         assert result.ret == 0
         result.stdout.no_fnmatch_line("*warnings summary*")
+
+
+def test_a_belief_that_no_agent_tests_is_named(lamps: pytest.Pytester) -> None:
+    said = "no agent tests * of the belief space*"
+    lamps.runpytest_inprocess("--hri-suite=by-hand").stdout.no_fnmatch_line(said)
+    change(lamps.path, "models/visitor.asl", ": curt & dark <- set", ": curt <- set")  # dark is still said, and no more
+    change(lamps.path, "models/visitor.asl", "+hall <- enter(hall);", "+hall <- enter(hall); +dark;")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["no agent tests dark of the belief space, in no trigger, context or condition, so *"])
+    change(lamps.path, "conftest.py", 'naming=("mood",),', 'naming=("mood",), neutral=("dark",),')
+    lamps.runpytest_inprocess("--hri-suite=by-hand").stdout.no_fnmatch_line(said)

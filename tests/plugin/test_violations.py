@@ -75,7 +75,7 @@ def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
             "  checked as  always(lamp_level > 0 -> lamp_level <= 80)",
             "  source      EN 12464-1",
             "  triggered at * s, violated at * s: lamp_level = 100 % (margin -20 %)",
-            "what the human did until then (abstract test rl-hall-polite-*",
+            "what the human did around then (abstract test rl-hall-polite-*",
             "    * s  set_lamp level = 100",
             "run it again:",
         ]

@@ -44,19 +44,41 @@ def test_actions_are_listed_up_to_the_violation_with_their_times() -> None:
     actions = tuple(f"set_param gaze = {n}" for n in range(30))
     test = replace(test, abstract=actions, acted_s=tuple(3.0 * n for n in range(28)))
     lines = failure(test, REQUIREMENTS, seed=0).splitlines()
-    start = lines.index(f"what the human did until then (abstract test {test.id}, own seed {test.seed}):")
+    start = lines.index(f"what the human did around then (abstract test {test.id}, own seed {test.seed}):")
     assert lines[start + 1 : start + 4] == [
-        "  5 actions before, and",
-        "      15.0 s  set_param gaze = 5",
-        "      18.0 s  set_param gaze = 6",
+        "  8 actions before, and",
+        "      24.0 s  set_param gaze = 8",
+        "      27.0 s  set_param gaze = 9",
     ]
-    assert lines[start + 14 : start + 17] == ["      51.0 s  set_param gaze = 17", "  and 12 more actions later", ""]
+    assert lines[start + 11 : start + 20] == [
+        "      51.0 s  set_param gaze = 17",
+        "      51.5 s  --> R1 is violated",
+        "      54.0 s  set_param gaze = 18",
+        "      57.0 s  set_param gaze = 19",
+        "      60.0 s  set_param gaze = 20",
+        "      63.0 s  set_param gaze = 21",
+        "  and 6 more actions later",
+        "  and 2 more actions that had not begun when the run ended",
+        "",
+    ]
+
+
+def test_after_an_early_violation_the_story_goes_on() -> None:
+    test = replace(_failing("R1"), abstract=tuple(f"step {n}" for n in range(18)))
+    test = replace(test, acted_s=tuple(50.0 + n for n in range(18)))
+    lines = failure(test, REQUIREMENTS, seed=0).splitlines()
+    mark = lines.index("      51.5 s  --> R1 is violated")
+    assert lines[mark - 1] == "      51.0 s  step 1"
+    assert lines[mark + 12 : mark + 14] == ["      63.0 s  step 13", "  and 4 more actions later"]
 
 
 def test_a_violation_before_anything_was_done_says_so() -> None:
     test = replace(_failing("R1"), acted_s=(60.0,))
     text = failure(test, REQUIREMENTS, seed=0)
-    assert f"own seed {test.seed}):\n  nothing\n  and {len(test.abstract)} more actions later\n" in text
+    first, *others = test.abstract
+    told = f"  nothing before\n      51.5 s  --> R1 is violated\n      60.0 s  {first}\n"
+    ended = f"  and {len(others)} more actions that had not begun when the run ended\n"
+    assert f"own seed {test.seed}):\n{told}{ended}" in text
 
 
 def test_a_known_violation_is_listed_after_the_cause() -> None:

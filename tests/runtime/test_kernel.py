@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from greenlet import GreenletExit
 from hypothesis import given
@@ -242,3 +244,42 @@ def test_who_is_woken_at_the_instant_of_its_time_out_goes_on_once() -> None:
     node = kernel.spawn("waiter", waiter)
     kernel.run(20.0)
     assert log == [True, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("reached", "shown"),
+    [(None, "None"), (0.5, "0.5"), ("20000", "'20000'"), (True, "True"), (math.nan, "nan"), ([20000], "[20000]")],
+)
+def test_a_world_that_returns_no_time_is_named_with_its_line(reached: object, shown: str) -> None:
+    class Lift:
+        def advance(self, target_us: int) -> int:
+            return reached  # type: ignore[return-value]
+
+        def observe(self) -> None:
+            pass
+
+    kernel = Kernel()
+    kernel.world = Lift()
+    kernel.spawn("robot", lambda: kernel.sleep(1.0))
+    with pytest.raises(KernelError) as raised:
+        kernel.run(2.0)
+    line = Lift.advance.__code__.co_firstlineno
+    assert str(raised.value).startswith(
+        f"{__file__}:{line}: Lift.advance returned {shown}; expected the time that the "
+    )
+
+
+@pytest.mark.parametrize("kind", [int, float])
+def test_a_world_may_return_any_whole_number(kind: type[int] | type[float]) -> None:
+    class Lift:
+        def advance(self, target_us: int) -> int:
+            return kind(target_us)  # type: ignore[return-value]
+
+        def observe(self) -> None:
+            pass
+
+    kernel = Kernel()
+    kernel.world = Lift()
+    kernel.spawn("robot", lambda: kernel.sleep(1.0))
+    kernel.run(2.0)
+    assert type(kernel.now_us) is int
