@@ -189,13 +189,14 @@ def untested_beliefs(model: Model, beliefs: Iterable[str]) -> tuple[str, ...]:
         ]
     except (BdiError, OSError) as error:
         raise GenerateError(f"BDI model {model.path}: {error}") from error
-    plans = [plan for agent in agents for plan in agent.plans]
-    if any(not isinstance(plan.trigger.literal, Structure) for plan in plans):
+    triggers = [plan.trigger for agent in agents for plan in agent.plans]
+    answered = [trigger.literal for trigger in triggers if trigger.sign in ("+?", "-?")]
+    if any(not isinstance(trigger.literal, Structure) for trigger in triggers):
         return ()
     if any(agent.actions & _NAMELESS or any(sent.force in ("", "tellHow") for sent in agent.sent) for agent in agents):
         return ()
     tested = {mention.literal.functor for agent in agents for mention in agent.tests}
-    tested |= {plan.trigger.literal.functor for plan in plans if plan.trigger.sign in ("+?", "-?")}
+    tested |= {literal.functor for literal in answered if isinstance(literal, Structure)}
     return tuple(belief for belief in beliefs if belief not in tested)
 
 
