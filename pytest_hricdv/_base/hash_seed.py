@@ -15,6 +15,9 @@ VARIABLE = "PYTHONHASHSEED"
 RANDOM = "random"
 """Of a process that drew its seed: nobody can repeat it."""
 
+SEVERAL = "several"
+"""Of runs in processes with different ones."""
+
 _CHOSEN = "0"
 """For processes that are started where there is no seed to pass on. Chosen: Python's own value for "not random"."""
 
@@ -40,6 +43,13 @@ def hash_seed_of_children() -> str:
     """The seed that processes get which are started here: this one's, or one that the variable asks for, or 0."""
     own = own_hash_seed()
     return (_number(os.environ.get(VARIABLE, "")) or _CHOSEN) if own == RANDOM else own
+
+
+def hash_seed_difference(before: str, now: str) -> str:
+    """How the hash seeds of two runs differ, as `0, now random`; empty where they are the same, or one is not known."""
+    if not before or not now or (before == now and now.isdigit()):
+        return ""
+    return f"{before}, now {'another one' if before == now else now}"
 
 
 def hand_to_children() -> Callable[[], None]:

@@ -83,7 +83,7 @@ def findings(report: Report) -> Iterator[Line]:
     yield from _faults(report)
     for test in report.tests:
         if test.replayed:
-            yield _replayed(test.id, test.replayed)
+            yield from _replayed(test.id, test.replayed)
     for view in views():
         yield from view.findings(report)
 
@@ -224,10 +224,14 @@ def _slowest(report: Report) -> Iterator[Line]:
         yield Line(f"slowest: {seconds(wall_s)} {slow}", "dim")
 
 
-def _replayed(test: str, replayed: ReplayComparison) -> Line:
+def _replayed(test: str, replayed: ReplayComparison) -> Iterator[Line]:
     start = visible(f"replay of {test}: ")
     if replayed.same:
-        return Line(f"{start}the same run, to the bit", "ok")
+        yield Line(f"{start}the same run, to the bit", "ok")
+        return
     if replayed.changed:
-        return Line(f"{start}differs from the recording: {visible(', '.join(replayed.changed))}", "warn")
-    return Line(f"{start}differs from the recording; cause unknown", "bad")
+        yield Line(f"{start}differs from the recording: {visible(', '.join(replayed.changed))}", "warn")
+    else:
+        yield Line(f"{start}differs from the recording; cause unknown", "bad")
+    if replayed.hash_seed:
+        yield Line(visible(f"  it may be Python's hash seed, which was {replayed.hash_seed}"), "warn")

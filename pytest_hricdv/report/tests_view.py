@@ -188,4 +188,5 @@ def _replayed(replayed: ReplayComparison) -> str:
         return f"Replay of {replayed.file}: the same run, to the bit."
     if replayed.changed:
         return f"Replay of {replayed.file}: the run differs from the recording; changed: {', '.join(replayed.changed)}."
-    return f"Replay of {replayed.file}: the run differs from the recording; cause unknown."
+    seed = f" It may be Python's hash seed, which was {replayed.hash_seed}." if replayed.hash_seed else ""
+    return f"Replay of {replayed.file}: the run differs from the recording; cause unknown.{seed}"

@@ -13,6 +13,7 @@ from msgspec import to_builtins
 from msgspec.structs import asdict
 
 from pytest_hricdv._base.atomic_file import write_text
+from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
@@ -39,6 +40,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
         code_sha256: of the code under test.
         made_with: name -> version, of what a record can depend on beside code and testbench.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
+        hash_seed: see `ReportOrigin`.
     """
 
     violations: Mapping[str, Names]
@@ -51,6 +53,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     code_sha256: str = ""
     made_with: Mapping[str, str] = {}
     tests: Mapping[str, Behaviour] | None = None
+    hash_seed: str = ""
 
 
 class Baseline(PlainRecord, frozen=True, kw_only=True):
@@ -84,7 +87,15 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
         code_sha256=report.code_under_test.sha256,
         made_with=made_with(report, suite),
         tests=_behaviours(tests),
+        hash_seed=hash_seed(report),
     )
+
+
+def hash_seed(report: Report) -> str:
+    """Of the processes that ran a report's tests, also of the sessions that it is merged from."""
+    origins = [report.origin] if report.origin else [session.origin for session in report.sessions]
+    seeds = {origin.hash_seed if origin else "" for origin in origins}
+    return seeds.pop() if len(seeds) == 1 else SEVERAL if seeds else ""
 
 
 def made_with(report: Report, suite: SuiteResult) -> dict[str, str]:

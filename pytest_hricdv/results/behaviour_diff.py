@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, NamedTuple
 
-from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, made_with
+from pytest_hricdv._base.hash_seed import hash_seed_difference
+from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, hash_seed, made_with
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMessage, Change, ChangeKind
-from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 _LONGEST_VALUE = 40
 """Characters; chosen: two of them and their message fit in a line of a terminal."""
@@ -298,19 +299,26 @@ def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, change
                 "--hri-update-baseline adds it"
             )
         elif changed:
-            yield from _causes(before, report.code_under_test.sha256, made_with(report, suite))
+            yield from _causes(before, report, suite)
         elif before.code_sha256 != report.code_under_test.sha256:
             yield "the code under test has changed, and none of these tests shows it"
 
 
-def _causes(before: SuiteBaseline, code_sha256: str, made_with: Mapping[str, str]) -> Iterator[str]:
+def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterator[str]:
     """What other than the code under test can have changed the behaviour."""
-    for name, version in made_with.items():
+    for name, version in made_with(report, suite).items():
         old = before.made_with.get(name, version)
         if old != version:
             yield f"the baseline was made with {name} {old}, this run with {version}: records may differ for that"
-    if before.code_sha256 == code_sha256:
+    other_seed = hash_seed_difference(before.hash_seed, hash_seed(report))
+    if other_seed:
+        yield (
+            f"Python's hash seed is not that of the baseline ({other_seed}): code that goes through a set does so in "
+            f"another order; set PYTHONHASHSEED={before.hash_seed if before.hash_seed.isdigit() else '0'} for both"
+        )
+    if before.code_sha256 == report.code_under_test.sha256:
         yield (
             "the code under test is the same as in the baseline, so the testbench, its world, the model or a library "
-            "has changed"
+            f"has changed, {'if it is not the hash seed, ' if other_seed else ''}or runs depend on what is another one "
+            "each time, such as a clock"
         )

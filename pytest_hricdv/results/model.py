@@ -82,12 +82,18 @@ class Timeline(PlainRecord, frozen=True, kw_only=True):
 
 
 class ReplayComparison(PlainRecord, frozen=True, kw_only=True):
-    """How the run of a replayed test compares with the recorded one. `changed` lists what it depends on and changed."""
+    """How the run of a replayed test compares with the recorded one.
+
+    Args:
+        changed: what it depends on and is not as it was.
+        hash_seed: how the seed of Python's hashes differs, as `0, now random`; the run need not depend on it.
+    """
 
     file: str
     expected_sha256: str | None
     same: bool
     changed: Names
+    hash_seed: str = ""
 
 
 class TestResult(PlainRecord, frozen=True, kw_only=True):

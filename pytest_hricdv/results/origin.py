@@ -27,6 +27,8 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
         dirty: tracked files differed from the revision.
         ini: the file with the options and waivers, relative to the project's root; empty where there is none.
         versions: name -> version, of what runs and measures the tests.
+        hash_seed: of the processes that ran the tests, in decimal digits; "random" where Python drew it, which nobody
+            can repeat; "several" where they differ. Empty: an older version did not say.
     """
 
     began: str
@@ -35,6 +37,7 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
     dirty: bool = False
     ini: str = ""
     versions: Mapping[str, str] = {}
+    hash_seed: str = ""
 
 
 def origin_of_session(

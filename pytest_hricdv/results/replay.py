@@ -56,6 +56,7 @@ class Replay:
         code: file of the code under test -> SHA-256 of its text.
         made_with: other things a run depends on, name -> version.
         origin: of a test outside the suites.
+        hash_seed: of the process that ran it, in digits, or "random"; empty: an older version did not say.
     """
 
     test: AbstractTest
@@ -67,6 +68,7 @@ class Replay:
     code: Mapping[str, str] = field(hash=False)
     made_with: Mapping[str, str] = field(hash=False)
     origin: ReplayOrigin | None = None
+    hash_seed: str = ""
 
     def to_json(self) -> str:
         """The file's text; floats are exact."""
@@ -84,6 +86,7 @@ class Replay:
             "made_with": dict(self.made_with),
             "origin": origin
             and {"how": origin.how, "from": origin.test, "requirement": origin.requirement, "runs": origin.runs},
+            "hash_seed": self.hash_seed,
         }
         return json.dumps(plain, sort_keys=True, indent=1, allow_nan=False) + "\n"
 
@@ -113,6 +116,7 @@ class Replay:
             code=file.code,
             made_with=file.made_with,
             origin=ReplayOrigin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
+            hash_seed=file.hash_seed,
         )
 
 
@@ -135,6 +139,7 @@ class _File(msgspec.Struct, frozen=True):
     code: Mapping[str, str]
     made_with: Mapping[str, str]
     origin: _Origin | None = None
+    hash_seed: str = ""
 
 
 class _Head(msgspec.Struct):

@@ -5,18 +5,19 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import KeysView, Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import msgspec
 import pytest
 
-from pytest_hricdv._base.hash_seed import hand_to_children
+from pytest_hricdv._base.hash_seed import SEVERAL, hand_to_children, hash_seed_of_children, own_hash_seed
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.session.collection import ATTRIBUTE, Collection, case_of
+from pytest_hricdv.session.collection import ATTRIBUTE, WORKER_HASH_SEED, Collection, case_of
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.resuming import DONE
 from pytest_hricdv.session.run_context import RunContext
@@ -110,6 +111,8 @@ class Aggregation:
         self.workers = 1
         self.is_distributed = False
         self.each_worker = EachWorker()
+        self.worker_hash_seeds: set[str] = set()
+        """Of the workers that have ended, as they said."""
         self.journaling = Journaling(collection.options.report)
         self._results = ResultStore()
 
@@ -117,6 +120,13 @@ class Aggregation:
         """Begin with what an earlier session has done."""
         self._results.resume(earlier.results)
         self.reasons.update(earlier.reasons)
+
+    @property
+    def hash_seed(self) -> str:
+        """Of the processes that run the tests, see `pytest_hricdv.results.origin.ReportOrigin`."""
+        expected = hash_seed_of_children() if self.is_distributed else own_hash_seed()
+        seeds = self.worker_hash_seeds or {expected}
+        return SEVERAL if len(seeds) > 1 else next(iter(seeds))
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Without xdist: stores which tests are selected."""
@@ -134,6 +144,12 @@ class Aggregation:
         config.add_cleanup(hand_to_children())
         self.workers = len(specs)
         self.is_distributed = True
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: object) -> None:
+        """With xdist: stores a worker's hash seed: one on another machine does not take it from this process."""
+        said = getattr(node, "workeroutput", {}).get(WORKER_HASH_SEED)
+        self.worker_hash_seeds |= {said} if said else set()
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: object, ids: list[str]) -> None:
@@ -173,7 +189,8 @@ class Aggregation:
         case = self.chosen.get(result.nodeid)
         if not result.leaves_evidence or result.replay is not None or case is None:
             return text
-        name = self.context.failures.keep(self.context.provenance.replay(case, result, self.seeds[case.suite]))
+        provenance = replace(self.context.provenance, hash_seed=self.hash_seed)
+        name = self.context.failures.keep(provenance.replay(case, result, self.seeds[case.suite]))
         return text if name is None else encode(msgspec.structs.replace(result, replay=name))
 
     def results(self) -> list[TestResult]:

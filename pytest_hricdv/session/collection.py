@@ -10,6 +10,7 @@ from functools import cached_property
 
 import pytest
 
+from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.results.building import GeneratedSuite
@@ -30,6 +31,8 @@ ATTRIBUTE = "hricdv"
 WORKER_INPUT = "hricdv_suites"
 ONLY_CASES = "hricdv_only_cases"
 REPLAYS = "hricdv_replays"
+WORKER_HASH_SEED = "hricdv_hash_seed"
+"""In what a worker says at its end."""
 DONE = "hricdv_done"
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
@@ -162,6 +165,11 @@ class Collection:
                 config.hook.pytest_deselected(items=others)
                 items[:] = [item for item in items if case_of(item) is not None]
         yield
+
+    def pytest_sessionstart(self) -> None:
+        """xdist: a worker says which hash seed it has."""
+        said: dict[str, object] = getattr(self.config, "workeroutput", {})
+        said[WORKER_HASH_SEED] = own_hash_seed()
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: object) -> None:

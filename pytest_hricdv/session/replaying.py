@@ -16,6 +16,7 @@ from pathlib import Path
 import msgspec
 from msgspec import to_builtins
 
+from pytest_hricdv._base.hash_seed import hash_seed_difference, own_hash_seed
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
 from pytest_hricdv.generate.abstract import slug
@@ -126,10 +127,11 @@ def from_text(text: str) -> tuple[ReplayInput, ...]:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a run depends on, beside its test: files of the code under test, and versions."""
+    """What a run depends on, beside its test: files of the code under test, versions, and Python's hash seed."""
 
     code: Mapping[str, str]
     made_with: Mapping[str, str]
+    hash_seed: str
 
     @classmethod
     def now(cls, code: CodeMap, testbench: Testbench) -> Provenance:
@@ -141,7 +143,7 @@ class Provenance:
             "machine": f"{platform.system()} {platform.machine()}",
             "testbench": testbench.name,
         }
-        return cls(hashes, made_with)
+        return cls(hashes, made_with, own_hash_seed())
 
     def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: ReplayOrigin | None = None) -> Replay:
         """What to write of a test that was run here."""
@@ -155,6 +157,7 @@ class Provenance:
             code=self.code,
             made_with=self._with_simulation(result),
             origin=origin,
+            hash_seed=self.hash_seed,
         )
 
     def compared(self, file: ReplayInput, result: TestResult) -> ReplayComparison:
@@ -165,6 +168,7 @@ class Provenance:
             expected_sha256=expected,
             same=expected == result.record_sha256,
             changed=tuple(differences(file.replay, self.code, self._with_simulation(result))),
+            hash_seed=hash_seed_difference(file.replay.hash_seed, self.hash_seed),
         )
 
     def note(self, file: ReplayInput) -> str:
@@ -186,8 +190,15 @@ def replay_mismatch(replayed: ReplayComparison | None) -> str:
         f"this run is not the one that {replayed.file} is of: the hash of its record is not "
         f"{replayed.expected_sha256}\n"
         "The code under test, the plugin and Python are as they were, so something else that the run depends on has "
-        "changed:\nthe testbench, its world, or a library."
+        f"changed:\nthe testbench, its world, or a library.{_other_hash_seed(replayed.hash_seed)}"
     )
+
+
+def _other_hash_seed(difference: str) -> str:
+    if not difference:
+        return ""
+    remedy = f" (PYTHONHASHSEED={difference.split(',')[0]} repeats it)" if difference[0].isdigit() else ""
+    return f"\nOr it is Python's hash seed, {difference}{remedy}: it decides in which order code goes through a set."
 
 
 class Failures:

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
@@ -25,7 +26,7 @@ from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.model import GatePolicy, ModelSource, Report, RerunOptions, TestResult
-from pytest_hricdv.results.origin import origin_of_session
+from pytest_hricdv.results.origin import ReportOrigin, origin_of_session
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.part import Part, PartSession, parts
@@ -146,13 +147,30 @@ class Reporting:
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
         declared = msgspec.json.decode(self._declared, type=Report)
-        declared = msgspec.structs.replace(declared, workers=self.aggregation.workers)
+        origin = self._with_hash_seed(declared.origin)
+        declared = msgspec.structs.replace(declared, workers=self.aggregation.workers, origin=origin)
         resumed = self.aggregation.journaling.resumed
         wall_s = time.perf_counter() - self._began + (resumed.wall_s if resumed else 0.0)
         report, problem = assemble(declared, results, self.aggregation.reasons, wall_s)
         if problem:
             self.session.problems.append(problem)
         return report
+
+    def _with_hash_seed(self, origin: ReportOrigin | None) -> ReportOrigin | None:
+        """Where the report comes from, with the hash seed that tests had, also those of an earlier session."""
+        seed = self.aggregation.hash_seed
+        if origin is None:
+            return None
+        if seed == SEVERAL:
+            seeds = ", ".join(sorted(self.aggregation.worker_hash_seeds))
+            self.session.warnings.append(
+                f"workers have different hash seeds ({seeds}), so they go through sets in different orders: set "
+                "PYTHONHASHSEED where they are started"
+            )
+        resumed = self.aggregation.journaling.resumed
+        if resumed is not None and resumed.declared is not None and origin.hash_seed not in ("", seed):
+            seed = SEVERAL
+        return msgspec.structs.replace(origin, hash_seed=seed)
 
     @cached_property
     def _declared(self) -> bytes:
@@ -165,6 +183,7 @@ class Reporting:
         config, made_with = self.collection.config, self.context.provenance.made_with
         arguments = config.invocation_params.args
         origin = origin_of_session(arguments, config.rootpath, config.inipath, self._began_at, made_with)
+        origin = msgspec.structs.replace(origin, hash_seed=self.aggregation.hash_seed)
         return encode(msgspec.structs.replace(declared, origin=origin)).encode()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:

@@ -74,3 +74,45 @@ def test_a_session_leaves_the_global_generators_alone(lamps: pytest.Pytester) ->
         "--hri-suite=by-hand,rl,bdi-random", "--hri-tests=2", "-p", "no:xdist", "-p", "no:randomly"
     )
     numpy.testing.assert_equal((random.getstate(), numpy.random.get_state(legacy=False)), before)
+
+
+HASHED = 'float(hash("a lamp") % 1000)'
+
+
+def in_fresh_process(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, hash_seed: str, *options: str) -> str:
+    """Run the suite under a hash seed; returns what was printed, its lines joined where they were wrapped."""
+    monkeypatch.setenv("PYTHONHASHSEED", hash_seed)
+    result = lamps.runpytest_subprocess("--hri-no-cov", "-p", "no:xdist", *options)
+    return " ".join(" ".join(result.outlines).split())
+
+
+def test_a_report_says_the_hash_seed_and_a_difference_from_the_baseline_names_it(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project.change(lamps.path, "lamps/guide.py", ANSWER, says(HASHED))
+    suite = ("--hri-suite=by-hand", "--hri-baseline=base.json", "--hri-fail-on-change")
+    in_fresh_process(lamps, monkeypatch, "1", *suite, "--hri-update-baseline")
+    assert project.report(lamps.path)["origin"]["hash_seed"] == "1"
+    other = in_fresh_process(lamps, monkeypatch, "2", *suite)
+    assert "FAILED 2 of 4 tests behave otherwise than in the baseline" in other
+    assert "Python's hash seed is not that of the baseline (1, now 2)" in other
+    assert "set PYTHONHASHSEED=1 for both" in other
+    assert "the model or a library has changed, if it is not the hash seed, or runs depend" in other
+    drawn = in_fresh_process(lamps, monkeypatch, "random", *suite)
+    assert "Python's hash seed is not that of the baseline (1, now random)" in drawn
+    page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert 'Hash seed</td><td class="wide">random: drawn by Python' in page
+    assert "all 4 tests behave as in the baseline" in in_fresh_process(lamps, monkeypatch, "1", *suite)
+
+
+def test_a_replay_under_another_hash_seed_says_so(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    project.change(lamps.path, "lamps/guide.py", ANSWER, says(HASHED))
+    project.change(lamps.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 5")
+    suite = ("--hri-suite=by-hand", "--hri-strict")
+    in_fresh_process(lamps, monkeypatch, "1", *suite)
+    assert [*(lamps.path / "hri-report" / "failures").iterdir()]
+    replay = ("--hri-replay=hri-report/failures", "--hri-report=again")
+    other = in_fresh_process(lamps, monkeypatch, "2", *replay)
+    assert "Or it is Python's hash seed, 1, now 2 (PYTHONHASHSEED=1 repeats it)" in other
+    assert "differs from the recording; cause unknown it may be Python's hash seed, which was 1, now 2" in other
+    assert "the same run, to the bit" in in_fresh_process(lamps, monkeypatch, "1", *replay)
