@@ -67,7 +67,11 @@ def hand_to_children() -> Callable[[], None]:
 
 
 def environment_of_child(
-    variables: Mapping[str, str] | None = None, *, path: tuple[str, ...] | None = None, hash_seed: str | None = None
+    variables: Mapping[str, str] | None = None,
+    *,
+    path: tuple[str, ...] | None = None,
+    hash_seed: str | None = None,
+    inherited: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
     """The environment of a process that is started to run or measure code under test.
 
@@ -75,9 +79,11 @@ def environment_of_child(
         variables: beside those of this process.
         path: where modules are found; None: as in this process.
         hash_seed: decimal digits; None: as all children of this process.
+        inherited: variables in place of those that this process has now.
     """
+    variables_here = os.environ if inherited is None else inherited
     # Variables of coverage would make the process write data files of its own.
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("COV_", "COVERAGE_"))}
+    environment = {name: value for name, value in variables_here.items() if not name.startswith(("COV_", "COVERAGE_"))}
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path if path is None else path))
     environment[VARIABLE] = hash_seed_of_children() if hash_seed is None else hash_seed
     return environment | dict(variables or {})

@@ -97,6 +97,7 @@ def started(
     variables: Mapping[str, str] | None = None,
     path: tuple[str, ...] | None = None,
     hash_seed: str | None = None,
+    inherited: Mapping[str, str] | None = None,
 ) -> Iterator[SeparateProcess]:
     """Start a module in a process in this directory; in the end, it and what it started are ended.
 
@@ -105,15 +106,16 @@ def started(
         variables: of its environment, beside those of this process.
         path: where modules are found; None: as in this process.
         hash_seed: decimal digits; None: as all that this process starts (see `pytest_hricdv._base.hash_seed`).
+        inherited: the variables that it has in place of those of this process, and of `ONE_THREAD`.
     """
-    further = dict.fromkeys(ONE_THREAD, "1") | dict(variables or {})
+    further = ({} if inherited is not None else dict.fromkeys(ONE_THREAD, "1")) | dict(variables or {})
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
-            env=environment_of_child(further, path=path, hash_seed=hash_seed),
+            env=environment_of_child(further, path=path, hash_seed=hash_seed, inherited=inherited),
             cwd=directory,
             start_new_session=True,  # Ctrl-C is for the session, which then ends all of these processes
         )

@@ -232,6 +232,6 @@ def _replayed(test: str, replayed: ReplayComparison) -> Iterator[Line]:
     if replayed.changed:
         yield Line(f"{start}differs from the recording: {visible(', '.join(replayed.changed))}", "warn")
     else:
-        yield Line(f"{start}differs from the recording; cause unknown", "bad")
+        yield Line(f"{start}differs from the recording; cause unknown: --hri-audit looks for it", "bad")
     if replayed.hash_seed:
         yield Line(visible(f"  it may be Python's hash seed, which was {replayed.hash_seed}"), "warn")

@@ -189,4 +189,5 @@ def _replayed(replayed: ReplayComparison) -> str:
     if replayed.changed:
         return f"Replay of {replayed.file}: the run differs from the recording; changed: {', '.join(replayed.changed)}."
     seed = f" It may be Python's hash seed, which was {replayed.hash_seed}." if replayed.hash_seed else ""
-    return f"Replay of {replayed.file}: the run differs from the recording; cause unknown.{seed}"
+    unknown = "cause unknown: --hri-audit looks for it"
+    return f"Replay of {replayed.file}: the run differs from the recording; {unknown}.{seed}"

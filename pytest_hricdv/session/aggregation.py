@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import KeysView, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import msgspec
@@ -98,6 +98,14 @@ class EachWorker:
         ]
 
 
+@dataclass
+class TestTimes:
+    """When a test began and ended, on the clock of its machine (s since 1970)."""
+
+    start_s: float
+    stop_s: float
+
+
 class Aggregation:
     """Collects results by node id, writes replay files of failed tests, and finds out which results are missing."""
 
@@ -108,6 +116,8 @@ class Aggregation:
         """Node id -> test: the tests that were selected."""
         self.reasons: dict[str, str] = {}
         """Node id -> why the test has no result."""
+        self.ran: dict[str, dict[str, TestTimes]] = {}
+        """Worker (empty: this process) -> node id -> when it ran: all its tests, in their order, generated or not."""
         self.workers = 1
         self.is_distributed = False
         self.each_worker = EachWorker()
@@ -167,6 +177,7 @@ class Aggregation:
         Before other plugins, as their hooks may raise: the result is safe by then. A report without a result says why
         there is none: skipped, a fixture that failed, a worker that crashed.
         """
+        self._note(report)
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
             delattr(report, ATTRIBUTE)  # pytest keeps reports to the end
@@ -180,6 +191,14 @@ class Aggregation:
             self.reasons[report.nodeid] = reason
             if report.nodeid in self.chosen:
                 self.journaling.hinder(report.nodeid, reason)
+
+    def _note(self, report: pytest.TestReport) -> None:
+        if hasattr(report, DONE):
+            return
+        node = getattr(report, "node", None)  # xdist's
+        ran = self.ran.setdefault("" if node is None else str(node.gateway.id), {})
+        times = ran.setdefault(report.nodeid, TestTimes(report.start, report.stop))
+        times.stop_s = report.stop
 
     def _with_replay(self, text: str) -> str:
         """Writes the replay file of a failed test; that of a replayed test exists already."""

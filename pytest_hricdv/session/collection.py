@@ -175,11 +175,17 @@ class Collection:
     def pytest_configure_node(self, node: object) -> None:
         """xdist: sends the suites to a worker that starts; workers do not generate."""
         values: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
-        values[WORKER_INPUT] = to_text(self.selected)
-        values[ONLY_CASES] = self.only_cases
-        values[SESSION_DAY] = self.options.today.isoformat()
-        values[DONE] = json.dumps(sorted(self.done))
-        values[REPLAYS] = replaying.to_text(self.replays.values())
+        values.update(self.handed(), **{ONLY_CASES: self.only_cases, DONE: json.dumps(sorted(self.done))})
+
+    def handed(self) -> dict[str, object]:
+        """What a process is handed that does not generate; to be told also which tests are collected, and are done."""
+        return {
+            WORKER_INPUT: to_text(self.selected),
+            ONLY_CASES: False,
+            SESSION_DAY: self.options.today.isoformat(),
+            DONE: "[]",
+            REPLAYS: replaying.to_text(self.replays.values()),
+        }
 
 
 def missing_items(arguments: Sequence[str], options: Options | None) -> str:

@@ -190,7 +190,9 @@ def replay_mismatch(replayed: ReplayComparison | None) -> str:
         f"this run is not the one that {replayed.file} is of: the hash of its record is not "
         f"{replayed.expected_sha256}\n"
         "The code under test, the plugin and Python are as they were, so something else that the run depends on has "
-        f"changed:\nthe testbench, its world, or a library.{_other_hash_seed(replayed.hash_seed)}"
+        "changed:\nthe testbench, its world, a library, or what another test left in its process. Where it comes "
+        "otherwise again,\nthe audit at the end of this session names the cause; for what other tests leave, run the "
+        f"whole suite with --hri-audit=20.{_other_hash_seed(replayed.hash_seed)}"
     )
 
 

@@ -50,6 +50,7 @@ INI = """
 [pytest]
 pythonpath = .
 addopts = -p no:hypothesispytest
+hri_audit = off
 hri_known_violations =
     R2: the hall has no dimmer
 """

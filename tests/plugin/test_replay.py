@@ -137,7 +137,7 @@ def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
     again.stdout.fnmatch_lines(
         [
             f"this run is not the one that {FILE} is of: *",
-            f"replay of {BRIGHT}: differs from the recording; cause unknown",
+            f"replay of {BRIGHT}: differs from the recording; cause unknown: --hri-audit looks for it",
         ]
     )
 

@@ -1,0 +1,194 @@
+"""The audit of a session: chooses tests, runs them again, finds out why some come otherwise, and marks these."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.extra.audit.choice import chosen
+from pytest_hricdv.extra.audit.diagnosis import NOT_FOUND, Cause, Diagnosis
+from pytest_hricdv.extra.audit.difference import first_difference
+from pytest_hricdv.extra.audit.process import FreshSession, Order, handed
+from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
+from pytest_hricdv.extra.audit.repeating import Begin, Repeat, Repeating, Start, StartError, key_of
+from pytest_hricdv.results.building import UNCHECKED
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.aggregation import TestTimes
+from pytest_hricdv.session.part import PartSession
+from pytest_hricdv.session.serving import arguments_of
+
+EXPERIMENTS_S = 120.0
+"""Experiments on the causes begin no later than so long (s of wall time) after the audit, or than the session took.
+Chosen: a process starts within seconds, and some twenty of them are enough for most causes."""
+
+MOST_FURTHER = 10
+"""Once a test came otherwise, so many further failures run again, too: which of them are violations?"""
+
+_LEFT_OUT = frozenset({".git", ".hg", ".tox", ".nox", ".venv", "venv", "node_modules", "__pycache__", ".pytest_cache"})
+"""Folders that hold nothing that a test reads as data."""
+
+_MOST_FILES = 20_000
+"""So many files of a project are looked at: a second at most."""
+
+
+class Auditing:
+    """Audits a session.
+
+    Args:
+        session: that has run its tests.
+        number: of tests to run again; None: as many as cost little.
+        begin: what the session was like before its first test.
+    """
+
+    def __init__(self, session: PartSession, number: int | None, begin: Begin) -> None:
+        self._session = session
+        self._number = number
+        self._config = session.context.collection.config
+        self._began_s = time.monotonic()
+        own = session.aggregation.hash_seed
+        self._session_seed = own if own.isdigit() else ""
+        self._hash_seed = "2" if own == "1" else "1"
+        collection = session.context.collection
+        self._start = Start(
+            FreshSession(arguments_of(self._config), handed(self._config, collection.handed()), ()),
+            self._config.invocation_params.dir,
+            begin,
+            reusable=hasattr(os, "fork"),
+        )
+
+    def audit(self, results: list[TestResult]) -> list[TestResult]:
+        """The results, with those marked that came otherwise; what was run again is added to the report."""
+        place = {nodeid: number for ran in self._session.aggregation.ran.values() for number, nodeid in enumerate(ran)}
+        tests = chosen(results, place, self._number)
+        if not tests:
+            return results
+        changed = dict(self._changed())  # before the first of them runs again, and changes it
+        wall_s = {result.nodeid: result.wall_s or 0.0 for result in results}
+        further = [result for result in results if result.fails and result.nodeid in place and result not in tests]
+        further = further[:MOST_FURTHER] if self._number is None else []
+        start = self._start.with_tests([test.nodeid for test in (*tests, *further)])
+        repeating, problem, marked = Repeating(start, wall_s), "", dict[str, TestResult]()
+        try:
+            with repeating.open():
+                differing = self._differing(repeating, tests)
+                if differing:
+                    differing |= self._differing(repeating, further)
+                for nodeid, (result, repeat) in differing.items():
+                    marked[nodeid] = self._mark(result, repeat, self._cause(repeating, result, repeat, changed))
+        except StartError as error:
+            problem = f"the audit could not run tests again in a fresh process: {error}"
+            self._session.warnings.append(problem)
+        self._session.sections[AUDIT.name] = AuditResult(
+            tests=tuple(test.nodeid for test in tests),
+            differing=tuple(marked),
+            hash_seed=self._hash_seed,
+            session_hash_seed=self._session.aggregation.hash_seed,
+            runs=repeating.runs,
+            wall_s=round(time.monotonic() - self._began_s, 3),
+            problem=problem,
+        )
+        return [marked.get(result.nodeid, result) for result in results]
+
+    def _differing(self, repeating: Repeating, tests: Sequence[TestResult]) -> dict[str, tuple[TestResult, Repeat]]:
+        differing = {}
+        for test in tests:
+            repeat = repeating.run(Order((test.nodeid,)), self._hash_seed)
+            if repeat.key != key_of(test):
+                differing[test.nodeid] = test, repeat
+        return differing
+
+    def _cause(self, repeating: Repeating, result: TestResult, repeat: Repeat, changed: Mapping[str, str]) -> Cause:
+        aggregation = self._session.aggregation
+        took_s = sum(test.wall_s or 0.0 for test in self._session.results)
+        self._session.say(f"hricdv: {result.id} came otherwise when it ran again; looking for the cause ...")
+        processes = [] if self._session.options.isolate else [[*ran] for ran in aggregation.ran.values()]
+        diagnosis = Diagnosis(
+            repeating,
+            result.nodeid,
+            key_of(result),
+            repeat,
+            hash_seed=self._hash_seed,
+            session_seed=self._session_seed,
+            in_process=next((ran for ran in processes if result.nodeid in ran), []),
+            changed=changed,
+            was_in_worker=aggregation.is_distributed,
+            until_s=self._began_s + max(EXPERIMENTS_S, took_s),
+        )
+        try:
+            return diagnosis.cause()
+        except StartError as error:
+            return Cause(NOT_FOUND, str(error))
+
+    def _mark(self, result: TestResult, repeat: Repeat, cause: Cause) -> TestResult:
+        """The result with its mark; a failure that is not one alone is no violation."""
+        again = repeat.ran.result
+        here, there = first_difference(result, again)
+        if again is None:
+            there = repeat.ran.problem
+        unconfirmed = result.fails and (again is None or not again.fails or _violated(again) != _violated(result))
+        record = Unrepeatable(
+            cause=cause.name,
+            detail=cause.detail,
+            left_by=cause.left_by,
+            outcome=result.outcome,
+            outcome_alone="none" if again is None else again.outcome,
+            in_session=here,
+            alone=there,
+            hash_seed=self._hash_seed,
+            is_violation_unconfirmed=unconfirmed,
+        )
+        self._session.problems.append(f"{result.id} {sentence(record)}")
+        result = UNREPEATABLE.put(result, record)
+        if not unconfirmed:
+            return result
+        return msgspec.structs.replace(
+            result,
+            outcome="error",
+            requirements=dict.fromkeys(result.requirements, UNCHECKED),
+            faults=(),
+            failure=f"{sentence(record)}\n\nin the session:\n{result.failure}",
+        )
+
+    def _changed(self) -> Iterator[tuple[str, str]]:
+        """Files of the project that were written since the first test began, and the test that ran then."""
+        runs = [ran for tests in self._session.aggregation.ran.values() for ran in tests.items()]
+        if not runs:
+            return
+        began_s = min(ran.start_s for _, ran in runs)
+        for path in self._files(self._config.rootpath):
+            try:
+                written_s = path.stat().st_mtime
+            except OSError:
+                continue
+            if written_s >= began_s - _COARSE_S:
+                yield str(path), _running_at(written_s, runs)
+
+    def _files(self, root: Path) -> Iterator[Path]:
+        report, number = self._session.options.report.resolve(), 0
+        for folder, names, files in os.walk(root):
+            names[:] = sorted(
+                name for name in names if name not in _LEFT_OUT and Path(folder, name).resolve() != report
+            )
+            for name in sorted(files):
+                number += 1
+                if number > _MOST_FILES:
+                    return
+                yield Path(folder, name)
+
+
+_COARSE_S = 0.01
+"""File systems take the time of a file from a clock that goes on by some milliseconds at a time (Linux: 4 or 10)."""
+
+
+def _running_at(time_s: float, runs: Sequence[tuple[str, TestTimes]]) -> str:
+    """The test that ran at a time (s since 1970); empty where none did, or several."""
+    running = [nodeid for nodeid, ran in runs if ran.start_s - _COARSE_S <= time_s <= ran.stop_s + _COARSE_S]
+    return running[0] if len(running) == 1 else ""
+
+
+def _violated(result: TestResult) -> frozenset[str]:
+    return frozenset(name for name in result.requirements if result.violates(name))

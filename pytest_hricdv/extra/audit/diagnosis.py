@@ -1,0 +1,227 @@
+"""Why a test came otherwise when it ran again: found by experiments, each of which changes one thing."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv.extra.audit.process import Order
+from pytest_hricdv.extra.audit.repeating import Repeat, Repeating
+from pytest_hricdv.extra.audit.sources import FILES, KINDS, Reading
+
+NOT_FOUND = "not found"
+HASH_ORDER = "hash order"
+STATE = "state of earlier tests"
+IMPORT = "drawn when it was imported"
+ENVIRONMENT = "environment"
+FILE = "file left behind"
+
+FURTHER_SEEDS = 5
+"""So many other hash seeds are tried. The order of two elements is the same under one seed as under another with
+probability 1/2, so that it stays hidden with 1/32."""
+
+MOST_BEFORE = 1_000
+"""So many tests before one are looked at: with more, what is left is found by one that is nearer, or not at all."""
+
+WORKER = {"PYTEST_XDIST_WORKER": "gw0", "PYTEST_XDIST_WORKER_COUNT": "2", "PYTEST_XDIST_TESTRUNUID": "audit"}
+
+
+class OutOfTimeError(Exception):
+    """The experiments have taken as long as they may."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Why a test came otherwise; see `records.Unrepeatable`."""
+
+    name: str
+    detail: str
+    left_by: str = ""
+
+
+@dataclass
+class Diagnosis:
+    """Experiments on one test.
+
+    Args:
+        repeating: runs tests.
+        nodeid: the test.
+        session_key: what it came to in the session (see `repeating.key_of`).
+        alone: what it came to alone, under `hash_seed`.
+        hash_seed: of a fresh process.
+        session_seed: of the process in which it ran; empty where nobody knows it.
+        in_process: the tests that ran in its process, in order.
+        changed: files of the project that the session wrote: path -> the test that ran then; empty: none is known.
+        was_in_worker: it ran in a worker of xdist.
+        until_s: no experiment begins later (by `time.monotonic`).
+    """
+
+    repeating: Repeating
+    nodeid: str
+    session_key: tuple[str | None, str]
+    alone: Repeat
+    hash_seed: str
+    session_seed: str
+    in_process: Sequence[str]
+    changed: Mapping[str, str]
+    was_in_worker: bool
+    until_s: float
+    _place: Callable[[str], str] = field(default=os.path.basename)
+
+    def cause(self) -> Cause:
+        """Why it came otherwise. A process that is silent, or experiments that take too long, leave it not found."""
+        try:
+            for experiment in (self._chance, self._state, self._order, self._files, self._worker):
+                cause = experiment()
+                if cause is not None:
+                    return cause
+        except OutOfTimeError:
+            return Cause(NOT_FOUND, "the time for experiments was over")
+        return Cause(
+            NOT_FOUND, f"neither hash seed, nor tests before it, nor chance make the difference{self._reads()}"
+        )
+
+    def _run(self, order: Order, seed: str | None = None, **options: object) -> Repeat:
+        if time.monotonic() > self.until_s:
+            raise OutOfTimeError
+        return self.repeating.run(order, self.hash_seed if seed is None else seed, **options)  # type: ignore[arg-type]
+
+    def _single(self, **options: object) -> Order:
+        return Order((self.nodeid,), **options)  # type: ignore[arg-type]
+
+    # Chance: the same once more, in the same process and in another one
+
+    def _chance(self) -> Cause | None:
+        again = self._run(self._single())
+        other = self._run(self._single(), copy=1)
+        if again.key == self.alone.key == other.key:
+            return None
+        if again.key == self.alone.key and self._run(self._single(), copy=1).key == other.key:
+            return Cause(IMPORT, f"each process repeats itself, and two with the same hash seed differ{self._reads()}")
+        return self._still() or self._left_files(again) or self._noticed()
+
+    def _still(self) -> Cause | None:
+        """The kind of source that makes two runs the same where it stands still."""
+        readings = self._readings()
+        for kind in KINDS:
+            places = [reading for reading in readings if reading.kind == kind]
+            if places and self._is_same(self._single(still=(kind,))):
+                detail = f"alone, runs differ from each other, and are the same where it stands still; {_at(places)}"
+                return Cause(kind, detail)
+        if readings and self._is_same(self._single(still=KINDS)):
+            return Cause(" and ".join(dict.fromkeys(reading.kind for reading in readings)), _at(readings))
+        return None
+
+    def _is_same(self, order: Order) -> bool:
+        keys = {self._run(order, copy=copy).key for copy in (0, 1, 0)}
+        return len(keys) == 1
+
+    def _noticed(self) -> Cause:
+        readings = self._readings()
+        if readings:
+            kinds = " or ".join(dict.fromkeys(reading.kind for reading in readings))
+            return Cause(kinds, f"alone, under the same conditions, runs differ from each other; {_at(readings)}")
+        return Cause(NOT_FOUND, "alone, under the same conditions, runs differ from each other: chance, or a thread")
+
+    def _readings(self) -> tuple[Reading, ...]:
+        return self._run(self._single(watched=True)).ran.readings
+
+    def _reads(self) -> str:
+        readings = self._readings()
+        return f"; {_at(readings)}" if readings else ""
+
+    # Hash order
+
+    def _order(self) -> Cause | None:
+        if self.session_seed:
+            if self.session_seed == self.hash_seed:
+                return None
+            under_its_own = self._run(self._single(), self.session_seed)
+            if under_its_own.key == self.alone.key:
+                return None
+            same = "as in the session" if under_its_own.key == self.session_key else "otherwise"
+            return Cause(
+                HASH_ORDER,
+                f"alone it runs {same} with PYTHONHASHSEED={self.session_seed}, and differs with {self.hash_seed}: "
+                "something goes through a set of texts, or uses hash()",
+            )
+        for number in range(FURTHER_SEEDS):
+            seed = str(int(self.hash_seed) + number + 1)
+            if self._run(self._single(), seed).key != self.alone.key:
+                return Cause(
+                    HASH_ORDER,
+                    f"alone it differs between PYTHONHASHSEED={self.hash_seed} and {seed}, and repeats with each: "
+                    "something goes through a set of texts, or uses hash()",
+                )
+        return None
+
+    # State of earlier tests
+
+    def _state(self) -> Cause | None:
+        """The last test that makes a difference when it runs before: found by doubling, then by halving."""
+        place = self.in_process.index(self.nodeid) if self.nodeid in self.in_process else 0
+        before = self.in_process[max(0, place - MOST_BEFORE) : place]
+        if not before:
+            return None
+        among = (*before, self.nodeid) if len(self.in_process) > MOST_BEFORE else self.in_process
+
+        def differs(start: int, end: int | None = None) -> bool:
+            order = Order((*before[start:end], self.nodeid))
+            return self._run(order, among=among).key != self.alone.key
+
+        size, least = 1, 0
+        while not differs(len(before) - size):
+            if size == len(before):
+                return None
+            least, size = size, min(2 * size, len(before))
+        try:
+            while size - least > 1:
+                middle = (size + least) // 2
+                if differs(len(before) - middle):
+                    size = middle
+                else:
+                    least = middle
+        except OutOfTimeError:
+            return Cause(STATE, f"it runs otherwise after the {size} tests before it; there was no time to find which")
+        start = len(before) - size
+        culprit = before[start]
+        if size > 1 and not differs(start, start + 1):
+            return Cause(
+                f"state that {culprit} leaves",
+                f"alone it repeats, and runs otherwise after {culprit} and the {size - 1} tests after that",
+                culprit,
+            )
+        return Cause(f"state that {culprit} leaves", f"alone it repeats, and runs otherwise after {culprit}", culprit)
+
+    # What is there in one and not in the other
+
+    def _files(self) -> Cause | None:
+        return self._left_files(self.alone)
+
+    def _left_files(self, reference: Repeat) -> Cause | None:
+        """Files that it reads, that the session or the audit have written, and without which it runs otherwise."""
+        paths = dict.fromkeys(reading.path for reading in self._readings() if reading.kind == FILES)
+        for path in (path for path in paths if path in self.changed):
+            hidden, again = (self._run(self._single(hidden=(path,))) for _ in range(2))
+            if hidden.key == again.key != reference.key:
+                left_by = self.changed[path]
+                by = f", written while {left_by} ran" if left_by else ""
+                return Cause(
+                    f"{FILE}: {self._place(path)}", f"it reads {path}{by}, and runs otherwise without it", left_by
+                )
+        return None
+
+    def _worker(self) -> Cause | None:
+        if not self.was_in_worker or self._run(self._single(), variables=WORKER).key == self.alone.key:
+            return None
+        return Cause(
+            f"{ENVIRONMENT}: PYTEST_XDIST_WORKER", "alone it runs otherwise with the variables of a worker of xdist"
+        )
+
+
+def _at(readings: Sequence[Reading]) -> str:
+    """`it reads time.time at world.py:12, ...`."""
+    named = [f"{reading.what} at {reading.place}" for reading in readings[:4]]
+    return f"it calls {', '.join(named)}{' and more' if len(readings) > len(named) else ''}"

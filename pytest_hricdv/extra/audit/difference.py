@@ -1,0 +1,57 @@
+"""The first event at which two runs of a test differ, as far as their timelines have it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import zip_longest
+
+from pytest_hricdv.results.model import TestResult, Timeline
+
+NOTHING = "nothing further"
+
+
+def first_difference(one: TestResult | None, other: TestResult | None) -> tuple[str, str]:
+    """What the first event that differs is in each of two runs; two empty texts where none differs."""
+    timelines = [result.timeline if result is not None else None for result in (one, other)]
+    if timelines[0] is None or timelines[1] is None:
+        said = tuple(_without_run(result) for result in (one, other))
+        return (said[0], said[1]) if said[0] != said[1] else ("", "")
+    lists = [sorted(_events(timeline), key=lambda event: event[0]) for timeline in timelines if timeline is not None]
+    for here, there in zip_longest(*lists):
+        if here != there:
+            return _text(here), _text(there)
+    sums = [timeline.checksums for timeline in timelines if timeline is not None]
+    for name in sorted(sums[0].keys() | sums[1].keys()):
+        if sums[0].get(name) != sums[1].get(name):
+            return (f"{name} differs in digits or instants that a timeline has not",) * 2
+    assert one is not None, "it has a timeline"
+    assert other is not None, "it has a timeline"
+    ends = tuple(f"{result.outcome}, {result.ended}" for result in (one, other))
+    return (ends[0], ends[1]) if ends[0] != ends[1] else ("", "")
+
+
+def _without_run(result: TestResult | None) -> str:
+    if result is None:
+        return "no result"
+    if result.timeline is not None:
+        return f"a run of {result.timeline.end_s:g} s"
+    lines = result.failure.strip().splitlines()
+    raised = [line.removeprefix("E").strip() for line in lines if line.startswith("E ")]
+    return f"no run: {(raised or lines or ['it was not run'])[0]}"
+
+
+def _events(timeline: Timeline) -> Iterator[tuple[float, str]]:
+    for message in timeline.messages:
+        time_s, sender, topic, fields = message.split("\t", 3)
+        yield float(time_s), f"{sender} {topic} {fields}"
+    for name, series in timeline.signals.items():
+        values = series.split()
+        for time_text, value in zip(values[::2], values[1::2], strict=True):
+            yield float(time_text), f"{name} = {value}"
+    for name, texts in timeline.texts.items():
+        yield from ((at_s, f"{name} = {text!r}") for at_s, text in texts)
+    yield timeline.end_s, "end of the run"
+
+
+def _text(event: tuple[float, str] | None) -> str:
+    return NOTHING if event is None else f"{event[0]:g} s: {event[1]}"

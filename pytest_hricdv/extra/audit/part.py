@@ -1,0 +1,83 @@
+"""The audit as a part of a session: what it was like at its begin, and runs after the last test."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import pytest
+
+from pytest_hricdv.session.option_kinds import Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part, PartSession
+from pytest_hricdv.session.usage import usage_error
+
+if TYPE_CHECKING:
+    from pytest_hricdv.extra.audit.repeating import Begin
+    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.session.run_context import RunContext
+
+OFF = "off"
+
+
+@dataclass(frozen=True)
+class AuditOptions:
+    """Whether tests run again, and how many: None for as many as cost little."""
+
+    tests: int | None = None
+    is_on: bool = True
+
+
+BEGIN: pytest.StashKey[Begin] = pytest.StashKey()
+
+
+class AuditPart(Part[AuditOptions]):
+    """Runs some tests again, alone in a fresh process."""
+
+    name = "audit"
+    options = (
+        Value(
+            "audit",
+            "N|off",
+            "after all tests, run N of them again, failures first, each alone in a fresh process under another hash "
+            "seed; one that comes otherwise fails the session, with the cause (default: 3, or more where they take "
+            "less than 3 %% of the time)",
+        ),
+    )
+
+    def read(self, reader: OptionReader) -> AuditOptions:
+        """How many tests run again. Raises pytest.UsageError for what is neither a number nor off."""
+        text = reader.text("audit")
+        if text == OFF:
+            return AuditOptions(is_on=False)
+        if text and not (text.isascii() and text.isdigit()):
+            raise usage_error(f"--hri-audit={text}: expected a whole number, or off")
+        return AuditOptions(reader.integer("audit", None, least=1))
+
+    def check(self, context: RunContext) -> None:
+        """Keep what fresh processes need, before a test can change it."""
+        if self.settings(context.options).is_on:
+            from pytest_hricdv.extra.audit.repeating import Begin  # it loads what starts processes
+
+            context.stash[BEGIN] = Begin(dict(os.environ), tuple(sys.path))
+
+    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+        """The results, with those marked that came otherwise when they ran again."""
+        settings, context = self.settings(session.options), session.context
+        begin = context.stash.get(BEGIN, None)
+        if begin is None or stopped or session.interrupted or not results or context.debugged:
+            return results
+        from pytest_hricdv.extra.audit.auditing import Auditing  # needed after the last test
+
+        auditing = Auditing(session, settings.tests, begin)
+        try:
+            with session.signals.deferred(False):
+                return auditing.audit(results)
+        except KeyboardInterrupt:
+            session.interrupted = True
+            return results
+
+
+PART = AuditPart()

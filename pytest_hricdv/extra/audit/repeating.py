@@ -1,0 +1,181 @@
+"""Fresh processes, and what tests come to there."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
+from pytest_hricdv.extra.audit import process as process_module
+from pytest_hricdv.extra.audit.process import FreshSession, Order, Ran
+from pytest_hricdv.results.model import TestResult
+
+PATIENCE_S = 60.0
+"""A process that has not begun, or a run of no time at all that has not ended, after so long (s of wall time) never
+will. Chosen: collecting takes seconds, on a busy machine ten times that."""
+
+PATIENCE_FACTOR = 20.0
+"""A run that takes so many times what it took in the session does not end."""
+
+SILENT = "no answer"
+
+
+class StartError(Exception):
+    """A fresh process did not begin; the text says why."""
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """What a test came to: what decides whether it is the same."""
+
+    ran: Ran
+
+    @property
+    def key(self) -> tuple[str | None, str]:
+        """Hash of its record, and outcome; two runs with the same are the same."""
+        return key_of(self.ran.result) if self.ran.result is not None else (None, self.ran.problem or "error")
+
+
+def key_of(result: TestResult) -> tuple[str | None, str]:
+    """See `Repeat.key`."""
+    return result.record_sha256, result.outcome
+
+
+@dataclass(frozen=True)
+class Begin:
+    """What a session was like before its first test: variables of the environment, and where modules were found."""
+
+    environment: Mapping[str, str]
+    path: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Start:
+    """How a fresh process is started.
+
+    Args:
+        session: what it is sent first.
+        directory: where pytest was started.
+        begin: of the session.
+        reusable: it can run several orders, each in a fork.
+    """
+
+    session: FreshSession
+    directory: Path
+    begin: Begin
+    reusable: bool
+
+    def with_tests(self, nodeids: Sequence[str]) -> Start:
+        """The same with other tests."""
+        return replace(self, session=replace(self.session, nodeids=tuple(nodeids)))
+
+
+class Fresh:
+    """A fresh process that has begun."""
+
+    def __init__(self, running: SeparateProcess) -> None:
+        self._running = running
+        self._problem = ""
+
+    def begin(self, session: FreshSession) -> None:
+        """Start pytest there. Raises StartError where it does not begin."""
+        self._running.send(session)
+        self._lines(PATIENCE_S)
+        if self._problem:
+            raise StartError(self._problem)
+
+    def run(self, order: Order, patience_s: float) -> Repeat:
+        """Run an order; what its last test came to.
+
+        Args:
+            order: of tests.
+            patience_s: after so long (s of wall time) the process is ended.
+        """
+        if not self._problem:
+            self._running.send(order)
+        lines = self._lines(patience_s)
+        return Repeat(msgspec.json.decode(lines[0], type=Ran) if lines else Ran(problem=self._problem or SILENT))
+
+    def _lines(self, patience_s: float) -> list[bytes]:
+        if self._problem:
+            return []
+        timer = threading.Timer(patience_s, self._running.kill)
+        timer.start()
+        try:
+            return [*self._running.answer()]
+        except ProcessError as error:
+            self._problem = str(error) if timer.is_alive() else f"{SILENT} for {patience_s:g} s"
+            return []
+        finally:
+            timer.cancel()
+
+
+@dataclass
+class Repeating:
+    """Runs tests again. Processes that can serve several orders are kept until the end.
+
+    Args:
+        start: of processes.
+        wall_s: node id -> how long the test took (s).
+    """
+
+    start: Start
+    wall_s: Mapping[str, float]
+    runs: int = 0
+    _stack: ExitStack = field(default_factory=ExitStack)
+    _kept: dict[tuple[object, ...], Fresh] = field(default_factory=dict)
+
+    @contextmanager
+    def open(self) -> Iterator[Repeating]:
+        """Within: processes may be started; all are ended at the end."""
+        with self._stack:
+            yield self
+
+    def run(
+        self,
+        order: Order,
+        hash_seed: str,
+        *,
+        copy: int = 0,
+        variables: Mapping[str, str] | None = None,
+        among: Sequence[str] = (),
+    ) -> Repeat:
+        """Run an order of tests. Raises StartError where a process does not begin.
+
+        Args:
+            order: of tests.
+            hash_seed: of the process.
+            copy: another number is another process.
+            variables: of the environment, beside those of the session.
+            among: the tests that the process is to have; none: those of the start.
+        """
+        self.runs += len(order.nodeids)
+        start = self.start.with_tests(among) if among else self.start
+        name = (hash_seed, copy, tuple(sorted((variables or {}).items())), start.session.nodeids)
+        fresh = self._kept.get(name)
+        if fresh is None:
+            fresh = self._started(start, hash_seed, variables or {})
+            if start.reusable:
+                self._kept[name] = fresh
+        patience_s = PATIENCE_S + PATIENCE_FACTOR * sum(self.wall_s.get(nodeid, 1.0) for nodeid in order.nodeids)
+        return fresh.run(order, patience_s)
+
+    def _started(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
+        running = self._stack.enter_context(
+            started(
+                process_module.__name__,
+                start.directory,
+                variables,
+                path=start.begin.path,
+                hash_seed=hash_seed,
+                inherited=start.begin.environment,
+            )
+        )
+        fresh = Fresh(running)
+        fresh.begin(start.session)
+        return fresh

@@ -1,0 +1,167 @@
+"""Sessions of code that does not repeat: what the audit says of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from tests import json_schema
+from tests.plugin import project, state
+
+RUN = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:cacheprovider", "--hri-no-cov")
+
+NUMBER_FILE = (
+    "from pathlib import Path\nCOUNT = Path(__file__).with_name('count.txt')\ndef count():\n"
+    "    number = int(COUNT.read_text()) if COUNT.exists() else 0\n    COUNT.write_text(str(number + 1))\n"
+    "    return number\n"
+)
+SET = "[float(name[1:]) for name in {'j1', 'j2', 'j3', 'j4', 'j5', 'j6', 'j7', 'j8'}][0]"
+FILE_TIME = "import os\nMARK = __file__ + '.mark'\ndef touched():\n    open(MARK, 'w').close()\n"
+
+CAUSES = {
+    "a set of texts": (SET, "", "hash order", "PYTHONHASHSEED"),
+    "a file": ("count()", NUMBER_FILE, "file left behind: count.txt", "count.txt"),
+    "the time of a file": (
+        "(touched(), os.stat(MARK).st_mtime_ns % 1e9)[1]",
+        FILE_TIME,
+        "times of files",
+        "os.stat at lamps/guide.py",
+    ),
+    "bytes of the system": ("open('/dev/urandom', 'rb').read(1)[0]", "", "files", "open at lamps/guide.py"),
+}
+"""What the guide says -> the cause that is found, and a part of the detail."""
+
+
+@pytest.fixture
+def audited(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The lamps, whose sessions are audited."""
+    project.change(lamps.path, "pytest.ini", "hri_audit = off\n", "")
+    return lamps
+
+
+def marks(audited: pytest.Pytester) -> list[dict[str, Any]]:
+    """What the report says of tests that came otherwise."""
+    written = project.report(audited.path)
+    json_schema.REPORT.validate(written)
+    return [test["unrepeatable"] for test in written["tests"] if "unrepeatable" in test]
+
+
+def problems(result: pytest.RunResult) -> list[str]:
+    """What the terminal says of them."""
+    return [line for line in result.outlines if line.startswith("FAILED ") and "is not repeatable" in line]
+
+
+@project.in_each_mode
+def test_code_that_repeats_gets_no_word(audited: pytest.Pytester, options: Sequence[str]) -> None:
+    result = audited.runpytest_subprocess(*RUN, *options)
+    assert result.ret == 0
+    assert "repeatable" not in result.stdout.str()
+    audit = project.report(audited.path)["audit"]
+    assert (len(audit["tests"]), audit.get("differing", [])) == (3, [])
+    assert audit["hash_seed"] != audit["session_hash_seed"]
+
+
+@pytest.mark.parametrize(
+    "way", [pytest.param(way, marks=() if way == "list of a module" else pytest.mark.slow) for way in state.WAYS]
+)
+def test_state_is_traced_to_the_test_that_left_it(audited: pytest.Pytester, way: str) -> None:
+    state.leave(audited, way)
+    result = audited.runpytest_subprocess(*RUN)
+    assert result.ret == 1
+    for mark in marks(audited):
+        assert mark["cause"] == f"state that {mark['left_by']} leaves"
+        assert mark["in_session"].startswith("0 s: guide switched")
+        assert mark["alone"].startswith("0 s: guide switched")
+    assert len(problems(result)) == len(marks(audited)) > 0
+
+
+@pytest.mark.slow
+def test_workers_have_an_order_each(audited: pytest.Pytester) -> None:
+    state.leave(audited, "list of a module")
+    assert audited.runpytest_subprocess(*RUN, "--hri-tests=6", "-n", "2").ret == 1
+    assert marks(audited)
+    for mark in marks(audited):
+        assert mark["cause"].startswith("state that test_lamps.py::test_lamps[bdi-random-")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", CAUSES)
+def test_other_causes_have_their_names(audited: pytest.Pytester, kind: str) -> None:
+    said, module, cause, detail = CAUSES[kind]
+    state.say(audited, said, module=module)
+    assert audited.runpytest_subprocess(*RUN).ret == 1
+    assert marks(audited)
+    for mark in marks(audited):
+        assert mark["cause"] == cause
+        assert detail in mark["detail"]
+
+
+@pytest.mark.slow
+def test_what_is_drawn_when_the_testbench_is_imported_is_told_apart(audited: pytest.Pytester) -> None:
+    path = audited.path / "conftest.py"
+    drawing = "import random\nDRAWN = random.SystemRandom().random()\n"
+    path.write_text(drawing + path.read_text(encoding="utf-8"), encoding="utf-8")
+    state.say(audited, "__import__('conftest').DRAWN")
+    assert audited.runpytest_subprocess(*RUN).ret == 1
+    assert {mark["cause"] for mark in marks(audited)} == {"drawn when it was imported"}
+
+
+def test_a_failure_that_is_none_alone_is_no_violation(audited: pytest.Pytester) -> None:
+    state.say(audited, "0", module="SERVED = []\n", function="    SERVED.append(1)\n")
+    project.change(audited.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(len(SERVED) - 0.5)")
+    result = audited.runpytest_subprocess(*RUN)
+    assert result.ret == 1
+    written = project.report(audited.path)
+    assert "failed" not in project.outcomes(audited.path).values()
+    assert written["suites"][0]["requirements"]["R1"]["failed"] == 0
+    assert all(mark["is_violation_unconfirmed"] for mark in marks(audited))
+    result.stdout.fnmatch_lines(["FAILED * is not repeatable: passes alone; cause: state that * leaves*"])
+
+
+def test_a_test_that_kills_its_process_alone_is_named(audited: pytest.Pytester) -> None:
+    state.say(
+        audited, "0 if os.environ.get('PYTHONHASHSEED') != '1' else os.kill(os.getpid(), 9)", module="import os\n"
+    )
+    result = audited.runpytest_subprocess(*RUN, "--hri-audit=1")
+    assert result.ret == 1
+    (mark,) = marks(audited)
+    assert mark["outcome_alone"] == "none"
+    assert "ended by SIGKILL" in mark["alone"]
+
+
+def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:
+    state.leave(audited, "list of a module")
+    assert audited.runpytest_subprocess(*RUN, "--hri-audit=off").ret == 0
+    assert "audit" not in project.report(audited.path)
+    audited.runpytest_subprocess(*RUN, "--hri-audit=1")
+    assert len(project.report(audited.path)["audit"]["tests"]) == 1
+    result = audited.runpytest_subprocess(*RUN, "--hri-audit=some")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-audit=some: expected a whole number, or off"])
+
+
+def test_files_of_the_session_are_left_alone(audited: pytest.Pytester) -> None:
+    audited.runpytest_subprocess(*RUN, "--junitxml=junit.xml", "--basetemp=temporary", "--hri-audit=off")
+    before = (audited.path / "junit.xml").read_text(encoding="utf-8").count("<testcase")
+    (audited.path / "temporary" / "mine").mkdir()
+    audited.runpytest_subprocess(*RUN, "--junitxml=junit.xml")
+    assert (audited.path / "junit.xml").read_text(encoding="utf-8").count("<testcase") == before
+    assert os.path.isdir(audited.path / "temporary" / "mine")
+
+
+def test_a_fresh_process_that_does_not_start_is_said_and_fails_nothing(audited: pytest.Pytester) -> None:
+    conftest = "import os, sys\nif 'audit.process' in ' '.join(sys.orig_argv):\n    raise RuntimeError('no licence')\n"
+    path = audited.path / "conftest.py"
+    path.write_text(conftest + path.read_text(encoding="utf-8"), encoding="utf-8")
+    result = audited.runpytest_subprocess(*RUN)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["the audit could not run tests again in a fresh process: *"])
+
+
+@pytest.mark.slow
+def test_isolated_tests_repeat(audited: pytest.Pytester) -> None:
+    state.leave(audited, "list of a module")
+    assert audited.runpytest_subprocess(*RUN, "--hri-isolate").ret == 0
