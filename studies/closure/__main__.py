@@ -25,7 +25,7 @@ from studies.closure.tables import LOOP, WITHOUT, context, curves
 from studies.dependencies import DependencyError
 
 SUITES = (LOOP, *grid.SUITES)
-WAYS = ("model", "parameters", "disturbances", "branching", "online")
+WAYS = ("model", "disturbances", "online")
 SECONDS = 24 * 3600
 """No loop ends for want of time, or it would depend on the machine."""
 MORE = 2

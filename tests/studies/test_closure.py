@@ -99,13 +99,13 @@ def test_a_suite_is_overtaken_when_the_loop_has_as_many_points_as_it_has_in_the_
 
 
 def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> None:
-    weaker = _loop("without branching", hit=_closing()["hit"][:3], runs=9, ended="runs")
-    loops = {"closure": [_loop(ended="closed"), _loop(seed=1, ended="runs")], "without branching": [weaker]}
+    weaker = _loop("without online", hit=_closing()["hit"][:3], runs=9, ended="runs")
+    loops = {"closure": [_loop(ended="closed"), _loop(seed=1, ended="runs")], "without online": [weaker]}
     head, _, whole, other = without(loops, WANTED).splitlines()
     assert head == "| loop | closed | bins | points of 5 | runs | points, difference | runs, difference |"
     assert whole.startswith("| closure | 1 of 2 | 1.0 (1.0 to 1.0) | 4.0 (4.0 to 4.0) | 3.0 (3.0 to 3.0) |")
     assert whole.endswith("| - | - |")
-    assert other.startswith("| without branching | 0 of 1 | 0.0 (one seed) | 3.0 (one seed) | 9.0 (one seed) |")
+    assert other.startswith("| without online | 0 of 1 | 0.0 (one seed) | 3.0 (one seed) | 9.0 (one seed) |")
     assert other.endswith("| -1.0 (one seed) | +6.0 (one seed) |")
 
 
@@ -133,19 +133,19 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 def test_the_page_and_its_picture_are_of_what_there_is(
     tmp_path: Path, ran: list[list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    cells = closure.sessions(("closure", "rl"), ("branching",), (3,), 48)
+    cells = closure.sessions(("closure", "rl"), ("online",), (3,), 48)
     closure.run(cells[:2], tmp_path / "reports", tmp_path, again=False)
     closure.run(cells, tmp_path / "reports", tmp_path, again=True)
-    assert "of 2 sessions; missing: without branching at seed 3" in capsys.readouterr().out
+    assert "of 2 sessions; missing: without online at seed 3" in capsys.readouterr().out
     closure.run(cells, tmp_path / "reports", tmp_path, again=False)
     assert [" ".join(each) for each in ran] == [
         "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 -n 2",
         "--hri-suite=rl --hri-seed=3 --hri-tests=96 -n 2",
         "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 "
-        "--hri-close-without=branching -n 2",
+        "--hri-close-without=online -n 2",
     ]
     page = (tmp_path / "closure.md").read_text(encoding="utf-8")
-    assert "| without branching | 0 of 1 |" in page
+    assert "| without online | 0 of 1 |" in page
     assert (tmp_path / "pictures" / "closure.svg").is_file()
 
 

@@ -41,7 +41,7 @@ Modules
     targets, open_points            the points that are to be hit; of those left open, what came nearest
     observation, violations         what one run yields: points, distances, kinds of violations
     evidence, suite                 what the loop has shown; the smallest suite that hits as much
-    distance, cross_entropy         near runs; ranges of parameters, adapted to what came near
+    distance                        how near runs came to a point that none has hit
     pool, interactions              abstract tests, and the interactions in them
     outcome_model, experience       surrogate models of interactions
     missing_conditions, intervention_effects, combination_synthesis     what is missing, what single interventions bring
@@ -49,11 +49,8 @@ Modules
     selection, guidance             which tests will probably hit most open bins, or come nearer to another open point
     model_way                       undisturbed tests of the pool
     disturbance_way                 tests of the pool with interventions
-    parameter_way                   near runs with other parameters
-    branching_way, decision_points  other continuations of runs, from a decision of the person on
     online_way, choice_statistics   people who decide during the run
-    branching, tree_runner          runs in forks: tests with a common beginning as one tree
-    process, runs, online_run       the process that runs tests, and the session's end of it
+    process, fork_runner, online_run, runs      the process that runs tests, each in a fork; the session's end of it
     closing, options, records, view     the loop in a session, and in its report
 
 All but `process`, `runs` and `closing` are independent of pytest: a run is a function.

@@ -19,19 +19,18 @@ from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability, explored, reachable
 from pytest_hricdv.execution.separate_process import ProcessError
-from pytest_hricdv.extra.closing import branching_way, online_way
+from pytest_hricdv.extra.closing import online_way
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive
-from pytest_hricdv.extra.closing.branching_way import BranchingWay
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
+from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.loop import NAME, Loop, LoopError
-from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
+from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.online_run import role_of
 from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.options import ClosingOptions
-from pytest_hricdv.extra.closing.parameter_way import ParameterWay
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
@@ -55,7 +54,7 @@ from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
 from pytest_hricdv.session.usage import usage_error
 
-CACHE_SCHEMA = "hricdv-closing/3"
+CACHE_SCHEMA = "hricdv-closing/4"
 
 STEPS = 10
 """Where there is no terminal to rewrite a line on, progress is told so many times. Chosen: a log has ten lines of it;
@@ -117,7 +116,7 @@ class Closing:
         self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         self._run_others(archive, runs, others)
         budget = Budget(self._options.runs, self._options.seconds)
-        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, UntriedWay(self._pool)).run()
+        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, FallbackWay(self._pool)).run()
         suite, result = self._suite(archive, ended, runs)
         progress.end(archive, ended, len(suite.tests))
         return suite, result
@@ -138,9 +137,7 @@ class Closing:
         role = role_of(testbench)
         return (
             ModelWay(pool, experience),
-            ParameterWay(testbench.commands),
             DisturbanceWay(pool, experience, disturbances),
-            BranchingWay(testbench.commands, testbench.cross),
             *([] if role is None else [OnlineWay(role, pool.planned)]),
         )
 
@@ -153,8 +150,7 @@ class Closing:
             archive.add(observed[number], GIVEN)
 
     def _suite(self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns) -> tuple[Suite, ClosingResult]:
-        again = branching_way.NAME, online_way.NAME
-        entries, left_out = repeatable_suite(archive, again, runs_again.run_from_the_start)
+        entries, left_out = repeatable_suite(archive, (online_way.NAME,), runs_again.run)
         entries = entries[: self._collection.options.tests]
         erring = [entry.observation.error for entry in archive.entries if entry.observation.error]
         notes = []
@@ -162,8 +158,8 @@ class Closing:
             notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
         if left_out:
             notes.append(
-                f"{len(left_out)} tests are left out, because from the start they do not do what they did as part of a "
-                f"tree, or with a person who decided during the run; the first: {left_out[0].test.id}"
+                f"{len(left_out)} tests are left out, because they do not do again what they did with a person who "
+                f"decided during the run; the first: {left_out[0].test.id}"
             )
         explored_runs = len(self._exploration.runs)
         generation = Generation(bdi_runs=explored_runs, declared_plans=self._plans, notes=tuple(notes))

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 
-PARENTS = 8
-"""Ways go on from one of so many of the nearest runs: the very nearest may be a dead end. Chosen; its effect was not
-measured."""
+ELITE = 0.2
+"""The share of runs, those that came nearest, that count (cross-entropy method; R. Rubinstein, D. Kroese: The
+Cross-Entropy Method, 2004). The literature has 1 to 10 % of many draws; here there are some dozens of runs: chosen
+(0.1: no change, 0.4: -0.5 +- 1.0, for runs near to a point only; see the package)."""
+
+
+def elite_size(runs: int) -> int:
+    """How many of so many runs are the elite."""
+    return math.ceil(ELITE * runs)
 
 
 def nearest_runs(point: Point, archive: Archive) -> list[tuple[float, Entry]]:

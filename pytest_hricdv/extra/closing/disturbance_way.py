@@ -17,8 +17,7 @@ from typing import TypeVar
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.combination_synthesis import CombinationSynthesis
-from pytest_hricdv.extra.closing.cross_entropy import elite_size
-from pytest_hricdv.extra.closing.distance import nearest_runs
+from pytest_hricdv.extra.closing.distance import elite_size, nearest_runs
 from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool

@@ -14,7 +14,7 @@ from statistics import fmean, median
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.cross_entropy import elite_size
+from pytest_hricdv.extra.closing.distance import elite_size
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Outcome, PlannedInteraction, is_disturbed
 from pytest_hricdv.extra.closing.pool import Pool

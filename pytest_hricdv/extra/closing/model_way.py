@@ -11,12 +11,13 @@ from random import Random
 
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.experience import Experience
+from pytest_hricdv.extra.closing.fallback_way import untried
 from pytest_hricdv.extra.closing.guidance import Guidance
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import Option, Selection
 from pytest_hricdv.extra.closing.way import Proposal
-from pytest_hricdv.generate.rng import pick, shuffled
+from pytest_hricdv.generate.rng import pick
 
 MIN_CHANCE = 0.02
 """A bin is not aimed at with a smaller chance than this. Chosen (0.01: -0.9 +- 0.8, 0.04: -2.0 +- 2.9; see the
@@ -56,7 +57,7 @@ class ModelWay:
             if proposal is not None:
                 proposals.append(proposal)
         if len(proposals) < count and self._experience.has_unplanned_bins(archive):
-            proposals += UntriedWay(self._pool, self.name).propose(archive, count - len(proposals), rng)
+            proposals += untried(self._pool, archive, self.name, count - len(proposals), rng)
         return proposals
 
     def _options(self, interaction: PlannedInteraction, wanted: dict[Outcome, float]) -> list[Option]:
@@ -89,22 +90,3 @@ class ModelWay:
 
 def _undisturbed(commands: int, is_first: bool) -> Combination:
     return UNDISTURBED
-
-
-class UntriedWay:
-    """Tests of the pool that were not run yet, of which nobody knows what they hit.
-
-    Args:
-        pool: of abstract tests.
-        name: of the way that they are proposed for.
-    """
-
-    def __init__(self, pool: Pool, name: str = "untried") -> None:
-        self._pool = pool
-        self.name = name
-
-    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
-        tried = {entry.test.lines for entry in archive.entries}
-        untried = [number for number, test in enumerate(self._pool.tests) if test.lines not in tried]
-        return [Proposal(self._pool.draft(number), self.name) for number in shuffled(rng, untried)[:count]]

@@ -22,7 +22,6 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.execution.case import CaseResult, log_of
 from pytest_hricdv.execution.judge import undeclared_violations
-from pytest_hricdv.extra.closing.decision_points import DecisionPoint, decision_points
 from pytest_hricdv.extra.closing.violations import violation_points
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.monitor import Criterion, NearestMiss, Requirement, Verdict
@@ -43,8 +42,7 @@ class Observation(msgspec.Struct, frozen=True):
         sim_s: simulated time (s).
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
-        decisions: where the person decided what to do next.
-        choices: what was chosen then, where the person decided during the run.
+        choices: what was chosen, where the person decided during the run.
         error: why it came to no end; empty where it did. Then it hits nothing.
     """
 
@@ -56,7 +54,6 @@ class Observation(msgspec.Struct, frozen=True):
     sim_s: float = 0.0
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
-    decisions: tuple[DecisionPoint, ...] = ()
     choices: tuple[Choice, ...] = ()
     error: str = ""
 
@@ -103,7 +100,6 @@ def observe(
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
         failed=(*undeclared_violations(result, known_violations), *result.faults),
-        decisions=decision_points(result, state),
         choices=tuple(choices),
     )
 

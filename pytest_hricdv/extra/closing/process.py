@@ -1,7 +1,6 @@
 """The process of a closing loop: it runs tests that it is sent, in forks, and answers what they yield.
 
 Each run begins from the same state of this process, whatever ran before: so it is the same on any number of processes.
-Tests with a common beginning are run as one tree (see `pytest_hricdv.extra.closing.branching`).
 """
 
 from __future__ import annotations
@@ -20,10 +19,9 @@ import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.execution_part import Watcher
-from pytest_hricdv.extra.closing.branching import Leaf
+from pytest_hricdv.extra.closing.fork_runner import ForkRunner
 from pytest_hricdv.extra.closing.observation import Observation, observe
 from pytest_hricdv.extra.closing.online_run import OnlineRun, role_of
-from pytest_hricdv.extra.closing.tree_runner import TreeRunner
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.online.chooser import Weight
@@ -60,12 +58,10 @@ class TestBatch:
 
     Args:
         tests: to run, as `AbstractTest.to_data` gives them.
-        from_the_start: each alone, and not as trees.
         online: the numbers of those in which the person decides during the run, with the weights of choices.
     """
 
     tests: tuple[dict[str, Any], ...]
-    from_the_start: bool = False
     online: dict[int, tuple[Weight, ...]] = field(default_factory=dict)
 
 
@@ -115,19 +111,21 @@ class _Serving:
             batch = msgspec.json.decode(line, type=TestBatch)
             tests = [AbstractTest.from_data(test) for test in batch.tests]
             self._online = {tests[number].id: weights for number, weights in batch.online.items()}
-            for answer in self._run(tests, from_the_start=batch.from_the_start):
+            for answer in self._run(tests):
                 self._write(encode(answer).encode())
             self._write(msgspec.json.encode(BatchDone(self._files())))
             self._write(END)
 
-    def _run(self, tests: Sequence[AbstractTest], *, from_the_start: bool) -> Iterator[TestObserved]:
+    def _run(self, tests: Sequence[AbstractTest]) -> Iterator[TestObserved]:
         commands = self._collection.testbench.commands
         concrete = [concretize(test, commands) for test in tests]
         well: list[ConcreteTest] = []
-        runner = TreeRunner(
-            self._execute_in_fork, lambda leaf: self._answer(tests, leaf), self._settings.processes, LIMIT_S
-        )
-        for number, text in runner.run(concrete, from_the_start=from_the_start):
+
+        def text_of(number: int, result: CaseResult | None, problem: str) -> str:
+            return encode(self._observed(tests[number], result, problem))
+
+        runner = ForkRunner(self._execute_in_fork, text_of, self._settings.processes, LIMIT_S)
+        for number, text in runner.run(concrete):
             observation = msgspec.json.decode(text, type=Observation)
             yield TestObserved(number, observation)
             if not observation.error:
@@ -135,16 +133,18 @@ class _Serving:
         if not self._is_warm:
             self._warm(well)
 
-    def _execute_in_fork(self, test: ConcreteTest, actions: Actions) -> CaseResult:
+    def _execute_in_fork(self, test: ConcreteTest) -> CaseResult:
         limit_time(RUN_S)
-        return self._execute(test, actions)
+        return self._execute(test)
 
     @cached_property
     def _role(self) -> Role | None:
         return role_of(self._collection.testbench)
 
-    def _execute(self, test: ConcreteTest, actions: Actions | None) -> CaseResult:
-        weights, self._online_run, watching = self._online.get(test.id), None, list[Watcher]()
+    def _execute(self, test: ConcreteTest) -> CaseResult:
+        weights, self._online_run = self._online.get(test.id), None
+        actions: Actions | None = None
+        watching: list[Watcher] = []
         if weights is not None and self._role is not None:
             self._online_run = OnlineRun(self._role, self._collection.testbench.commands, test.seed, weights)
             actions, watching = self._online_run.actions, [self._online_run.agent]
@@ -152,16 +152,13 @@ class _Serving:
             settings = self._context.run_settings.measured_by(self._context.measurement)
             return execute(settings, test, "closing", producing=actions, watching=watching)
 
-    def _answer(self, tests: Sequence[AbstractTest], leaf: Leaf[CaseResult]) -> str:
-        return encode(self._observed(tests[leaf.number], leaf))
-
-    def _observed(self, test: AbstractTest, leaf: Leaf[CaseResult]) -> Observation:
-        if leaf.result is None:
-            return Observation(test.to_data(), error=leaf.problem)
+    def _observed(self, test: AbstractTest, result: CaseResult | None, problem: str) -> Observation:
+        if result is None:
+            return Observation(test.to_data(), error=problem)
         online_run = self._online_run
         return observe(
-            test if online_run is None else online_run.recorded(leaf.result),
-            leaf.result,
+            test if online_run is None else online_run.recorded(result),
+            result,
             code=self._context.code,
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
@@ -173,7 +170,7 @@ class _Serving:
     def _warm(self, tests: Sequence[ConcreteTest]) -> None:
         """Repeat a test here that came to its end in a fork: what it imports and computes once, later forks have."""
         if tests:
-            self._execute(min(tests, key=lambda test: (len(test.actions), test.to_json())), None)
+            self._execute(min(tests, key=lambda test: (len(test.actions), test.to_json())))
             self._is_warm = True
 
     def _files(self) -> tuple[str, ...]:

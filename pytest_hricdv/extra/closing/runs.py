@@ -48,24 +48,13 @@ class ClosingRuns(ABC):
     def __exit__(self, *error: object) -> None:
         self._stack.close()
 
+    @abstractmethod
     def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
-        """Run tests, as trees; yields the number of each and what it yields, as soon as it is known.
+        """Run tests; yields the number of each and what it yields, as soon as it is known.
 
         Raises:
             ProcessError, ClusterError: there is nothing that runs them.
         """
-        return self._run(tests, online, from_the_start=False)
-
-    def run_from_the_start(
-        self, tests: Sequence[AbstractTest], online: OnlineWeights
-    ) -> Iterator[tuple[int, Observation]]:
-        """The same, with each test alone."""
-        return self._run(tests, online, from_the_start=True)
-
-    @abstractmethod
-    def _run(
-        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
-    ) -> Iterator[tuple[int, Observation]]: ...
 
     def _observations(self, lines: Iterable[bytes], numbers: Sequence[int]) -> Iterator[tuple[int, Observation]]:
         """What an answer says of the tests with these numbers."""
@@ -97,14 +86,13 @@ class RunsHere(ClosingRuns):
         self._has_begun = False
         return self
 
-    def _run(
-        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
-    ) -> Iterator[tuple[int, Observation]]:
+    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+        """See `ClosingRuns`."""
         if not self._has_begun:  # not when it is started: until it is asked, the session has other things to do
             self._has_begun = True
             deque(self._process.answer(), maxlen=0)  # who it is, which is known here
         everything = range(len(tests))
-        self._process.send(_batch(tests, everything, online, from_the_start=from_the_start))
+        self._process.send(_batch(tests, everything, online))
         yield from self._observations(self._process.answer(), everything)
 
 
@@ -144,12 +132,11 @@ class RunsOnCluster(ClosingRuns):
         )
         return self
 
-    def _run(
-        self, tests: Sequence[AbstractTest], online: OnlineWeights, *, from_the_start: bool
-    ) -> Iterator[tuple[int, Observation]]:
+    def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
+        """See `ClosingRuns`."""
         parts, questions = dict[str, _Part](), deque[Question]()
         for numbers in _parted(len(tests), max(1, self._cluster.threads)):
-            batch = _batch(tests, numbers, online, from_the_start=from_the_start)
+            batch = _batch(tests, numbers, online)
             parts[tests[numbers[0]].id] = _Part(numbers)
             questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(batch)))
         for question, answer in self._cluster.answers(self._service, questions, self._archive):
@@ -163,14 +150,12 @@ class RunsOnCluster(ClosingRuns):
                 yield number, Observation(tests[number].to_data(), error=problem)
 
 
-def _batch(
-    tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights, *, from_the_start: bool
-) -> TestBatch:
+def _batch(tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights) -> TestBatch:
     weights = {place: tuple(online[number]) for place, number in enumerate(numbers) if number in online}
-    return TestBatch(tuple(tests[number].to_data() for number in numbers), from_the_start, weights)
+    return TestBatch(tuple(tests[number].to_data() for number in numbers), weights)
 
 
 def _parted(size: int, parts: int) -> list[range]:
-    """Numbers from 0 in so many parts of about the same size; neighbours, which can begin alike, stay together."""
+    """Numbers from 0 in so many parts of about the same size."""
     bounds = [size * part // parts for part in range(parts + 1)]
     return [range(low, high) for low, high in pairwise(bounds) if low < high]

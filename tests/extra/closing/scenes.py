@@ -17,9 +17,10 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.experience import Experience
+from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.interactions import Combination, combinations_of, commands_of, starts_of
 from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
-from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
+from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.search import Budget
@@ -193,4 +194,4 @@ class Scene:
         def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
             return ((number, self.run(test)) for number, test in enumerate(tests))
 
-        return Loop(Archive(self.targets), ways, runner, seed, Budget(runs), fallback=UntriedWay(pool))
+        return Loop(Archive(self.targets), ways, runner, seed, Budget(runs), fallback=FallbackWay(pool))

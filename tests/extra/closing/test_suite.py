@@ -1,4 +1,4 @@
-"""The suite of a loop: tests of trees are in it only if from the start they do what they did."""
+"""The suite of a loop: tests of people who decided during the run are in it only if they do the same again."""
 
 from __future__ import annotations
 
@@ -41,24 +41,22 @@ def targets(entries: Sequence[Entry]) -> set[str]:
 
 
 def test_tests_that_do_the_same_again_stay() -> None:
-    archive, asked = archive_of(("model", "ab", 10.0), ("branching", "cd", 10.0), ("branching", "c", 10.0)), list[str]()
-    suite, left_out = repeatable_suite(archive, ("branching",), rerun(asked))
+    archive, asked = archive_of(("model", "ab", 10.0), ("online", "cd", 10.0), ("online", "c", 10.0)), list[str]()
+    suite, left_out = repeatable_suite(archive, ("online",), rerun(asked))
     assert (suite, left_out) == (smallest_suite(archive), ())
-    assert asked == ["cd"], "only what is in the suite, and was run as part of a tree"
+    assert asked == ["cd"], "only what is in the suite, and was decided during its run"
 
 
 def test_of_one_that_does_not_others_take_the_place_and_are_run_again_too() -> None:
-    archive = archive_of(
-        ("branching", "abcd", 5.0), ("model", "ab", 10.0), ("branching", "c", 10.0), ("model", "c", 20.0)
-    )
+    archive = archive_of(("online", "abcd", 5.0), ("model", "ab", 10.0), ("online", "c", 10.0), ("model", "c", 20.0))
     asked: list[str] = []
-    suite, left_out = repeatable_suite(archive, ("branching",), rerun(asked, "abcd", "c"))
+    suite, left_out = repeatable_suite(archive, ("online",), rerun(asked, "abcd", "c"))
     assert asked == ["abcd", "c"]
     assert (targets(left_out), len(left_out)) == ({"abcd", "c"}, 2)
     assert [entry.way for entry in suite] == ["model", "model"]
 
 
 def test_points_that_only_such_a_test_hits_are_lost() -> None:
-    archive = archive_of(("branching", "abcd", 5.0), ("model", "a", 10.0))
-    suite, left_out = repeatable_suite(archive, ("branching",), rerun([], "abcd"))
+    archive = archive_of(("online", "abcd", 5.0), ("model", "a", 10.0))
+    suite, left_out = repeatable_suite(archive, ("online",), rerun([], "abcd"))
     assert (targets(suite), targets(left_out)) == ({"a"}, {"abcd"})

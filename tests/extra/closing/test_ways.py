@@ -8,9 +8,10 @@ from msgspec.structs import replace
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.experience import Experience
+from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.interactions import Intervention
 from pytest_hricdv.extra.closing.loop import Loop
-from pytest_hricdv.extra.closing.model_way import ModelWay, UntriedWay
+from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.pool import PlannedInteraction, Pool
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.search import Budget
@@ -28,7 +29,7 @@ def loop(seed: int, *, disturbing: bool = True) -> Loop:
     ways: tuple[Way, ...] = (ModelWay(pool, experience),)
     if disturbing:
         ways = (*ways, DisturbanceWay(pool, experience, handover.DISTURBANCES))
-    return Loop(Archive(handover.WANTED), ways, handover.runner, seed, Budget(400), fallback=UntriedWay(pool))
+    return Loop(Archive(handover.WANTED), ways, handover.runner, seed, Budget(400), fallback=FallbackWay(pool))
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.monitor import MonitorSet
-from pytest_hricdv.run import Actions, Run
+from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 
 
@@ -27,12 +27,12 @@ def run_of(test: ConcreteTest, stuck_after_s: float | None = None) -> Run:
     return Run(test, kernel, Bus(kernel, (), recorder), recorder, lambda body: body, MonitorSet())
 
 
-def execute(test: ConcreteTest, actions: Actions, stuck_after_s: float | None = None) -> str:
+def execute(test: ConcreteTest, stuck_after_s: float | None = None) -> str:
     """The record's hash, the time, what was done, and what was to be done."""
     run, done = run_of(test, stuck_after_s), list[str]()
 
     def person() -> None:
-        for action in actions(run):
+        for action in test.actions:
             run.recorder.signal(run.kernel.now_s, "doing", action.command)
             run.kernel.sleep(action.parameters["takes_s"])
             done.append(action.command)
@@ -47,11 +47,6 @@ def execute(test: ConcreteTest, actions: Actions, stuck_after_s: float | None = 
         raise run.ending.error
     planned = " ".join(action.command for action in run.test.actions)
     return f"{run.recorder.finish().sha256} {run.kernel.now_s:g} {' '.join(done)} of {planned}"
-
-
-def execute_whole(test: ConcreteTest, actions: Actions) -> str:
-    """As a testbench that takes the test as a whole does it."""
-    return execute(test, lambda run: iter(test.actions))
 
 
 def _spin() -> None:
@@ -76,4 +71,4 @@ BEHAVIOUR: dict[str, Callable[[], object]] = {
 
 def texts(tests: Sequence[ConcreteTest]) -> list[str]:
     """What each test does alone."""
-    return [execute_whole(test, lambda run: iter(())) for test in tests]
+    return [execute(test) for test in tests]
