@@ -11,7 +11,6 @@ from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations
 from math import prod
 from random import Random
-from typing import TypeVar
 
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Effect, Intervention, Outcome
@@ -23,9 +22,9 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     missing_conditions,
 )
 from pytest_hricdv.extra.closing.outcome_model import Candidate, OutcomeModel, fitted
+from pytest_hricdv.extra.closing.way import CHOICES, favoured
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
-Drawn = TypeVar("Drawn", Intervention, Deviation)
 TriedTogether = dict[frozenset[str], list[tuple[MissingCondition, ...]]]
 """Disturbances that were tried together -> the conditions that were missing then, each time."""
 
@@ -40,16 +39,9 @@ RELIABLE = 0.4
 """A combination that leads to an outcome with at least this chance is known to lead there. Chosen (0.2: no change; see
 the package)."""
 
-CHOICES = 4
-"""Where several interventions may do, one of so many is drawn. Chosen. One rule for all draws in favour of the better
-instead changed the share of open targets by -2.3 +- 2.6 points, within chance (ten scenes)."""
-
 HALVING_TRIES = 2.0
 """After so many tries in vain, something is expected half as often. Chosen; measured with `PRIOR_TRIES` of
 `intervention_effects`."""
-
-SELECTION_PRESSURE = 3
-"""It is drawn in proportion to this power of its chance. Chosen; measured with `CHOICES`."""
 
 
 class CombinationSynthesis:
@@ -84,9 +76,9 @@ class CombinationSynthesis:
         }
         if not chances:
             return None
-        deviation = _drawn(chances, rng)
+        deviation = favoured(rng, chances)
         added = {
-            _drawn(self._effects.chances(condition, commands), rng)
+            favoured(rng, self._effects.chances(condition, commands))
             for condition in missing_conditions(deviation.effect, wanted)
         }
         kept = shuffled(rng, [*deviation.combination])[: MAX_INTERVENTIONS - len(added)]
@@ -192,7 +184,7 @@ class CombinationSynthesis:
             others = [self._others(condition, _names(combination), commands) for condition in conditions]
             if not all(others) or len(combination) + len(others) > MAX_INTERVENTIONS:
                 break
-            added = dict.fromkeys(_drawn(chances, rng) for chances in others)
+            added = dict.fromkeys(favoured(rng, chances) for chances in others)
             combination = fitted((*combination, *added), commands)
             conditions = together.get(_names(combination), [()])[-1]
         return combination
@@ -294,8 +286,3 @@ def _parts(combination: Combination) -> Iterator[frozenset[Intervention]]:
 
 def _names(combination: Combination) -> frozenset[str]:
     return frozenset(intervention.name for intervention in combination)
-
-
-def _drawn(chances: Mapping[Drawn, float], rng: Random) -> Drawn:
-    best = sorted(chances, key=lambda candidate: (-chances[candidate], candidate))[:CHOICES]
-    return weighted(rng, {candidate: chances[candidate] ** SELECTION_PRESSURE for candidate in best})

@@ -22,8 +22,8 @@ from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
-from pytest_hricdv.extra.closing.way import Proposal
-from pytest_hricdv.generate.rng import pick, random_index, weighted
+from pytest_hricdv.extra.closing.way import Proposal, favoured
+from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 
 T = TypeVar("T")
@@ -50,10 +50,6 @@ package)."""
 
 LEAVING_OUT = 0.3
 """So often it is left out then. Chosen (0.15: -1.3 +- 1.8, 0.6: +0.1 +- 1.1; see the package)."""
-
-SELECTION_PRESSURE = 2
-"""Promising disturbances are drawn in proportion to this power of what they are expected to change. Chosen; measured
-with `CHOICES` of `combination_synthesis`."""
 
 EXPLORING = 0.4
 """So often an interaction has a new intervention, whatever else is known. Chosen (0.2: -5.0 +- 3.5, 0.6: -4.1 +- 4.6;
@@ -287,7 +283,7 @@ class _Generation:
             expected = synthesis.expected_changes(self._disturbances, planned, outcome, commands)
         if not expected:
             return self.single(interaction, commands, is_first)
-        name = weighted(self._rng, {name: changes**SELECTION_PRESSURE for name, changes in expected.items()})
+        name = favoured(self._rng, expected)
         return (self._intervention(name, self._place(name, self._experience.nominal(interaction), commands)),)
 
     def _varied(self, combination: Combination, commands: int, is_first: bool) -> Combination:

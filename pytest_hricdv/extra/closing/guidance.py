@@ -18,15 +18,8 @@ from pytest_hricdv.extra.closing.distance import elite_size
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Outcome, PlannedInteraction, is_disturbed
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.generate.rng import pick, weighted
-
-BEST = 4
-"""Of so many tests that most probably come nearer, one is drawn. Chosen (2: -0.8 +- 1.4, 8: -0.4 +- 2.7; see the
-package); measured with `CHOICES` of `combination_synthesis`, too."""
-
-SELECTION_PRESSURE = 3
-"""It is drawn in proportion to this power of its chance. Chosen (2: -1.7 +- 3.3, 4: -1.1 +- 2.0; see the package);
-measured with `CHOICES` of `combination_synthesis`, too."""
+from pytest_hricdv.extra.closing.way import favoured
+from pytest_hricdv.generate.rng import pick
 
 MIN_RUNS = 8
 """Fewer runs say nothing. Chosen (4: no change, 16: no change; see the package). Guidance without this and
@@ -84,7 +77,7 @@ class Guidance:
             self._best[point] = self._by_interactions(self._near[point])
         best = self._best[point]
         if best and rng.random() < BY_INTERACTIONS:
-            return weighted(rng, {number: chance**SELECTION_PRESSURE for number, chance in best.items()}), point
+            return favoured(rng, best), point
         number = self._by_beliefs(self._near[point], rng)
         return None if number is None else (number, point)
 
@@ -113,8 +106,7 @@ class Guidance:
             failures = PRIOR_TRUST * (1.0 - chance) ** vain[test.lines]
             trust = failures / (failures + 1.0 - PRIOR_TRUST)
             trusted.append((chance * trust, number))
-        best = sorted(trusted, key=lambda pair: (-pair[0], pair[1]))[:BEST]
-        return {number: chance for chance, number in best if chance > 0.0}
+        return {number: chance for chance, number in trusted if chance > 0.0}
 
     def _ends(self, interaction: PlannedInteraction, gains: Mapping[Outcome, float]) -> Ends:
         """How an interaction may end: how much nearer that is, and how probable.

@@ -17,6 +17,7 @@ from pytest_hricdv.extra.closing.interactions import (
     RunValues,
 )
 from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.way import favoured
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48
@@ -81,10 +82,8 @@ class Selection:
         gains = {interaction: gain for interaction, gain in gains.items() if gain > 0.0}
         if not gains:
             return None
-        # Chosen: factors from 0.5 to 1.5, so none of less than a third of the greatest gain (measured with `CHOICES` of
-        # `combination_synthesis`); and twice as many draws as there are tests, which leave out one in seven of them
-        # (their effect was not measured).
-        interaction = max(gains, key=lambda interaction: gains[interaction] * (0.5 + rng.random()))
+        interaction = favoured(rng, gains)
+        # Chosen: twice as many draws as there are tests leave out one in seven of them (their effect was not measured).
         tests = self._pool.by_interaction[interaction]
         candidates = [tests[random_index(rng, len(tests))] for _ in range(min(CANDIDATES, 2 * len(tests)))]
         test = max(candidates, key=lambda number: self._gain(number, interaction.product))

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from random import Random
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.rng import weighted
 from pytest_hricdv.online.chooser import Weight
+
+T = TypeVar("T")
+
+CHOICES, PRESSURE = 4, 3
+"""Of what is good, one of so many is drawn, in proportion to this power of how good it is. Chosen; this one rule, in
+place of four others with nine constants, changed the share of open targets by -2.3 +- 2.6 points, within chance (ten
+scenes)."""
 
 
 @dataclass(frozen=True)
@@ -42,3 +51,9 @@ class Way(Protocol):
         The same for the same archive and random stream, whatever was proposed before. Of `rng` only `random()` is
         used (see `pytest_hricdv.generate.rng`).
         """
+
+
+def favoured(rng: Random, worth: Mapping[T, float]) -> T:
+    """One of the best, drawn in favour of the better ones; of equal ones, those that come first are among the best."""
+    best = sorted(worth, key=lambda choice: -worth[choice])[:CHOICES]
+    return weighted(rng, {choice: worth[choice] ** PRESSURE for choice in best})
