@@ -21,7 +21,7 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     MissingCondition,
     missing_conditions,
 )
-from pytest_hricdv.extra.closing.outcome_model import Candidate, OutcomeModel, fitted
+from pytest_hricdv.extra.closing.outcome_model import PRIOR_TRIES, Candidate, OutcomeModel, fitted
 from pytest_hricdv.extra.closing.way import CHOICES, favoured
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
@@ -38,10 +38,6 @@ likely needed as not (0.25: -0.4 +- 0.8, 0.75: no change; see the package)."""
 RELIABLE = 0.4
 """A combination that leads to an outcome with at least this chance is known to lead there. Chosen (0.2: no change; see
 the package)."""
-
-HALVING_TRIES = 2.0
-"""After so many tries in vain, something is expected half as often. Chosen; measured with `PRIOR_TRIES` of
-`intervention_effects`."""
 
 
 class CombinationSynthesis:
@@ -244,7 +240,7 @@ class CombinationSynthesis:
         best = (max(self._effects.chances(condition, commands).values(), default=0.0) for condition in conditions)
         chance = deviation.chance * prod(best)
         chance *= DROPPED_FACTOR ** max(0, len(deviation.combination) + len(conditions) - MAX_INTERVENTIONS)
-        return chance * HALVING_TRIES / (HALVING_TRIES + vain.get(deviation.effect, 0))
+        return chance * PRIOR_TRIES / (PRIOR_TRIES + vain.get(deviation.effect, 0))
 
     def _in_vain(self, nominal: Effect, outcome: Outcome, wanted: Effect, commands: int) -> Counter[Effect]:
         """The effect of a deviation -> how often the conditions missing then had good interventions, in vain.

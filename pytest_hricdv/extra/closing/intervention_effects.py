@@ -25,15 +25,7 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     is_missing,
     missing_conditions,
 )
-from pytest_hricdv.extra.closing.outcome_model import OutcomeModel, fitted
-
-CARRY_OVER_WEIGHT = 0.3
-"""A try after an earlier interaction was disturbed weighs so much: disturbances may last. Chosen; measured with
-`PRIOR_TRIES`."""
-
-INVERSE_WEIGHT = 0.3
-"""That an intervention changed a character to another one weighs so much for changing it back. Chosen; measured with
-`PRIOR_TRIES`."""
+from pytest_hricdv.extra.closing.outcome_model import INDIRECT_WEIGHT, PRIOR_TRIES, OutcomeModel, fitted
 
 MAX_DEVIATIONS = 3
 """Of the combinations with the same effect, so many are known. Chosen (2: +0.4 +- 0.7, 6: -0.2 +- 0.4; see the
@@ -43,15 +35,6 @@ SIZE_DISCOUNT = 0.7
 """Of these, each further intervention has to make the effect more certain by this factor. Chosen (0.5: -0.0 +- 0.0,
 0.9: no change; see the package). Replacing the error rate and the size discount changed the share of open targets by
 -0.0 +- 0.1 points, within chance (ten scenes)."""
-
-DEVIATION_PRIOR_TRIES = 2.0
-"""As if a combination had been tried so often more in vain: its effect may have come by chance. Chosen; measured with
-`PRIOR_TRIES`."""
-
-PRIOR_TRIES = 1.0
-"""What other interventions of the same disturbance did weighs as much as so many tries of one. Chosen. One prior, and
-one weight of tries that say less, instead of eight constants changed the share of open targets by +0.1 +- 2.0 points,
-within chance (ten scenes)."""
 
 ERROR_RATE, ERROR_PRIOR_TRIES = 0.05, 20.0
 """A missing condition is met by chance, without disturbances, at this rate: as if so many tries had shown it. Chosen;
@@ -112,7 +95,7 @@ class InterventionEffects:
             nominal = model.nominal(planned)
             if nominal is not None and are_comparable(nominal, effect):
                 if len(combination) == 1:
-                    weight = 1.0 if is_isolated else CARRY_OVER_WEIGHT
+                    weight = 1.0 if is_isolated else INDIRECT_WEIGHT
                     self._singles.append(Trial(combination[0], (nominal,), effect, weight))
                 elif not combination and is_isolated:
                     self._undisturbed.append((nominal, effect))
@@ -247,11 +230,11 @@ class InterventionEffects:
         for planned, combination, effect, is_isolated, *_ in self._model.interactions:
             if combination and self._model.nominal(planned) == nominal and are_comparable(nominal, effect):
                 weights = effects.setdefault(combination, {})
-                weights[effect] = weights.get(effect, 0.0) + (1.0 if is_isolated else CARRY_OVER_WEIGHT)
+                weights[effect] = weights.get(effect, 0.0) + (1.0 if is_isolated else INDIRECT_WEIGHT)
         for combination, weights in effects.items():
             effect = max(weights, key=lambda effect: (weights[effect], effect))
             if effect != nominal:
-                chance = weights[effect] / (sum(weights.values()) + DEVIATION_PRIOR_TRIES)
+                chance = weights[effect] / (sum(weights.values()) + PRIOR_TRIES)
                 yield Deviation(combination, effect, chance)
 
     def _with_others(self) -> Iterator[Trial]:
@@ -262,7 +245,7 @@ class InterventionEffects:
                 alone = self._alone(nominal)
                 for intervention in combination:
                     others = [alone[other] for other in combination if other in alone and other != intervention]
-                    weight = 1.0 if is_isolated else CARRY_OVER_WEIGHT
+                    weight = 1.0 if is_isolated else INDIRECT_WEIGHT
                     yield Trial(intervention, (*others, nominal), effect, weight)
 
     def _alone(self, nominal: Effect) -> dict[Intervention, Effect]:
@@ -327,4 +310,4 @@ def _met(trial: Trial, condition: MissingCondition) -> tuple[float, float]:
         return 0.0, 0.0
     if not is_met(before, condition):
         return trial.weight, trial.weight * is_met(trial.after, condition)
-    return INVERSE_WEIGHT * trial.weight, INVERSE_WEIGHT * trial.weight * is_changed(before, trial.after, condition)
+    return INDIRECT_WEIGHT * trial.weight, INDIRECT_WEIGHT * trial.weight * is_changed(before, trial.after, condition)
