@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
@@ -74,16 +74,44 @@ def unexplored(products: Mapping[str, CrossProduct]) -> Reachability:
 
 def explored(context: GenerationContext, cache: Any | None) -> Exploration:
     """Explore a model, or take its exploration from the cache. Raises GenerateError where the model fails."""
-    key = CACHE_KEY.format(context.fingerprint("exploration"))
+
+    def explore_now() -> Exploration:
+        from pytest_hricdv.generate.model_runner import explore_exhaustively  # it loads the BDI engine
+
+        return explore_exhaustively(context.model_runner())
+
+    return _kept("exploration", context, cache, explore_now)
+
+
+def sampled(context: GenerationContext, reason: str, cache: Any | None) -> Exploration:
+    """Runs of a model that cannot be explored, of belief sets that are drawn; or from the cache.
+
+    Args:
+        reason: why it cannot be explored.
+
+    Raises:
+        GenerateError: the model fails with each of them.
+    """
+
+    def sample_now() -> Exploration:
+        from pytest_hricdv.generate.sampled_exploration import explore_by_sampling  # it loads the BDI engine
+
+        return explore_by_sampling(context.model_runner(), reason)
+
+    return _kept("sampled exploration", context, cache, sample_now)
+
+
+def _kept(
+    name: str, context: GenerationContext, cache: Any | None, explore_now: Callable[[], Exploration]
+) -> Exploration:
+    key = CACHE_KEY.format(context.fingerprint(name))
     kept = from_cache(cache, key)
     if kept is not None:
         try:
             return Exploration.from_json(kept)
         except GenerateError:
             pass  # written by another version, or cut off: explore again
-    from pytest_hricdv.generate.model_runner import explore_exhaustively  # it loads the BDI engine
-
-    exploration = explore_exhaustively(context.model_runner())
+    exploration = explore_now()
     if cache is not None:
         cache.set(key, exploration.to_json())
     return exploration

@@ -22,9 +22,8 @@ Content = tuple[tuple[str, ...], int]
 MAX_OTHERS = 9
 """A space with at most this many beliefs beside the start beliefs is explored set by set: 512 runs per start belief."""
 TOO_LARGE = "too large: the model has too many different runs"
-NOT_ENUMERABLE = (
-    "too large: the model's runs cannot be told apart piece by piece, and there are too many sets of beliefs"
-)
+NOT_ENUMERABLE = "too large: {} beliefs beside the start beliefs, of which more than {} cannot be tried in all sets"
+"""Followed by why the runs cannot be told apart piece by piece."""
 
 _ROUND_LIMIT = "round limit"
 """How the BDI engine reports a run that was ended because of its length."""
@@ -137,6 +136,12 @@ class ModelRunner:
             ]
         return explored
 
+    def not_enumerable(self) -> str:
+        """Why `all_runs` gives none, where there are too many belief sets to try."""
+        model, space = self.model, self.space
+        obstacle = self._memo.obstacle(model.steering_agent, model.chosen, space.others)
+        return f"{NOT_ENUMERABLE.format(len(space.others), MAX_OTHERS)}; nor can runs be put together: {obstacle}"
+
     def notes(self) -> tuple[str, ...]:
         """Notes for the suite: how many runs, and so tests, were cut off."""
         if not self._cut_off_count:
@@ -203,7 +208,7 @@ def explore_exhaustively(runner: ModelRunner) -> Exploration:
         return Exploration(plans, beliefs, reason=TOO_LARGE)
     if runs is None:
         if len(runner.space.others) > MAX_OTHERS:
-            return Exploration(plans, beliefs, reason=NOT_ENUMERABLE)
+            return Exploration(plans, beliefs, reason=runner.not_enumerable())
         runs = list(_set_by_set(runner, plans))
     # The order is part of the cache and of what is chosen from it, so it has to be the same on every machine.
     runs.sort(key=lambda run: (run.beliefs.bit_count(), run.beliefs, run))

@@ -101,9 +101,9 @@ def test_an_exploration_that_is_not_possible_is_not_complete(monkeypatch: pytest
     assert explore_exhaustively(runner) == Exploration(*_names(), reason=TOO_LARGE)
     monkeypatch.undo()
     monkeypatch.setattr(ModelRunner, "all_runs", lambda self, plans: None)
-    assert explore_exhaustively(ModelRunner(TABLE.model, TABLE.beliefs)) == Exploration(
-        *_names(), reason=NOT_ENUMERABLE
-    )
+    not_enumerable = explore_exhaustively(ModelRunner(TABLE.model, TABLE.beliefs))
+    assert not_enumerable == Exploration(*_names(), reason=not_enumerable.reason)
+    assert not_enumerable.reason.startswith(NOT_ENUMERABLE.format(len(TABLE.beliefs.others), 9))
 
 
 def _names() -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:

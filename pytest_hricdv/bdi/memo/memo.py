@@ -150,6 +150,23 @@ class Memo:
                 all_runs.setdefault((lines + after, bits | more), chosen)
         return all_runs
 
+    def obstacle(self, agent: str, functor: str, atoms: Iterable[str]) -> str:
+        """Why runs may not be separable into segments, in a clause that names agents and atoms (see `explore_all`)."""
+        forwarding = forwarding_of(agent, percept_of(f"{functor}(b)").key, self.system.templates)
+        if forwarding is None:
+            return (
+                f"agent {agent!r} does other things with its percepts {functor}(B) than to tell B to named agents in a "
+                f"loop over all of them, or an agent that it tells has plans for messages"
+            )
+        special = [atom for atom in atoms if not forwarding.atoms[f"{functor}({atom})"]]
+        if special:
+            receivers = ", ".join(sorted(forwarding.receivers))
+            return (
+                f"{', '.join(special[:3])}{', ...' if special[3:] else ''} trigger a plan of {receivers} when they "
+                f"come, are believed there at first, or are named by {agent!r}"
+            )
+        return "an agent uses what differs from run to run, such as the clock, random numbers, or its own plans"
+
     # --- segments
 
     def _segments(

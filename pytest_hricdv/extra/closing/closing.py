@@ -17,7 +17,7 @@ from pytest_hricdv._base.input_file import from_cache
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
-from pytest_hricdv.coverage.reachability import Reachability, explored, reachable
+from pytest_hricdv.coverage.reachability import Reachability, explored, reachable, sampled
 from pytest_hricdv.execution.separate_process import ProcessError
 from pytest_hricdv.extra.closing import online_way
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive
@@ -34,7 +34,7 @@ from pytest_hricdv.extra.closing.options import ClosingOptions
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
-from pytest_hricdv.extra.closing.suite import repeatable_suite
+from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
 from pytest_hricdv.extra.closing.targets import by_kind, impossible_points, target_points
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
@@ -99,7 +99,7 @@ class Closing:
             raise usage_error(f"--hri-suite={NAME}: {error}") from None
         except ClusterError as error:
             raise usage_error(f"--hri-cluster: {error}") from None
-        if result.ended not in ("seconds", "interrupted"):  # otherwise it would depend on the machine
+        if result.ended not in ("seconds", "interrupted", "error"):  # otherwise it would depend on the machine
             kept.write(suite, result, runs.files)
         return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, sections={CLOSING.name: result})
 
@@ -114,10 +114,13 @@ class Closing:
         archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)
         seed = self._collection.options.seed
         self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
+        for note in self._exploration_notes:
+            self._collection.say(f"hricdv: {note}")
         self._run_others(archive, runs, others)
         budget = Budget(self._options.runs, self._options.seconds)
-        ended = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, FallbackWay(self._pool)).run()
-        suite, result = self._suite(archive, ended, runs)
+        loop = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, FallbackWay(self._pool))
+        ended = loop.run()
+        suite, result = self._suite(archive, ended, runs, loop.faults)
         progress.end(archive, ended, len(suite.tests))
         return suite, result
 
@@ -149,11 +152,18 @@ class Closing:
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
 
-    def _suite(self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns) -> tuple[Suite, ClosingResult]:
-        entries, left_out = repeatable_suite(archive, (online_way.NAME,), runs_again.run)
+    def _suite(
+        self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns, faults: Sequence[str]
+    ) -> tuple[Suite, ClosingResult]:
+        online = (online_way.NAME,)
+        try:
+            entries, left_out = repeatable_suite(archive, online, runs_again.run)
+        except (ProcessError, ClusterError):  # nothing runs tests any more: only what needs no check can be kept
+            left_out = tuple(entry for entry in archive.entries if entry.way in online)
+            entries = smallest_suite(archive, {entry.number for entry in left_out})
         entries = entries[: self._collection.options.tests]
         erring = [entry.observation.error for entry in archive.entries if entry.observation.error]
-        notes = []
+        notes = [*self._exploration_notes, *faults]
         if erring:
             notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
         if left_out:
@@ -194,8 +204,18 @@ class Closing:
 
     @cached_property
     def _exploration(self) -> Exploration:
+        """The runs of the model; of belief sets that are drawn where it has too many."""
         context = generation_context(self._collection.options, self._collection.testbench)
-        return explored(context, getattr(self._collection.config, "cache", None))
+        cache = getattr(self._collection.config, "cache", None)
+        try:
+            exploration = explored(context, cache)
+        except GenerateError as error:  # of one belief set, it may be, that other suites never use
+            exploration = Exploration(reason=f"the model cannot be explored: {error}")
+        return exploration if exploration.runs else sampled(context, exploration.reason, cache)
+
+    @property
+    def _exploration_notes(self) -> list[str]:
+        return [self._exploration.reason] if self._exploration.reason else []
 
     @cached_property
     def _pool(self) -> Pool:

@@ -257,7 +257,7 @@ class _Generation:
 
     def _place(self, name: str, nominal: Outcome | None, commands: int) -> int:
         """After so many commands the disturbance was tried as rarely as any where the same outcome is nominal."""
-        places = [(name, nominal, place) for place in range(1, commands + 1)]
+        places = [(name, nominal, place) for place in range(1, max(commands, 1) + 1)]  # of no commands, after the last
         return self._rarest(places, self._tries_at)[2]
 
     def _rarest(self, choices: Sequence[T], counts: Counter[T], preferred: Sequence[T] = ()) -> T:
@@ -289,12 +289,12 @@ class _Generation:
     def _varied(self, combination: Combination, commands: int, is_first: bool) -> Combination:
         """What was put together; at times one intervention is left out, as it may not be needed, or has another place
         and other parameters, as what it does together with others may depend on them."""
-        if self._rng.random() >= VARYING:
+        if not combination or self._rng.random() >= VARYING:
             return combination
         varied = pick(self._rng, combination)
         if len(combination) > 1 and self._rng.random() < LEAVING_OUT:
             return tuple(intervention for intervention in combination if intervention != varied)
-        other = self._intervention(varied.name, 1 + random_index(self._rng, commands))
+        other = self._intervention(varied.name, 1 + random_index(self._rng, max(commands, 1)))
         return tuple(sorted(other if intervention == varied else intervention for intervention in combination))
 
     def _intervention(self, name: str, place: int) -> Intervention:

@@ -300,10 +300,15 @@ def _certainty(deviation: Deviation) -> float:
     return deviation.chance * SIZE_DISCOUNT ** len(deviation.combination)
 
 
+def _share_before(trial: Trial, condition: EffectCondition) -> float:
+    """How much an effect before a try was like the one that is to be changed; 0 where there was none."""
+    return max([0.0, *(1.0 - effect_distance(before, condition.present) for before in trial.before)])
+
+
 def _met(trial: Trial, condition: MissingCondition) -> tuple[float, float]:
     """The weight of a try of which a condition was missing before, and of this, how much that it was met then."""
     if isinstance(condition, EffectCondition):
-        weight = trial.weight * max(0.0, *(1.0 - effect_distance(before, condition.present) for before in trial.before))
+        weight = trial.weight * _share_before(trial, condition)
         return weight, weight * is_met(trial.after, condition)
     before = next((effect for effect in trial.before if character(effect, condition)), None)
     if before is None:

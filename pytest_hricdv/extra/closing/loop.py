@@ -6,9 +6,11 @@ merged in the order in which they were proposed. So the same seed gives the same
 
 from __future__ import annotations
 
+import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from random import Random
 from typing import Protocol
 
@@ -70,13 +72,17 @@ class Loop:
     budget: Budget
     progress: Callable[[Archive], None] = lambda archive: None
     fallback: Way | None = None
+    faults: list[str] = field(default_factory=list)
+    """What went wrong in the loop itself, each in a sentence: it goes on without the way that it went wrong in."""
     _drafts: list[Draft] = field(default_factory=list)
+    _left_out: set[str] = field(default_factory=set)
 
     def run(self) -> ClosingEnd:
-        """Run the loop to its end. At Ctrl-C it keeps what was reached.
+        """Run the loop to its end. At Ctrl-C, or an error of its own, it keeps what was reached.
 
         Raises:
             LoopError: every run of the first generation errs.
+            Exception: an error before any run has come to its end, from what runs the tests.
         """
         bandit = Bandit((way.name for way in self.ways), dict.fromkeys(point[0] for point in self.archive.targets))
         try:
@@ -91,6 +97,13 @@ class Loop:
                 self.progress(self.archive)
         except KeyboardInterrupt:
             return "interrupted"
+        except LoopError:
+            raise
+        except Exception as error:  # whatever it is, hours of runs are not to be lost for it
+            if not self.archive.entries:
+                raise
+            self.faults.append(f"the loop ended by an error of its own: {_located(error)}")
+            return "error"
         return self._ended() or "runs"
 
     def _ended(self) -> ClosingEnd | None:
@@ -106,12 +119,12 @@ class Loop:
         kinds = Counter(point[0] for point in self.archive.open)
         rng = make_rng(NAME, self.seed, number, "shares")
         proposals: list[Proposal] = []
-        ways = [*self.ways]
-        for attempt in range(len(self.ways)):
+        ways = [way for way in self.ways if way.name not in self._left_out]
+        for attempt in range(len(ways)):
             shares = bandit.shares([way.name for way in ways], count - len(proposals), kinds, rng)
             for way in [*ways]:
                 if share := shares[way.name]:
-                    proposed = way.propose(self.archive, share, self._rng(number, way, attempt))[:share]
+                    proposed = self._proposed(way, share, self._rng(number, way, attempt))
                     proposals += proposed
                     if len(proposed) < share:
                         ways.remove(way)
@@ -119,6 +132,15 @@ class Loop:
             rng = self._rng(number, self.fallback, 0)
             proposals += self.fallback.propose(self.archive, count - len(proposals), rng)
         return proposals
+
+    def _proposed(self, way: Way, share: int, rng: Random) -> list[Proposal]:
+        """What a way proposes; nothing, from now on, once it has failed."""
+        try:
+            return way.propose(self.archive, share, rng)[:share]
+        except Exception as error:  # a way may fail on a testbench that nobody thought of; the others can go on
+            self._left_out.add(way.name)
+            self.faults.append(f"the way {way.name!r} failed, and is left out from there on: {_located(error)}")
+            return []
 
     def _rng(self, generation: int, way: Way, attempt: int) -> Random:
         return make_rng(NAME, self.seed, generation, way.name, attempt)
@@ -144,6 +166,13 @@ class Loop:
         """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
         self._drafts += drafts
         return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]
+
+
+def _located(error: Exception) -> str:
+    """`ValueError: min() iterable argument is empty (closing/way.py:12)`: an error, and where it was raised."""
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    file = Path(at.filename)
+    return f"{type(error).__name__}: {error} ({file.parent.name}/{file.name}:{at.lineno})"
 
 
 def _kinds(points: Iterable[Point]) -> frozenset[str]:

@@ -10,8 +10,9 @@ from msgspec import Meta, Struct
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
 from pytest_hricdv.results.section import Section
 
-ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted"]
-"""Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, or Ctrl-C."""
+ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted", "error"]
+"""Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, Ctrl-C, or an error
+of the loop itself, of which the notes of the suite say more."""
 
 Probability = Annotated[int, Meta(ge=0, le=1)] | Annotated[float, Meta(ge=0, le=1)]
 

@@ -24,6 +24,7 @@ _ENDED = {
     "seconds": "the budget of time is used up",
     "nothing to try": "no way knows a further test",
     "interrupted": "interrupted",
+    "error": "an error of the loop itself",
 }
 
 Point = tuple[float, float]

@@ -160,3 +160,23 @@ def test_that_a_loop_reaches_what_need_not_be_checked_is_no_sign_that_other_suit
     needless = "R1 need not be checked (for a test), but was"
     lamps.runpytest_inprocess(*SUITE).stdout.no_fnmatch_line(needless)
     lamps.runpytest_inprocess("--hri-suite=by-hand,closure", SUITE[1]).stdout.fnmatch_lines([needless])
+
+
+def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_sets(lamps: pytest.Pytester) -> None:
+    hats = ", ".join(f'"hat{number}"' for number in range(10))
+    change(lamps.path, "conftest.py", '"wish": ("bright"', f'"hat": ({hats}), "wish": ("bright"')
+    visitor = lamps.path / "models" / "visitor.asl"
+    mentioned = "".join(f"+!never : hat{number} <- true.\n" for number in range(10))
+    visitor.write_text(f"{visitor.read_text(encoding='utf-8')}\n{mentioned}", encoding="utf-8")
+    lost = '        disturbances={"wish_lost": Lost("wish")},\n'
+    change(lamps.path, "conftest.py", "        by_hand=", f"{lost}        by_hand=")
+    change(lamps.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Lost,")
+    result = lamps.runpytest_inprocess(*SUITE)
+    result.stdout.fnmatch_lines(
+        ["hricdv: too large: 15 beliefs beside the start *agent 'usher' does other things *; so 264 sets of beliefs *"]
+    )
+    whole = report(lamps.path)
+    assert len(whole["tests"]) >= 3
+    assert whole["closing"]["ended"] == "runs"
+    assert any("15 beliefs beside" in note for note in whole["suites"][0]["generation"]["notes"])
+    assert "disturbances" in whole["closing"]["ways"]

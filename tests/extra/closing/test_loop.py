@@ -131,6 +131,45 @@ def test_ctrl_c_keeps_what_was_reached() -> None:
     assert smallest_suite(closing.archive)
 
 
+def test_a_way_that_fails_is_left_out_and_the_others_go_on() -> None:
+    class Failing(AnyTwo):
+        def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+            if len(archive.entries) >= GENERATION:
+                return [min(super().propose(archive, count, rng)[:0])]
+            return super().propose(archive, count, rng)
+
+    closing = Loop(Archive(WANTED), (Failing("one"), AnyTwo("two")), in_order, 0, Budget(40))
+    assert closing.run() in ("closed", "runs")
+    (fault,) = closing.faults
+    assert fault.startswith("the way 'one' failed, and is left out from there on: ValueError: min() ")
+    assert "closing/test_loop.py:" in fault
+    assert {entry.way for entry in closing.archive.entries[GENERATION:]} == {"two"}
+
+
+def test_an_error_of_the_loop_itself_keeps_what_was_reached() -> None:
+    def breaking(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        if closing.archive.entries:
+            raise ZeroDivisionError("nobody thought of this")
+        yield from in_order(tests, online)
+
+    closing = loop((("never",),))
+    closing.runner = breaking
+    assert closing.run() == "error"
+    assert len(closing.archive.entries) == GENERATION
+    assert smallest_suite(closing.archive)
+    assert "ended by an error of its own: ZeroDivisionError: nobody thought of this" in closing.faults[0]
+
+
+def test_what_cannot_run_anything_is_an_error() -> None:
+    def broken(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        raise ZeroDivisionError
+
+    closing = loop()
+    closing.runner = broken
+    with pytest.raises(ZeroDivisionError):
+        closing.run()
+
+
 def test_where_every_run_errs_the_first_error_is_raised_and_where_some_do_it_goes_on() -> None:
     def failing(every: int) -> Loop:
         def run(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
