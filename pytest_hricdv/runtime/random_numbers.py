@@ -20,13 +20,12 @@ from functools import partial
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 _urandom = os.urandom
 _getrandom: Callable[..., bytes] | None = getattr(os, "getrandom", None)  # Linux only
 _seed: Callable[..., None] = random.Random.seed
 _seed_global = random.seed
-_uuid1 = uuid.uuid1
 
 
 class _Entropy:
@@ -93,13 +92,25 @@ def seed(a: Any = None, version: int = 2) -> None:
     _seeded(_seed_global.__self__, a, version)  # type: ignore[attr-defined]  # a method of the global generator
 
 
-def uuid1(node: int | None = None, clock_seq: int | None = None) -> uuid.UUID:
-    """As of `uuid`; in a run it names no machine and no time, but is one of `uuid4`."""
-    return _uuid1(node, clock_seq) if _stream() is None else uuid.uuid4()
+def _untimed(name: str) -> Callable[..., uuid.UUID]:
+    """As a function of `uuid` that takes the time; in a run it names no machine and no time, but is one of `uuid4`."""
+    real = getattr(uuid, name)
+
+    def made(*arguments: Any, **named: Any) -> uuid.UUID:
+        return cast(uuid.UUID, real(*arguments, **named)) if _stream() is None else uuid.uuid4()
+
+    return made
+
+
+_UNTIMED = [
+    (getattr(uuid, name), _untimed(name))
+    for name in ("uuid1", "uuid6", "uuid7")
+    if hasattr(uuid, name)  # from 3.14 on
+]
 
 
 def _replacements() -> list[tuple[object, object]]:
-    pairs: list[tuple[object, object]] = [(_urandom, urandom), (_seed_global, seed), (_uuid1, uuid1)]
+    pairs: list[tuple[object, object]] = [(_urandom, urandom), (_seed_global, seed), *_UNTIMED]
     return [*pairs, (_getrandom, getrandom)] if _getrandom is not None else pairs
 
 

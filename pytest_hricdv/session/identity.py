@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from pytest_hricdv._base import project_files
+from pytest_hricdv._base.hash_seed import own_hash_seed
 
 
 class Identity(msgspec.Struct, frozen=True):
@@ -17,7 +18,8 @@ class Identity(msgspec.Struct, frozen=True):
 
     Args:
         project: the project's files, name -> hash: where they are others, its runs are not those that are asked for.
-        versions: of what is installed, and of the machine: these may differ, and are kept beside each run.
+        versions: of what is installed, of the machine, and Python's hash seed: these may differ, and are kept beside
+            each run.
     """
 
     project: Mapping[str, str]
@@ -33,6 +35,7 @@ def identity(root: Path, code: Mapping[str, str]) -> Identity:
     """
     of_code = {name: text[:16] for name, text in code.items()}
     here = {"machine": f"{platform.system()} {platform.machine()}", "python": platform.python_version()}
+    here["hash seed"] = own_hash_seed()
     return Identity({**project_files.hashes(root), **of_code}, {**project_files.versions(), **here})
 
 

@@ -21,7 +21,9 @@ from uuid import uuid1 as uuid1_alias
 import numpy as np
 import pytest
 
+from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.random_numbers import seeded_by
+from pytest_hricdv.runtime.virtual import identifiers
 
 ROOT = Path(__file__).parents[2]
 
@@ -83,7 +85,6 @@ DRAWS: dict[str, Callable[[], object]] = {
     "random.SystemRandom": lambda: random.SystemRandom().random(),
     "os.urandom": lambda: os.urandom(16),
     "os.urandom imported by name": lambda: alias(16),
-    "os.getrandom": lambda: os.getrandom(16),
     "secrets.token_hex": secrets.token_hex,
     "secrets.randbelow": lambda: secrets.randbelow(10**12),
     "secrets.choice": lambda: secrets.choice(range(10**12)),
@@ -103,6 +104,8 @@ DRAWS: dict[str, Callable[[], object]] = {
 }
 if hasattr(os, "fork"):
     DRAWS["a fork"] = in_a_fork
+if hasattr(os, "getrandom"):
+    DRAWS["os.getrandom"] = lambda: os.getrandom(16)
 
 
 @pytest.mark.parametrize("draw", DRAWS.values(), ids=DRAWS.keys())
@@ -227,3 +230,22 @@ def test_numpy_may_be_imported_by_a_run() -> None:
     assert said[0][0].endswith("True")
     assert said[0][0] == said[1][0]
     assert said[0][2] != said[1][2], "after the run numpy is as it is without it: seeded by the system"
+
+
+def test_identifiers_with_a_time_have_that_of_the_run() -> None:
+    def made() -> list[uuid.UUID]:
+        kernel, numbers = Kernel(), []
+
+        def node() -> None:
+            for _ in range(50):
+                numbers.extend([identifiers.uuid7(), identifiers.uuid7()])
+                kernel.sleep(0.01)
+
+        kernel.spawn("node", node)
+        kernel.run(limit_s=10.0)
+        return numbers
+
+    first = made()
+    assert made() == first == sorted(first)
+    assert {(number.version, number.variant) for number in first} == {(7, uuid.RFC_4122)}
+    assert (first[-1].int >> 80) - (first[0].int >> 80) == 490, "milliseconds"

@@ -11,11 +11,12 @@ import platform
 import threading
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.hash_seed import hash_seed_of_children
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.cluster import code_archive
@@ -32,6 +33,7 @@ class Service:
         directory: where it starts; with an archive, relative to the folder with its files.
         project: the project's files, name -> hash; a worker with other ones refuses. Empty: whatever it has.
         silent_s: a process that writes nothing for so long (s of wall time) is ended.
+        hash_seed: of the processes, on whichever machine: that of all that the session starts.
     """
 
     module: str
@@ -39,6 +41,7 @@ class Service:
     directory: str
     project: Mapping[str, str]
     silent_s: float
+    hash_seed: str = field(default_factory=hash_seed_of_children)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ class _Asked:
     def _start(self, service: Service, archive: bytes) -> None:
         self.end()
         self._directory = (code_archive.unpacked(archive) if archive else Path()) / service.directory
-        self._process = self._stack.enter_context(started(service.module, self._directory))
+        self._process = self._stack.enter_context(started(service.module, self._directory, hash_seed=service.hash_seed))
         self._process.send(service.job)
         lines: list[bytes] = []
         self._read(self._process, service.silent_s, lines)

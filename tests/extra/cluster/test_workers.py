@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,8 @@ for line in sys.stdin:
             os.abort()
         if word == "hang":
             time.sleep(60)  # what is tried: a service that gives no sign of life
+        if word == "hash seed":
+            word = os.environ["PYTHONHASHSEED"]
         print(json.dumps(word + "!"), flush=True)
     print(flush=True)
 """
@@ -188,3 +191,10 @@ def test_addresses() -> None:
     assert Address.parse("tcp://10.0.0.1:8786") == Address("tcp://10.0.0.1:8786")
     assert Address.parse("local:3") == Address(workers=3)
     assert Address.parse("local").workers >= 1
+
+
+def test_processes_have_the_hash_seed_of_the_session_and_not_of_the_worker(cluster: Cluster, echo: Path) -> None:
+    for seed in ("7", "8"):
+        asked = replace(service(echo), hash_seed=seed)
+        (answer,) = ask(cluster, asked, '["hash seed"]').values()
+        assert lines(answer) == [f'"{seed}!"']
