@@ -32,9 +32,8 @@ class SimulationError(Exception):
 
 def check_finite(subject: str, values: Sequence[float]) -> None:
     """Raise SimulationError unless every one of `values` is a finite number."""
-    for value in values:
-        if not math.isfinite(value):
-            raise SimulationError(f"{subject} is {tuple(values)!r}: expected finite numbers")
+    if not all(map(math.isfinite, values)):
+        raise SimulationError(f"{subject} is {tuple(values)!r}: expected finite numbers")
 
 
 class Robot(NamedTuple):

@@ -8,7 +8,7 @@ from enum import Enum, auto
 
 from sim.engine import Engine, check_finite
 from sim.fingers import CLOSED, OPEN, Fingers, HandContact
-from sim.geometry import UPRIGHT
+from sim.geometry import UPRIGHT, Vector
 from sim.layout import HANDOVER_M, LEG_LENGTH_M
 from sim.leg import Leg
 from sim.leg_supply import LegSupply
@@ -198,7 +198,7 @@ class Gripper:
 
     def _let_go(self, leg: Leg) -> None:
         at_leg = self._engine.distance(self._person.hand.body, leg.body, -1) < REACH_M
-        offset_m = offset_of(leg)  # where it left the hand, not where it falls
+        offset_m = offset_of(leg.pose()[0])  # where it left the hand, not where it falls
         self._legs.release(self._person.hand.body if at_leg else None)
         self._feel_grip(False)
         self._signal("leg_offset", offset_m)
@@ -234,8 +234,7 @@ class Gripper:
         return max(abs(a - g) for a, g in zip(self._fingers.angles(), goal, strict=True))
 
 
-def offset_of(leg: Leg) -> float:
+def offset_of(place: Vector) -> float:
     """Distance (m, to a micrometre) from a leg's middle to the handover place; SimulationError when not finite."""
-    place = leg.pose()[0]
     check_finite("the leg's place", place)
     return round(math.dist(place, HANDOVER_M), 6)

@@ -24,6 +24,11 @@ PICKUP, HANDOVER, RESUPPLY, ELSEWHERE = "pickup", "handover", "resupply", "elsew
 HAND_PLACES = (PICKUP, HANDOVER, RESUPPLY, ELSEWHERE)
 """Values of the signal `hand_place`."""
 
+GRASP_PLACES = tuple(
+    (name, (x, y, z + GRASP_HEIGHT_M)) for name, (x, y, z) in ((PICKUP, PICKUP_M), (HANDOVER, HANDOVER_M))
+)
+"""Where the grasp point is (m) when the hand is at a place."""
+
 Signal = Callable[[str, float | bool | str], None]
 
 
@@ -41,7 +46,7 @@ class Whereabouts:
         place = leg.pose()[0]
         self._signal("arm_home", all(abs(angle) < HOME_RAD for angle in self._torso.arm_angles()))
         self._signal("hand_place", hand_place(self.grasp_point()))
-        self._signal("leg_offset", offset_of(leg))
+        self._signal("leg_offset", offset_of(place))
         self._signal("leg_height", round(place[2], HEIGHT_DIGITS))
         self._signal("leg_in_bin", in_bin(place))
         self._signal("leg_taken", self._legs.carried is not None)
@@ -53,8 +58,8 @@ class Whereabouts:
 
 def hand_place(grasp_point: Vector) -> str:
     """The place in the workshop, one of `HAND_PLACES`, where a hand with this grasp point (m) is."""
-    for name, (x, y, z) in ((PICKUP, PICKUP_M), (HANDOVER, HANDOVER_M)):
-        if math.dist(grasp_point, (x, y, z + GRASP_HEIGHT_M)) < NEAR_M:
+    for name, place in GRASP_PLACES:
+        if math.dist(grasp_point, place) < NEAR_M:
             return name
     # Over the bin, however high: what it lets go of falls inside.
     return RESUPPLY if in_bin((grasp_point[0], grasp_point[1], BIN_M[2] + BIN_HEIGHT_M / 2)) else ELSEWHERE

@@ -83,6 +83,7 @@ class World:
         self._frozen_steps = 0
         self._watches: list[Watch] = []
         self._triggered: list[Watch] = []
+        self._signals: dict[str, float | bool | str] = {}
         self.time = PhysicsTime()
         try:
             self._build()
@@ -153,7 +154,9 @@ class World:
 
     def signal(self, name: str, value: float | bool | str) -> None:
         """Record a signal's value from now on."""
-        self._recorder.signal(self.time.now_s, name, value)
+        if self._signals.get(name) != value:  # most are what they were at the last tick
+            self._signals[name] = value
+            self._recorder.signal(self.time.now_s, name, value)
 
     def _build(self) -> None:
         engine = self.engine
@@ -203,14 +206,15 @@ class World:
     def _record_speeds(self, made: int) -> None:
         """Count the steps that were made, and record the arm's speed, each at its time."""
         speeds = self.torso.arm_speeds()
-        self._count(made - len(speeds))
-        for raw_rad_s in speeds:
-            self._count(1)
+        last = self.time.step + made
+        for step, raw_rad_s in enumerate(speeds, last - len(speeds) + 1):
             speed_rad_s = round(raw_rad_s, SPEED_DIGITS)
             if speed_rad_s != self._speed_rad_s:
                 self._speed_rad_s = speed_rad_s
+                self._count(step - self.time.step)
                 self.signal("arm_speed", speed_rad_s)
                 self.signal("arm_moving", speed_rad_s > MOVING_RAD_S)
+        self._count(last - self.time.step)
 
     def _tick(self) -> None:
         self.person.follow()

@@ -52,12 +52,14 @@ class MujocoEngine:
 
     def advance(self, steps: int) -> int:
         """See `Engine`: up to the step in which a weld is overloaded, one by one while a body slides."""
+        moving = [servos.tell for servos in self._servos if not servos.settled]
+        if not self._welds:
+            return self._scene.advance(steps, moving)
         holding = [weld for weld in self._welds.values() if weld.holds]
         if len(holding) < len(self._welds):
             steps = 1
             for weld in self._welds.values():
                 weld.before_step()
-        moving = [servos.tell for servos in self._servos if not servos.settled]
         made = self._scene.advance(steps, moving, [weld.limit_n for weld in holding])
         for number, weld in enumerate(holding):
             weld.after_step(number)

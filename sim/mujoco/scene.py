@@ -47,12 +47,15 @@ class Scene:
         self._pushed = False
         self._changed = True
         self._moved = True
+        self._moved_bodies: set[int] = set()  # beside that: no link of another body is elsewhere for it
         self._count = 0
         self._addresses: dict[tuple[int, Sequence[int]], tuple[Any, Any]] = {}
         self._fresh: set[int] = set()  # bodies that are not compiled yet
         self._compiled: tuple[Any, Any] | None = None
+        self.when_compiled: list[Callable[[Any, Any], None]] = []
+        """Are called with each new model and its state."""
         self.log: Any = np.empty((0, 0))
-        """The velocity after each step of the last advance: steps x degrees of freedom (m/s and rad/s)."""
+        """The velocity after each step of the last advance: degrees of freedom (m/s and rad/s) x steps."""
 
     def close(self) -> None:
         """Release model and state."""
@@ -80,13 +83,14 @@ class Scene:
     def placed(self, *bodies: int) -> tuple[Any, Any]:
         """The same, with the places of links and shapes."""
         model, data = self.having(*bodies)
-        if self._moved:
+        if self._moved or not self._moved_bodies.isdisjoint(bodies):
             mujoco.mj_kinematics(model, data)
             self._moved = False
+            self._moved_bodies.clear()
         return model, data
 
     def moved(self) -> None:
-        """To be called when joints or bodies have moved."""
+        """To be called when joints have moved."""
         self._moved = True
 
     def _compile(self) -> None:
@@ -103,8 +107,10 @@ class Scene:
         self._addresses.clear()
         for body in self.bodies.values():
             body.find(self._compiled[0])
+        for follow in self.when_compiled:
+            follow(*self._compiled)
 
-    def advance(self, steps: int, before_step: Sequence[Callable[[], None]], limits_n: Sequence[float]) -> int:
+    def advance(self, steps: int, before_step: Sequence[Callable[[], None]], limits_n: Sequence[float] = ()) -> int:
         """Advance by time steps; forces that were applied last during all of them, and are gone then.
 
         Args:
@@ -116,24 +122,24 @@ class Scene:
             how many were made.
         """
         model, data = self.now()
-        velocity, log = data.qvel, np.empty((steps, model.nv))
-        made, overloaded = 0, False
-        while made < steps and not overloaded:
+        velocity, log = data.qvel, np.empty((model.nv, steps))
+        made = 0
+        while made < steps:
             for prepare in before_step:
                 prepare()
             if not warnings:
                 mujoco.mj_step(model, data)
             if warnings:
-                if made:  # those before went well: the next call says it, at its time
-                    break
-                first = warnings[0]
-                warnings.clear()
-                raise SimulationError(f"MuJoCo: {first}")
-            log[made] = velocity
+                break
+            log[:, made] = velocity
             made += 1
-            for number, limit_n in enumerate(limits_n):
-                overloaded |= math.hypot(*weld_force(data, number)) > limit_n
-        self.log = log[:made]
+            if limits_n and _overloaded(data, limits_n):
+                break
+        if made == 0:  # else those that went well are counted, and the next call says it, at its time
+            first = warnings[0]
+            warnings.clear()
+            raise SimulationError(f"MuJoCo: {first}")
+        self.log = log[:, :made]
         if self._pushed:
             data.xfrc_applied[:] = 0.0
             self._pushed = False
@@ -143,7 +149,7 @@ class Scene:
     def push(self, number: int, link: int, force_n: Vector, place: Vector) -> None:
         """Push for one step: force (N) on a link of a body at a place (m), in world axes."""
         self.now()  # or the force would be lost when the model is compiled
-        _, data = self.placed()
+        _, data = self.placed(number)
         at = self.bodies[number].numbers.links[link]
         data.xfrc_applied[at, :3] += force_n
         data.xfrc_applied[at, 3:] += np.cross(place - data.xipos[at], force_n)
@@ -217,7 +223,7 @@ class Scene:
         else:
             mocap = body.numbers.mocap
             data.mocap_pos[mocap], data.mocap_quat[mocap] = place, (w, x, y, z)
-        self.moved()
+        self._moved_bodies.add(number)
 
     def velocity(self, number: int) -> Any:
         """The velocity of a body that physics moves (m/s in world axes, rad/s in its own), to be changed."""
@@ -236,6 +242,16 @@ class Scene:
     def speed(self, number: int) -> float:
         """Speed (m/s) of a body's base."""
         return math.hypot(*self.velocity(number)[:3].tolist()) if self.bodies[number].free else 0.0
+
+
+def _overloaded(data: Any, limits_n: Sequence[float]) -> bool:
+    """Whether the force of any active weld is beyond its limit."""
+    forces, first = data.efc_force, 0
+    for limit_n in limits_n:
+        if math.hypot(*forces[first : first + 3].tolist()) > limit_n:
+            return True
+        first += ROWS
+    return False
 
 
 def weld_force(data: Any, number: int) -> Vector:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,16 +33,6 @@ HOLD_RAD = 0.01
 """The same, of a joint that holds its position."""
 
 
-@dataclass(frozen=True)
-class Places:
-    """Where joints and their servos are in a compiled model: indices of numpy."""
-
-    model: Any
-    angles: Any
-    speeds: Any
-    actuators: Any
-
-
 class Servos(Joints):
     """A `sim.engine.Drive` of position servos with torque limits, which are told the plan at each step."""
 
@@ -56,7 +45,9 @@ class Servos(Joints):
         ]
         self.settled = False
         """Whether the servos are told the goal, and nothing else is to come."""
-        self._places: Places | None = None
+        self._command, self._most = np.empty(len(joints)), np.empty(len(joints))  # of `tell`, in each step
+        scene.when_compiled.append(self._find)
+        scene.now()
         self._hold(self.angles())
 
     def move(self, goal: Sequence[float], duration_s: float, ramp_s: float = 0.0) -> None:
@@ -76,30 +67,36 @@ class Servos(Joints):
 
     def angles(self) -> tuple[float, ...]:
         """See `Drive`."""
-        places, data = self._now()
-        return tuple(data.qpos[places.angles].tolist())
+        return tuple(self._positions[self._at].tolist())
 
     def speed(self) -> float:
         """See `Drive`."""
-        places, data = self._now()
-        return self._fastest(data.qvel[places.speeds][np.newaxis])[0]
+        speeds = self._velocities[self._speeds_at].tolist()
+        _check(speeds)
+        return float(max(map(abs, speeds)))
 
     def speeds(self) -> Sequence[float]:
         """See `Drive`."""
-        places, _ = self._now()
-        return self._fastest(self._scene.log[:, places.speeds])
+        speeds = self._scene.log[self._speeds_at]
+        fastest: list[float] = np.maximum.reduce(np.abs(speeds)).tolist()
+        if not math.isfinite(sum(fastest)):
+            for at_step in speeds.T.tolist():
+                _check(at_step)
+        return fastest
 
     def tell(self) -> None:
         """Before each step: tells the servos where to be after it."""
         if self.settled:
             return
-        places, data = self._now()
         if self._left > 0:
             self._goal = next(self._plan)
             self._left -= 1
-        here = data.qpos[places.angles]
-        command = np.minimum(np.maximum(self._goal, here - self._lead), here + self._lead)
-        data.ctrl[places.actuators] = command
+        here, command, most = self._positions[self._at], self._command, self._most
+        np.subtract(here, self._lead, out=command)
+        np.maximum(self._goal, command, out=command)
+        np.add(here, self._lead, out=most)
+        np.minimum(command, most, out=command)
+        self._commands[self._actuators_at] = command
         if self._left == 0:
             self.settled = bool((command == self._goal).all())
 
@@ -111,22 +108,11 @@ class Servos(Joints):
         self._plan, self._left, self.settled = plan, steps, False
         self._lead = np.maximum(HOLD_RAD, lead_rad)
 
-    def _fastest(self, speeds: Any) -> list[float]:
-        """Of the joints in each row (rad/s). Raises SimulationError when any is not finite."""
-        fastest: list[float] = np.abs(speeds).max(axis=1).tolist()
-        if not math.isfinite(sum(fastest)):
-            wrong = next(row for row, speed in zip(speeds.tolist(), fastest, strict=True) if not math.isfinite(speed))
-            raise SimulationError(f"joint speeds of the robot are {wrong!r}: expected finite numbers")
-        return fastest
-
-    def _now(self) -> tuple[Places, Any]:
-        """Where its joints are in the present model, and the state."""
-        model, data = self._scene.having(self._body)
-        if self._places is None or self._places.model is not model:
-            angles, speeds = self._scene.joints(self._body, self._joints)
-            actuators = indices(np.array([actuator.id for actuator in self._actuators]))
-            self._places = Places(model, angles, speeds, actuators)
-        return self._places, data
+    def _find(self, model: Any, data: Any) -> None:
+        """Look up its joints and actuators in a model that was just compiled, and its state."""
+        self._positions, self._velocities, self._commands = data.qpos, data.qvel, data.ctrl
+        self._at, self._speeds_at = self._scene.joints(self._body, self._joints)
+        self._actuators_at = indices(np.array([actuator.id for actuator in self._actuators]))
 
     def _actuator(self, joint: str, torque_nm: float) -> Any:
         gain = STIFFNESS * torque_nm
@@ -153,3 +139,8 @@ def steps_of(move: Move) -> int:
     """After so many steps a move is over."""
     steps = int(move.duration_s / STEP_S)
     return steps if steps * STEP_S >= move.duration_s else steps + 1
+
+
+def _check(speeds: Sequence[float]) -> None:
+    if not math.isfinite(sum(speeds)):
+        raise SimulationError(f"joint speeds of the robot are {speeds!r}: expected finite numbers")

@@ -12,6 +12,7 @@ from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.execution.case import CaseResult
 from sim.engines import known
 from sim.workshop import Workshop
+from sim.world import World
 from tests.hri import bench
 from tests.hri.disturbed import Line, concrete, executed, judged, measurement, unknown_violations
 from tests.hri.test_freezing import observed
@@ -152,6 +153,18 @@ def test_freezing_changes_nothing_of_a_disturbance(lines: list[Line], monkeypatc
     frozen = run(lines)
     monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
     assert observed(run(lines)) == observed(frozen)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lines", [lines for lines, *_ in ENDS], ids=lambda lines: str(lines[0])[:40])
+def test_mujoco_from_tick_to_tick_changes_nothing_of_a_disturbance(
+    lines: list[Line], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco")
+    monkeypatch.setattr("sim.engines._first_installed", lambda: "mujoco")
+    at_once = run(lines)
+    monkeypatch.setattr(World, "_steps_at_once", lambda world, at_most: 1)
+    assert run(lines).record.sha256 == at_once.record.sha256
 
 
 def test_a_turn_that_the_robot_never_took_up_leaves_the_others_their_outcomes() -> None:

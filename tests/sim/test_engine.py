@@ -68,7 +68,7 @@ def test_an_arm_pose_outside_the_limits_or_of_wrong_length_is_refused(world: Wor
 def test_a_state_that_became_nan_stops_the_run_and_says_when(monkeypatch: pytest.MonkeyPatch) -> None:
     with Stage(freeze=False) as stage:
         monkeypatch.setattr(stage.world.torso, "arm_speeds", lambda: [NAN])
-        with pytest.raises(ValueError, match=r"arm_speed is nan at 0\.00"):
+        with pytest.raises(ValueError, match=r"arm_speed is nan at 0\.0"):
             stage.run(lambda: stage.kernel.sleep(1.0))
 
 
