@@ -133,6 +133,7 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     config.pluginmanager.register(aggregation, "hricdv-aggregation")
     config.pluginmanager.register(aggregation.journaling, "hricdv-journaling")
     config.pluginmanager.register(reporting, "hricdv-reporting")
+    config.pluginmanager.register(reporting.repeated_errors, "hricdv-repeated-errors")
     config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
     config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")
 

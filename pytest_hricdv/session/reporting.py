@@ -32,6 +32,7 @@ from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.part import Part, PartSession, parts
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
+from pytest_hricdv.session.repeated_errors import RepeatedErrors
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 
@@ -53,6 +54,7 @@ class Reporting:
         self.context = context
         self.aggregation = aggregation
         self.options = collection.options
+        self.repeated_errors = RepeatedErrors(aggregation)
         self.report: Report | None = None
         self._gate_check = gates
         self._missing = ""
@@ -188,6 +190,7 @@ class Reporting:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Writes one section at the end."""
+        self.repeated_errors.restore(terminalreporter)
         if self._missing:
             terminalreporter.write_line(visible(f"hricdv: {self._missing.strip()}"), red=True)
         if self.report is None and not self.session.problems:

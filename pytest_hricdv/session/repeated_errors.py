@@ -1,0 +1,98 @@
+"""The same error in many tests: pytest's terminal shows its traceback once, and names the other tests.
+
+A fault of the code under test or of the testbench ends a whole suite with one traceback per test. Violations of
+requirements are not folded: each has its own story. Reports stay as they are for everybody else, as JUnit XML and IDEs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.session.aggregation import Aggregation
+
+MAX_NAMED = 20
+"""Of the tests with the same error (chosen): a few lines of a terminal; -rf lists all."""
+
+ALL_FROM_VERBOSITY = 2
+"""With -vv, each test has its traceback."""
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_VIOLATED = re.compile(r"^(?P<name>\S+) Failed(?=[:\n]|$)", re.MULTILINE)
+_FOLDED = ("failed", "error")
+
+Key = tuple[object, ...]
+
+
+class RepeatedErrors:
+    """Folds what the terminal shows of failures. Registered in the controlling process only."""
+
+    def __init__(self, aggregation: Aggregation) -> None:
+        self._aggregation = aggregation
+        self._left_out: dict[str, list[Any]] = {}
+        """Kind -> all reports of that kind, while some of them are not to be shown."""
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_terminal_summary(
+        self, terminalreporter: pytest.TerminalReporter, config: pytest.Config
+    ) -> Iterator[None]:
+        """Before pytest shows the failures."""
+        shows_all = config.get_verbosity() >= ALL_FROM_VERBOSITY or config.getoption("tbstyle", "auto") in (
+            "no",
+            "line",
+        )
+        for kind in () if shows_all else _FOLDED:
+            self._fold(terminalreporter, kind)
+        try:
+            return (yield)
+        finally:
+            self.restore(terminalreporter)
+
+    def restore(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Let the terminal have all reports again: for its list of failures, and for its counts."""
+        terminalreporter.stats.update(self._left_out)
+        self._left_out.clear()
+
+    def _fold(self, terminalreporter: pytest.TerminalReporter, kind: str) -> None:
+        reports = terminalreporter.stats.get(kind, [])
+        shown: list[Any] = []
+        repeats: dict[Key, tuple[Any, list[str]]] = {}
+        for report in reports:
+            key = self._key(report)
+            if key is None or key not in repeats:
+                shown.append(report)
+            else:
+                repeats[key][1].append(report.nodeid)
+            if key is not None:
+                repeats.setdefault(key, (report, []))
+        if len(shown) == len(reports):
+            return
+        self._left_out[kind] = reports
+        terminalreporter.stats[kind] = shown
+        for report, others in repeats.values():
+            if others:
+                _add(report, others)
+
+    def _key(self, report: Any) -> Key | None:
+        """The same for the same error, wherever numbers differ; None for what is shown in any case."""
+        crash = getattr(getattr(report, "longrepr", None), "reprcrash", None)
+        if getattr(report, "nodeid", None) not in self._aggregation.chosen or crash is None:
+            return None
+        violated = tuple(match["name"] for match in _VIOLATED.finditer(crash.message))
+        first = crash.message.partition("\n")[0]
+        if violated and _VIOLATED.match(first):
+            return None
+        return report.when, crash.path, crash.lineno, _NUMBER.sub("#", first), violated
+
+
+def _add(report: Any, others: list[str]) -> None:
+    title = f"the same in {plural(len(others), 'more test')}"
+    named = [visible(nodeid) for nodeid in others[:MAX_NAMED]]
+    if len(others) > MAX_NAMED:
+        named.append(f"and {len(others) - MAX_NAMED} more")
+    report.longrepr.addsection(title, "\n".join(named))
