@@ -36,6 +36,11 @@ class CodeUnderTest:
         self._nodes: list[Node] = []
         self.raised: BaseException | None = None
 
+    @property
+    def now_s(self) -> float:
+        """The simulated time (s)."""
+        return self._kernel.now_s
+
     def node(self, body: Body) -> Body:
         """The body of a node of the code under test, measured; its threads are part of the code, too."""
         return self._thread(body, daemon=False)

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
-from pytest_hricdv.report import action_lines
+from pytest_hricdv.report import action_lines, log_lines
 from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
+from pytest_hricdv.report.log_lines import LogLine
 from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
@@ -27,6 +28,7 @@ def failure(
     units: Mapping[str, str] | None = None,
     rerun_options: Sequence[str] = (),
     file: str | None = None,
+    logged: Sequence[LogLine] = (),
 ) -> str:
     """Why a test failed: requirements with times, values and margins; faults; what the human did; how to run it again.
 
@@ -40,6 +42,7 @@ def failure(
         units: signal -> unit.
         rerun_options: further options for the command that runs the test again.
         file: the test's replay file, if it has one.
+        logged: what was logged in the run.
 
     Returns:
         Several lines without a last end of line; control characters of names are shown as escapes.
@@ -58,7 +61,7 @@ def failure(
     lines += [*_other_requirements(test, failed), *_course(test), ""]
     at_s = _first_violation_s(test, failed[:1])
     story = _actions(test, test.sim_s) if at_s is None else _actions(test, at_s, f"{failed[0]} is violated")
-    lines += [*story, ""]
+    lines += [*story, "", *_logged(logged, test.sim_s if at_s is None else at_s)]
     lines += instructions(test, suite, seed, rerun_options, file)
     return "\n".join(visible(line) for line in lines)
 
@@ -71,6 +74,7 @@ def aborted(
     suite: str | None = None,
     rerun_options: Sequence[str] = (),
     file: str | None = None,
+    logged: Sequence[LogLine] = (),
 ) -> str:
     """The text of a test that an exception ended: where it was, what the human did, how to run it again.
 
@@ -78,10 +82,11 @@ def aborted(
         test: as for `failure`.
         place: where it was when it ended, in a line.
         seed: the suite's seed, for the command that runs the test again; `suite`, `rerun_options` and `file` as for
-            `failure`.
+            `failure`, as `logged`.
     """
     again = instructions(test, suite, seed, rerun_options, file)
-    lines = [f"{place}; nothing was checked", "", *_actions(test), "", *again]
+    last_s = max((line.time_s for line in logged), default=0.0)
+    lines = [f"{place}; nothing was checked", "", *_actions(test), "", *_logged(logged, last_s), *again]
     return "\n".join(visible(line) for line in lines)
 
 
@@ -252,6 +257,12 @@ def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> It
     if test.acted_s and at_s is not None:
         return action_lines.around(test.abstract, test.acted_s, at_s, name, event)
     return action_lines.listed(test.abstract, name)
+
+
+def _logged(logged: Sequence[LogLine], at_s: float) -> list[str]:
+    """What was logged around an instant (s), with an empty line; nothing where nothing was."""
+    lines = [*log_lines.around(logged, at_s)]
+    return [*lines, ""] if lines else []
 
 
 def _names(test: TestResult) -> list[str]:

@@ -10,10 +10,12 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
+from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test
 from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
+from pytest_hricdv.report.log_lines import LogLine, RunLog
 from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
@@ -30,12 +32,13 @@ NO_REASON = "xfail without a reason"
 
 
 class RerunInfo(TypedDict):
-    """How a test can be run again."""
+    """How a test can be run again, and what it logged."""
 
     seed: int
     suite: str
     rerun_options: tuple[str, ...]
     file: str
+    logged: tuple[LogLine, ...]
 
 
 class Running:
@@ -47,6 +50,8 @@ class Running:
         self.options = context.options
         self._used: Measurement = NoMeasurement("nothing has run")
         self._built: tuple[HriCase, CaseResult | None, TestResult] | None = None
+        self._log = RunLog()
+        """Of the last run."""
         self._in_setup = False
         self._setup_s = 0.0
         """How long the setup of the present test took, where a fixture ran it."""
@@ -150,7 +155,8 @@ class Running:
             if self.options.stop_at:
                 return self._stopped(case.concrete)
             settings = self.context.run_settings.measured_by(self._used)
-            run = execute(settings, case.concrete, f"hricdv|{nodeid}")
+            with RunLog() as self._log:
+                run = execute(settings, case.concrete, f"hricdv|{nodeid}", begun=self._begun)
             for part in parts():
                 run = part.ran(self.context, case.concrete, run)
             return run
@@ -161,6 +167,10 @@ class Running:
         shown = self._shown_result(case, nodeid)
         failure.add_note("\n" + explanation.aborted(shown, place, **self._rerun_info(case)))
         raise failure
+
+    def _begun(self, code: CodeUnderTest) -> None:
+        """Messages are logged at the simulated time from now on."""
+        self._log.now_s = lambda: code.now_s
 
     def _stopped(self, test: ConcreteTest) -> CaseResult:
         """The result of a run; where it violates what was asked for, another one stops there."""
@@ -207,7 +217,13 @@ class Running:
         replayed = self.collection.replays.get(case.abstract.id)
         file = replayed.name if replayed else self.context.failures.name(case.abstract.id)
         options = self.options
-        return {"seed": options.seed, "suite": options.suites, "rerun_options": options.again, "file": file}
+        return {
+            "seed": options.seed,
+            "suite": options.suites,
+            "rerun_options": options.again,
+            "file": file,
+            "logged": self._log.lines,
+        }
 
     def _result(self, case: HriCase, nodeid: str) -> TestResult:
         """The test's result, without what pytest says of it; built once for a run."""

@@ -1,0 +1,83 @@
+"""What was logged in a run, with simulated times: the code's own story, for the text of a failing test."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv._base.message import visible
+
+MAX_KEPT = 1_000
+"""Of a run, the last ones (chosen): more are not read, and a loop may log without end."""
+
+MAX_BEFORE, MAX_AFTER = 8, 3
+"""Shown around an instant (chosen): with the actions about a screen of a terminal. pytest shows all it captured."""
+
+MAX_LINE = 160
+"""Characters of a message (chosen)."""
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """A message that a logger took.
+
+    Args:
+        time_s: simulated (s).
+        text: level, logger and message, in a line.
+    """
+
+    time_s: float
+    text: str
+
+
+class RunLog(logging.Handler):
+    """Takes what the root logger gets while a run goes on; levels stay as the project has set them.
+
+    A context manager. `now_s` tells the simulated time, once the run has begun.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.now_s: Callable[[], float] = lambda: 0.0
+        self._lines: deque[LogLine] = deque(maxlen=MAX_KEPT)
+
+    def __enter__(self) -> RunLog:
+        logging.getLogger().addHandler(self)
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        logging.getLogger().removeHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Take a message; one that cannot be written is as its author has it, before its arguments."""
+        try:
+            message = record.getMessage()
+        except Exception:  # pytest and logging itself say so
+            message = str(record.msg)
+        first, _, more = message.partition("\n")
+        error = record.exc_info[1] if record.exc_info else None
+        cause = f" ({type(error).__name__}: {error})" if error is not None else " ..." if more else ""
+        text = f"{record.levelname:7} {record.name}: {first}{cause}"
+        self._lines.append(LogLine(self.now_s(), visible(text[:MAX_LINE])))
+
+    @property
+    def lines(self) -> tuple[LogLine, ...]:
+        """In their order."""
+        return tuple(self._lines)
+
+
+def around(lines: Sequence[LogLine], at_s: float) -> Iterator[str]:
+    """The last messages up to an instant (s), and the first ones after it; nothing where nothing was logged."""
+    before = [line for line in lines if line.time_s <= at_s]
+    after = [line for line in lines if line.time_s > at_s]
+    if not lines:
+        return
+    yield "what was logged around then:"
+    if len(before) > MAX_BEFORE:
+        yield f"  {len(before) - MAX_BEFORE} before, and"
+    for line in (*before[-MAX_BEFORE:], *after[:MAX_AFTER]):
+        yield f"  {line.time_s:8.1f} s  {line.text}"
+    if len(after) > MAX_AFTER:
+        yield f"  and {len(after) - MAX_AFTER} later"

@@ -1,0 +1,81 @@
+"""What the code under test logged stands beside the failure of its test, at simulated times."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, report
+
+SUITE = "--hri-suite=by-hand"
+FAILING = "hall-polite-5a5e8c87"
+each_way = pytest.mark.parametrize(
+    "options",
+    [(), A_WORKER, ("--hri-isolate",), ("-p", "no:logging")],
+    ids=["plain", "worker", "isolated", "without pytest's logging"],
+)
+
+
+def log(lamps: pytest.Pytester, *statements: str) -> None:
+    """Let the guide log at each wish, before it sets the lamp."""
+    lines = "".join(f"        {statement}\n" for statement in statements)
+    change(lamps.path, "lamps/guide.py", "        lamp.set(level)\n", f"{lines}        lamp.set(level)\n")
+    change(
+        lamps.path,
+        "lamps/guide.py",
+        "GLARE = 80.0\n",
+        "import logging\n\nGLARE = 80.0\nLOG = logging.getLogger('guide')\n",
+    )
+
+
+@each_way
+def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
+    log(lamps, "LOG.warning('switching to %s', level)", "LOG.debug('not shown')")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", *options)
+    result.stdout.fnmatch_lines(
+        [
+            "*--> R2 is violated",
+            "",
+            "what was logged around then:",
+            "       2.0 s  WARNING guide: switching to 100.0",
+            "",
+        ]
+    )
+    (failed,) = [test for test in report(lamps.path)["tests"] if test["outcome"] == "failed"]
+    assert "WARNING guide: switching to 100.0" in failed["failure"]
+    assert "not shown" not in failed["failure"]
+
+
+def test_levels_are_those_of_the_project(lamps: pytest.Pytester) -> None:
+    log(lamps, "LOG.debug('level %s', level)")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--log-level=DEBUG")
+    result.stdout.fnmatch_lines(["       2.0 s  DEBUG   guide: level 100.0"])
+
+
+def test_of_many_messages_those_around_the_violation_are_shown(lamps: pytest.Pytester) -> None:
+    log(lamps, "[LOG.warning('check %d', n) for n in range(30)]")
+    lines = lamps.runpytest_inprocess(SUITE, "--hri-strict").outlines
+    start = lines.index("what was logged around then:")
+    assert lines[start + 1 : start + 3] == ["  22 before, and", "       2.0 s  WARNING guide: check 22"]
+    assert lines[start + 9] == "       2.0 s  WARNING guide: check 29"
+
+
+def test_errors_have_their_messages_as_well(lamps: pytest.Pytester) -> None:
+    log(lamps, "LOG.error('no bulb')", "raise ConnectionError('lamp unplugged')")
+    result = lamps.runpytest_inprocess(SUITE)
+    result.stdout.fnmatch_lines(["E * what was logged around then:", "E *.* s  ERROR   guide: no bulb"])
+
+
+def test_what_a_message_raised_for_is_named(lamps: pytest.Pytester) -> None:
+    log(lamps, "try: 1 / 0", "except ZeroDivisionError: LOG.exception('odd\\nlevel')")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
+    result.stdout.fnmatch_lines(["*s  ERROR   guide: odd (ZeroDivisionError: division by zero)"])
+
+
+def test_a_message_that_cannot_be_written_ends_nothing(lamps: pytest.Pytester) -> None:
+    log(lamps, "logging.raiseExceptions = False", "LOG.warning('%d bulbs', 'no')")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-p", "no:logging")
+    result.stdout.fnmatch_lines(["*s  WARNING guide: %d bulbs"])
+
+
+def test_who_logs_nothing_reads_nothing_of_it(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE, "--hri-strict").stdout.no_fnmatch_line("*logged*")
