@@ -94,6 +94,8 @@ class RequirementMonitor(FormulaMonitor):
         """The last values of what the requirement reads and shows, and its numbers over the past."""
         values = self._state.values
         last_values: dict[str, Value] = {name: values[name] for name in self.kinds if name in values}
+        if not self.program.past_numbers:
+            return last_values
         numbers = {text: outputs.get(index) for text, index in self.program.past_numbers.items()}
         return last_values | {text: number for text, number in numbers.items() if number is not None}
 
@@ -194,7 +196,8 @@ class ObligationMonitor(RequirementMonitor):
         self._due: deque[Nanoseconds] = deque()
         """When the open triggers began whose windows have begun: the response is due."""
 
-    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
+    def _is_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> bool:
+        """Whether any response is due now, after the antecedent was judged and windows have begun."""
         waiting, due = self._waiting, self._due
         holds = self._antecedent(self._state.values, arrived, outputs)
         if holds and not self._triggered:
@@ -205,13 +208,7 @@ class ObligationMonitor(RequirementMonitor):
         while waiting and waiting[0] + self._start_ns <= now_ns:
             due.append(waiting.popleft())
         # Both ends belong to a window: right after its last instant the window is over.
-        if due and not (right_after and due[0] + self._end_ns <= now_ns):
-            self._judge_due(now_ns, arrived, outputs)
-        self.active = bool(waiting or due)
-
-    @abstractmethod
-    def _judge_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
-        """Judge the open triggers whose windows have begun, and close those that are decided."""
+        return bool(due) and not (right_after and due[0] + self._end_ns <= now_ns)
 
     def _close(self, now_ns: Nanoseconds, *, passed: bool) -> Nanoseconds:
         """Close the first trigger whose window has begun; returns when it began."""
@@ -247,10 +244,16 @@ class EventuallyMonitor(ObligationMonitor):
         """The deadlines of the last violations: those whose response has not come yet."""
 
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
-        super()._judge(now_ns, arrived, outputs, right_after=right_after)
-        if self._missed and self._condition(self._state.values, arrived, outputs):
-            self._settle(now_ns)
-        self.active = self.active or bool(self._missed)
+        is_due = self._is_due(now_ns, arrived, outputs, right_after=right_after)
+        if is_due or self._missed:
+            holds = self._condition(self._state.values, arrived, outputs)
+            if is_due and holds:
+                self._discharge(now_ns, arrived, outputs)
+            elif is_due:
+                self._miss(now_ns, outputs)
+            if holds and self._missed:
+                self._settle(now_ns)
+        self.active = bool(self._due or self._waiting or self._missed)
 
     def _settle(self, now_ns: Nanoseconds) -> None:
         first = self._verdict.violations - len(self._missed)
@@ -258,20 +261,21 @@ class EventuallyMonitor(ObligationMonitor):
             self._verdict.came_late(number, now_ns - deadline_ns, now_ns)
         self._missed.clear()
 
-    def _judge_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
-        due, length_ns = self._due, self._end_ns
-        if self._condition(self._state.values, arrived, outputs):
-            if self._verdict.unused:
-                self._note_alternative(arrived, outputs)
-            self._verdict.add_margin((due[0] + length_ns - now_ns) / NS_PER_S, now_ns)  # the others have more time left
-            while due:
-                self._close(now_ns, passed=True)
-            return
-        while due and due[0] + length_ns <= now_ns:
-            deadline_ns = due[0] + length_ns
-            self._verdict.add_violation(due[0], now_ns, self._current_values(outputs), 0.0)
+    def _discharge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
+        """The condition holds: all whose windows have begun are met."""
+        if self._verdict.unused:
+            self._note_alternative(arrived, outputs)
+        left_ns = self._due[0] + self._end_ns - now_ns  # the others have more time left
+        self._verdict.add_margin(left_ns / NS_PER_S, now_ns)
+        while self._due:
+            self._close(now_ns, passed=True)
+
+    def _miss(self, now_ns: Nanoseconds, outputs: Outputs) -> None:
+        """The condition does not hold: those have failed whose windows are over."""
+        while self._due and (deadline_ns := self._due[0] + self._end_ns) <= now_ns:
             self._missed.append(deadline_ns)
-            self._close(now_ns, passed=False)
+            trigger_ns = self._close(now_ns, passed=False)
+            self._verdict.add_violation(trigger_ns, now_ns, self._current_values(outputs), 0.0)
 
     def deadline_ns(self) -> Nanoseconds | None:
         latest = self._waiting or self._due
@@ -284,6 +288,11 @@ class EventuallyMonitor(ObligationMonitor):
 
 class SafetyMonitor(ObligationMonitor):
     """`always[a:b]`, and `until` with an infinite window: failed when the condition is first false."""
+
+    def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
+        if self._is_due(now_ns, arrived, outputs, right_after=right_after):
+            self._judge_due(now_ns, arrived, outputs)
+        self.active = bool(self._due or self._waiting)
 
     def _judge_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> None:
         release = self.program.release

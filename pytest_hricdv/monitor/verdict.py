@@ -6,16 +6,18 @@ Verdicts are plain records, so a report has them as the monitors gave them.
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterable, Mapping
+from operator import attrgetter
 from typing import Literal
 
 from msgspec import UNSET, UnsetType
-from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.monitor.evaluation_state import NS_PER_S, Nanoseconds, Value, seconds
 
 Outcome = Literal["Passed", "Failed", "NC"]
+TriggerOutcome = Literal["passed", "failed", "pending"]
 
 
 class Violation(PlainRecord, frozen=True):
@@ -70,7 +72,7 @@ class Trigger(PlainRecord, frozen=True):
 
     begin_s: float
     end_s: float
-    outcome: Literal["passed", "failed", "pending"]
+    outcome: TriggerOutcome
 
 
 class RequirementResult(PlainRecord, frozen=True, kw_only=True):
@@ -140,6 +142,8 @@ class Verdict(RequirementResult, frozen=True, kw_only=True):
 class VerdictBuilder:
     """Collects what happens to one requirement during a run, and gives the verdict.
 
+    There may be a violation an event, and nobody reads them before the end: until then they are columns of numbers.
+
     Args:
         alternatives: the texts of the response's disjuncts; none where it is no disjunction.
     """
@@ -151,8 +155,12 @@ class VerdictBuilder:
         self.failures = 0
         self.margin = math.inf
         self._margin_ns: Nanoseconds = 0
-        self._violations: list[Violation] = []
-        self._history: list[Trigger] = []
+        # Of violations: trigger and time (ns), margins, values. Of triggers: begin and end (ns), outcome.
+        self._violated_ns = (array("q"), array("q"))
+        self._margins = array("d")
+        self._values: list[Mapping[str, Value]] = []
+        self._decided_ns = (array("q"), array("q"))
+        self._outcomes: list[TriggerOutcome] = []
 
     def add_margin(self, margin: float, now_ns: Nanoseconds) -> None:
         """Keep a margin if it is the least one so far."""
@@ -164,30 +172,40 @@ class VerdictBuilder:
         self, trigger_ns: Nanoseconds, time_ns: Nanoseconds, values: Mapping[str, Value], margin: float
     ) -> None:
         """Record one violation. (`failures` counts triggers; one trigger may have several violations.)"""
-        self._violations.append(Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin)))
+        self._violated_ns[0].append(trigger_ns)  # type: ignore[arg-type]
+        self._violated_ns[1].append(time_ns)  # type: ignore[arg-type]
+        self._margins.append(margin)
+        self._values.append(values)
 
     @property
     def violations(self) -> int:
         """How many there are."""
-        return len(self._violations)
+        return len(self._values)
 
     def came_late(self, number: int, late_ns: Nanoseconds, now_ns: Nanoseconds) -> None:
         """Say, once it is known, how late the response is that a violation (from 0) had missed."""
         margin = -late_ns / NS_PER_S
         self.add_margin(margin, now_ns)
-        self._violations[number] = replace(self._violations[number], margin=_finite_or_none(margin))
+        self._margins[number] = margin
 
     def decide(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, *, passed: bool) -> None:
         """Count a trigger that was discharged or failed."""
         if passed:
             self.passes += 1
+            self._note(begin_ns, end_ns, "passed")
         else:
             self.failures += 1
-        self._history.append(Trigger(seconds(begin_ns), seconds(end_ns), "passed" if passed else "failed"))
+            self._note(begin_ns, end_ns, "failed")
 
     def add_pending(self, begin_ns: Nanoseconds, end_ns: Nanoseconds) -> None:
         """Record a trigger that is undecided at the end of the run."""
-        self._history.append(Trigger(seconds(begin_ns), seconds(end_ns), "pending"))
+        self._note(begin_ns, end_ns, "pending")
+
+    def _note(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, outcome: TriggerOutcome) -> None:
+        # Times of a run are whole numbers: infinite are only times that do not come.
+        self._decided_ns[0].append(begin_ns)  # type: ignore[arg-type]
+        self._decided_ns[1].append(end_ns)  # type: ignore[arg-type]
+        self._outcomes.append(outcome)
 
     @property
     def outcome(self) -> Outcome:
@@ -205,12 +223,23 @@ class VerdictBuilder:
             failures=self.failures,
             vacuous=int(self.triggers == 0),
             pending=pending,
-            violations=tuple(self._violations),
+            violations=tuple(map(_violation, *self._violated_ns, self._values, self._margins)),
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
-            history=tuple(sorted(self._history, key=lambda trigger: trigger.begin_s)),
+            history=tuple(sorted(map(_trigger, *self._decided_ns, self._outcomes), key=_by_begin)),
             unused=tuple(self.unused) if self.triggers else (),
         )
+
+
+def _violation(trigger_ns: int, time_ns: int, values: Mapping[str, Value], margin: float) -> Violation:
+    return Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin))
+
+
+def _trigger(begin_ns: int, end_ns: int, outcome: TriggerOutcome) -> Trigger:
+    return Trigger(seconds(begin_ns), seconds(end_ns), outcome)
+
+
+_by_begin = attrgetter("begin_s")
 
 
 def _finite_or_none(margin: float) -> float | None:
