@@ -43,21 +43,30 @@ def violation_points(
         lines: of the test that was run.
         cross, requirements, known_violations, state: as of `pytest_hricdv.extra.closing.observation.observe`.
     """
+    states = _NamedStates(result, state)
     by_id = {requirement.id: requirement for requirement in requirements}
     for verdict in result.verdicts:
         for violation in verdict.violations:
             kind = KNOWN if is_declared(verdict.requirement, known_violations, outside=violation.outside) else NEW
             part = " & ".join(failure_signature(by_id[verdict.requirement], verdict, violation))
             outcome = _interaction(lines, result, violation.time_s, cross)
-            yield kind, verdict.requirement, part, _state(result, violation.time_s, state), outcome
+            yield kind, verdict.requirement, part, states.at(violation.time_s), outcome
     yield from ((FAULT, _NUMBER.sub("#", fault)) for fault in result.faults)
 
 
-def _state(result: CaseResult, time_s: float, state: str) -> str:
-    """What the code had last named as its state; empty where it names none."""
-    topic, _, name = state.partition(".")
-    said = [message for message in result.record.messages if message.topic == topic and message.time_s <= time_s]
-    return str(said[-1].fields[name]) if said else ""
+class _NamedStates:
+    """What the code under test named as its state over a run: read once, as a run may have a violation an event."""
+
+    def __init__(self, result: CaseResult, state: str) -> None:
+        topic, _, name = state.partition(".")
+        said = [message for message in result.record.messages if message.topic == topic]
+        self._times_s = [message.time_s for message in said]  # ascending, as they were recorded
+        self._names = [str(message.fields[name]) for message in said]
+
+    def at(self, time_s: float) -> str:
+        """The state at a time (s); empty where it had named none."""
+        count = bisect_right(self._times_s, time_s)
+        return self._names[count - 1] if count else ""
 
 
 def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross: Mapping[str, CrossProduct]) -> str:

@@ -15,6 +15,7 @@ from pytest_hricdv.monitor import Requirement, Vocabulary, parse_formula
 from pytest_hricdv.monitor.verdict import Verdict, Violation
 from pytest_hricdv.runtime import Record, RecordedMessage
 from pytest_hricdv.testbench import Outcome
+from tests.steps import steps_of
 
 
 def _planned(lines: Sequence[str]) -> list[Bin]:
@@ -42,6 +43,7 @@ def violation(time_s: float, speed: float = 2.0, force: float = 0.0, *, outside:
 
 def points(
     *violations: Violation,
+    states: Sequence[tuple[float, str]] = STATES,
     known_violations: Container[str] = (),
     state: str = "state.name",
     faults: tuple[str, ...] = (),
@@ -52,7 +54,7 @@ def points(
         test=ConcreteTest("t", "s", 1, ()),
         outcome=Outcome("done", ("given", "kept")),
         record=Record(
-            tuple(RecordedMessage(time_s, "robot", "state", {"name": name}) for time_s, name in STATES),
+            tuple(RecordedMessage(time_s, "robot", "state", {"name": name}) for time_s, name in states),
             {"speed": (array("d"), array("d"))},
             "hash",
         ),
@@ -114,3 +116,13 @@ def test_a_kind_is_described_by_its_parts() -> None:
     assert (found.known, found.runs, found.test) == (True, 3, "t-1")
     fault = described(("fault", "late by # s"), 1, "t-1")
     assert (fault.requirement, fault.part, fault.known) == ("", "late by # s", False)
+
+
+def test_each_violation_takes_as_many_steps_in_a_long_run_as_in_a_short_one() -> None:
+    def steps(count: int) -> float:
+        states = [(number / 10, f"s{number}") for number in range(count)]
+        violations = [violation(0.1 * number + 0.05) for number in range(count)]
+        assert points(*violations, states=states)[-1][3] == f"s{count - 1}"
+        return steps_of(lambda: points(*violations, states=states)) / count
+
+    assert steps(400) < 2 * steps(40)
