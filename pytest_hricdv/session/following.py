@@ -10,12 +10,14 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import pytest
 
-from pytest_hricdv.coverage.import_coverage import ImportCoverage
+if TYPE_CHECKING:
+    from pytest_hricdv.coverage.import_coverage import ImportCoverage
 
-IMPORTS = pytest.StashKey[ImportCoverage]()
+IMPORTS = pytest.StashKey["ImportCoverage"]()
 """Where the configuration of a session that measures the code under test has it."""
 
 
@@ -30,6 +32,8 @@ def is_wanted(config: pytest.Config, args: list[str]) -> bool:
 
 def follow_imports(config: pytest.Config) -> ImportCoverage:
     """Follow the imports of this process until the session ends."""
+    from pytest_hricdv.coverage.import_coverage import ImportCoverage  # a run without a suite does not load it
+
     if IMPORTS not in config.stash:
         imports = config.stash[IMPORTS] = ImportCoverage(config.rootpath.resolve())
         imports.watch.install()
