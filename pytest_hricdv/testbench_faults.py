@@ -63,7 +63,7 @@ def checked(candidate: object, where: str) -> Testbench:
     return candidate
 
 
-def lacking(error: Exception) -> str:
+def lacking(error: BaseException) -> str:
     """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
     if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
         return ""

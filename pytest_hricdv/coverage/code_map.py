@@ -7,29 +7,27 @@ which is cheap to send between processes, and coverage is merged with `|` in any
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import io
 import re
 import tokenize
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.records import CodeShare, MappedFile, ReportedCode, WaiverRecord
+from pytest_hricdv.coverage.settings import CoverageSettings
+from pytest_hricdv.coverage.source_files import CoverageError, ModuleFile, module_files
 
 if TYPE_CHECKING:
-    from coverage.parser import PythonParser
+    from coverage.plugin import FileReporter
+
+__all__ = ["Arc", "Bits", "CodeMap", "CoverageError", "SourceFile", "map_code", "percent"]
 
 Arc = tuple[int, int]
 
 WAIVER = re.compile(r"#\s*unreachable\b:?\s*(?P<reason>.*)")
-
-
-class CoverageError(InputError):
-    """The code under test cannot be measured as asked; the text says where and what to do."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +86,25 @@ class Bits:
 
 @dataclass(frozen=True)
 class CodeMap:
-    """All files of the code under test. `sha256` is over their contents: equal hashes, comparable bits."""
+    """All files of the code under test that are measured.
+
+    Args:
+        packages: that it is made of.
+        files: by path.
+        sha256: over the contents of all files, measured or not: equal hashes, comparable bits.
+        contents: name of a file, measured or not -> SHA-256 of what is in it.
+        unmeasured: name of a file that is not measured, though nobody left it out -> why.
+        nothing: why there is no file to measure; empty where there is.
+    """
 
     packages: tuple[str, ...]
     files: tuple[SourceFile, ...]
     sha256: str
+    contents: Mapping[str, str] = field(default_factory=dict, compare=False)
+    unmeasured: Mapping[str, str] = field(default_factory=dict, compare=False)
+    nothing: str = ""
+    reporters: Mapping[str, FileReporter] = field(default_factory=dict, compare=False, repr=False)
+    """Path of a file -> what coverage.py says of it."""
 
     @classmethod
     def of(cls, listed: ReportedCode) -> CodeMap | None:
@@ -141,16 +153,22 @@ class CodeMap:
         return Bits(statements, _bitset((f.branches, arcs.get(str(f.path), ())) for f in self.files))
 
     def translated(self, lines: Mapping[str, Iterable[int]], arcs: Mapping[str, Iterable[Arc]] | None) -> Bits:
-        """Lines and arcs as the tracer recorded them (keyed by `str(file.path)`) as bit sets."""
-        first_lines = {name: parser.translate_lines(lines.get(name, ())) for name, parser in self._parsers.items()}
+        """Lines and arcs as the tracer recorded them (keyed by `str(file.path)`) as bit sets.
+
+        Branches that need not be taken, as of a line with `pragma: no branch`, count as taken, as for coverage.py.
+        """
+        first_lines = {name: reporter.translate_lines(lines.get(name, ())) for name, reporter in self.reporters.items()}
         if arcs is None:
             return self.bits(first_lines, None)
-        first_arcs = {name: parser.translate_arcs(arcs.get(name, ())) for name, parser in self._parsers.items()}
-        return self.bits(first_lines, first_arcs)
+        first_arcs = {name: reporter.translate_arcs(arcs.get(name, ())) for name, reporter in self.reporters.items()}
+        bits = self.bits(first_lines, first_arcs)
+        return replace(bits, branches=(bits.branches or 0) | self._not_needed)
 
     @cached_property
-    def _parsers(self) -> dict[str, PythonParser]:
-        return {str(file.path): parse(file.path.read_text(encoding="utf-8"), file.path) for file in self.files}
+    def _not_needed(self) -> int:
+        """The branches that need not be taken."""
+        partial = {str(f.path): self.reporters[str(f.path)].no_branch_lines() for f in self.files}
+        return _bitset((f.branches, [arc for arc in f.branches if arc[0] in partial[str(f.path)]]) for f in self.files)
 
     def waived(self) -> Bits:
         """Statements under a waiver, and branches that lead to or from one."""
@@ -186,75 +204,92 @@ def _bitset(groups: Iterable[tuple[tuple[object, ...], Iterable[object]]]) -> in
     return bits
 
 
-def map_code(packages: Iterable[str], root: Path) -> CodeMap:
+def map_code(packages: Iterable[str], root: Path, settings: CoverageSettings | None = None) -> CodeMap:
     """Read the packages (or modules) under test without importing them.
 
     Args:
-        packages: importable top-level names.
+        packages: importable names.
         root: the folder that file names are given relative to, where they lie below it.
+        settings: what coverage.py counts; None: what it counts without a configuration.
 
     Raises:
-        CoverageError: a package that is not there, a file that does not parse, or a waiver without a reason.
+        CoverageError: a package that is not there or that does not parse, or a waiver without a reason.
     """
-    packages = tuple(packages)
-    paths = sorted({path.resolve() for package in packages for path in _files(package)})
-    digest = hashlib.sha256()
-    files = []
-    for path in paths:
-        text = path.read_text(encoding="utf-8")
-        name = path.relative_to(root).as_posix() if path.is_relative_to(root) else path.as_posix()
-        digest.update(f"{name}\0{text}\0".encode())
-        files.append(_read(name, path, text))
-    return CodeMap(packages, tuple(files), digest.hexdigest())
+    settings, packages = settings or CoverageSettings(), tuple(packages)
+    listed = module_files(packages, root)
+    digest, contents, unmeasured, files, reporters = hashlib.sha256(), {}, {}, [], {}
+    for file in listed:
+        data = _content(file.path)
+        contents[file.name] = hashlib.sha256(data).hexdigest()
+        digest.update(f"{file.name}\0".encode() + _text(file, data).encode() + b"\0")
+        if not settings.is_measured(file):
+            continue
+        if file.problem:
+            unmeasured[file.name] = file.problem
+            continue
+        reporter = settings.reporter(file.path)
+        try:
+            files.append(_read(file.name, file.path, reporter))
+            reporters[str(file.path)] = reporter
+        except NotPythonError as error:
+            if file.module in packages:  # nothing of the package can be imported
+                raise CoverageError(f"code under test: {error}") from None
+            unmeasured[file.name] = str(error)
+    return CodeMap(
+        packages,
+        tuple(files),
+        digest.hexdigest(),
+        contents,
+        unmeasured,
+        nothing="" if files else _nothing(packages, settings, any(not file.problem for file in listed)),
+        reporters=reporters,
+    )
 
 
-def _files(package: str) -> Iterable[Path]:
+def _nothing(packages: Iterable[str], settings: CoverageSettings, has_source: bool) -> str:
+    if has_source:
+        why = f"the configuration of coverage.py in {settings.file} leaves no file of it (source, include, omit)"
+    else:
+        why = "there is no source in Python of it"
+    return f"code under test, {', '.join(packages)}: {why}"
+
+
+def _content(path: Path) -> bytes:
+    """What is in a file, which may be in an archive."""
+    from coverage.python import get_zip_bytes
+
+    return path.read_bytes() if path.is_file() else get_zip_bytes(str(path)) or b""
+
+
+def _text(file: ModuleFile, data: bytes) -> str:
+    """A text with the content of a file, from which its bytes follow but for the ends of lines."""
+    return hashlib.sha256(data).hexdigest() if file.problem else data.decode("utf-8", "replace").replace("\r\n", "\n")
+
+
+class NotPythonError(Exception):
+    """A file that is no Python; the text says where and why."""
+
+
+def _read(name: str, path: Path, reporter: FileReporter) -> SourceFile:
+    from coverage.exceptions import CoverageException
+
     try:
-        spec = importlib.util.find_spec(package)
-    except ImportError:
-        spec = None
-    if spec is None:
-        raise CoverageError(
-            f"code under test: there is no package or module {package!r}; name one that can be imported"
-        )
-    if spec.submodule_search_locations is None:
-        return [Path(spec.origin or "")]
-    return [path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*.py")]
+        text, statements = reporter.source(), reporter.lines()
+        excluded, exits = reporter.excluded_lines(), reporter.exit_counts()
+        arcs = reporter.arcs()
+    except (CoverageException, SyntaxError, ValueError, LookupError, RecursionError) as error:
+        raise NotPythonError(str(error).replace(str(path), name)) from None
+    branches = sorted((a, b) for a, b in arcs if exits.get(a, 0) > 1 and b not in excluded)
+    waivers = tuple(_waivers(name, text, frozenset(statements), reporter))
+    return SourceFile(name, path, tuple(sorted(statements)), tuple(branches), waivers, text)
 
 
-def parse(text: str, path: Path) -> PythonParser:
-    """A parsed source file, with bodies that are only `...` left out: they declare, and never run.
-
-    Raises:
-        CoverageError: the file is no Python.
-    """
-    from coverage.exceptions import NotPython
-    from coverage.parser import PythonParser
-
-    parser = PythonParser(text=text or "\n", filename=str(path), exclude=r":\s*\.\.\.\s*$")
-    try:
-        parser.parse_source()
-    except NotPython as error:
-        raise CoverageError(f"code under test: {error}") from None
-    return parser
-
-
-def _read(name: str, path: Path, text: str) -> SourceFile:
-    parser = parse(text, path)
-    exits = parser.exit_counts()
-    branches = sorted((a, b) for a, b in parser.arcs() if exits[a] > 1)
-    waivers = tuple(_waivers(name, text, frozenset(parser.statements), parser.first_line))
-    return SourceFile(name, path, tuple(sorted(parser.statements)), tuple(branches), waivers, text)
-
-
-def _waivers(
-    name: str, text: str, statements: frozenset[int], first_line: Callable[[int], int]
-) -> Iterable[WaiverRecord]:
+def _waivers(name: str, text: str, statements: frozenset[int], reporter: FileReporter) -> Iterable[WaiverRecord]:
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         match = WAIVER.search(token.string) if token.type == tokenize.COMMENT else None
         if match is None:
             continue
-        line = first_line(token.start[0])
+        line = next(iter(reporter.translate_lines([token.start[0]])), token.start[0])
         if not match["reason"].strip():
             raise CoverageError(f"{name}:{token.start[0]}: a waiver needs its reason: write '# unreachable: <reason>'")
         if line not in statements:

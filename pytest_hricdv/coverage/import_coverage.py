@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap
 from pytest_hricdv.coverage.import_process import described, imported_again
 from pytest_hricdv.coverage.imports import ImportWatch, file_of
-from pytest_hricdv.coverage.own_coverage import OwnCoverage, debugger, exactly, literally, users_tracer
+from pytest_hricdv.coverage.own_coverage import FilesOf, OwnCoverage, debugger, exactly, literally, users_tracer
+from pytest_hricdv.coverage.source_files import INSTALLED
 
 if TYPE_CHECKING:
     import coverage
@@ -32,8 +33,6 @@ PREFIX = "hricdv import|"
 """Before the name of a module: the context of its import."""
 
 BEFORE = "modules that were imported before imports were followed"
-
-INSTALLED = frozenset({"site-packages", "dist-packages"})
 
 
 @dataclass
@@ -120,10 +119,10 @@ class ImportCoverage:
         self._has_begun, current = True, coverage.Coverage.current()
         names = [name for name, by in self._users.items() if by is current]
         if names and current is not None:
-            data = users_data(current)
+            data = FilesOf(users_data(current))
             for name in names:
                 file = str(self.watch.files[name])
-                self._measured.setdefault(name, Measured()).add(file, data.lines(file) or (), data.arcs(file) or ())
+                self._measured.setdefault(name, Measured()).add(file, data.lines(file), data.arcs(file))
             self._bits.clear()
         self._users.clear()
 
@@ -158,17 +157,17 @@ class ImportCoverage:
         finally:
             self._depth -= 1
             files = [file] if self._depth else [str(path) for path in self.watch.files.values()]
-            data, measured = users_data(current), self._measured.setdefault(name, Measured())
+            data, measured = FilesOf(users_data(current)), self._measured.setdefault(name, Measured())
             for path in files:
                 lines, arcs = earlier.of_file(path)
-                measured.add(path, set(data.lines(path) or ()) - lines, set(data.arcs(path) or ()) - arcs)
+                measured.add(path, set(data.lines(path)) - lines, set(data.arcs(path)) - arcs)
             self._bits.clear()
 
     def _loaded(self, current: coverage.Coverage) -> Measured:
         """What the user's measurement has of the modules that are loaded now."""
-        data, measured = users_data(current), Measured()
+        data, measured = FilesOf(users_data(current)), Measured()
         for path in map(str, self.watch.files.values()):
-            measured.add(path, data.lines(path) or (), data.arcs(path) or ())
+            measured.add(path, data.lines(path), data.arcs(path))
         return measured
 
     def collect(self) -> None:

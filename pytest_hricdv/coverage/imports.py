@@ -133,6 +133,21 @@ class ImportWatch(MetaPathFinder):
                 waiting += _with_parents(name)
         return frozenset(needed)
 
+    def failed(self, error: BaseException) -> tuple[str, BaseException] | None:
+        """The module whose import raised an error, or what this error came of, and what it raised; None if none did.
+
+        Of several modules that import each other, the one that raised it itself.
+        """
+        chain: list[BaseException] = []
+        raised: BaseException | None = error
+        while raised is not None and raised not in chain:
+            chain.append(raised)
+            raised = raised.__cause__ or raised.__context__
+        for name, failure in self.failures.items():  # inner ones first
+            if any(failure is link for link in chain):
+                return name, failure
+        return None
+
     def of_files(self, files: Collection[Path]) -> list[str]:
         """The modules that were followed and are of these files."""
         return [name for name, file in self.files.items() if file in files]

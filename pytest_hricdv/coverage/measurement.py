@@ -19,6 +19,7 @@ from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, kept_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import ImportCoverage, users_data
 from pytest_hricdv.coverage.own_coverage import (
+    FilesOf,
     OwnCoverage,
     debugger,
     exactly,
@@ -214,10 +215,11 @@ class JoinedMeasurement:
 def read(data: CoverageData, code: CodeMap, pattern: str) -> tuple[Bits, tuple[str, ...]]:
     """The lines and arcs of the code under test under the contexts that match `pattern`, and the files with any."""
     names = [str(file.path) for file in code.files]
+    files = FilesOf(data)
     data.set_query_contexts([pattern])
     try:
-        lines = {name: data.lines(name) or () for name in names}
-        arcs = {name: data.arcs(name) or () for name in names} if data.has_arcs() else None
+        lines = {name: files.lines(name) for name in names}
+        arcs = {name: files.arcs(name) for name in names} if data.has_arcs() else None
     finally:
         data.set_query_contexts(None)
     return code.translated(lines, arcs), tuple(name for name, executed in lines.items() if executed)
@@ -237,6 +239,8 @@ def choose(
     import coverage
 
     current = coverage.Coverage.current()
+    if code.nothing:
+        return NoMeasurement(code.nothing)
     if reason := debugger():
         return NoMeasurement(reason)
     if current is not None and users_tracer() is None:

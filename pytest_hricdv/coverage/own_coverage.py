@@ -6,6 +6,7 @@ monitors) runs untraced at full speed, while every line and branch of these file
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import threading
@@ -134,6 +135,25 @@ def is_coverages(tracer: Any) -> bool:
 def literally(path: str) -> str:
     """A pattern of coverage.py for a path: what it would take for more than a letter stands for any one letter."""
     return re.sub(r"[*?\[\]{}+]", "?", path)
+
+
+class FilesOf:
+    """Lines and arcs of a measurement by the path of a file; with `relative_files` it has relative ones."""
+
+    def __init__(self, data: CoverageData) -> None:
+        from coverage.files import relative_directory
+
+        self._data = data
+        folder = relative_directory()
+        self._names = {os.path.realpath(os.path.join(folder, name)): name for name in data.measured_files()}
+
+    def lines(self, path: str) -> list[int]:
+        """The lines of a file that were recorded, in the contexts that are queried."""
+        return (self._data.lines(self._names[path]) or []) if path in self._names else []
+
+    def arcs(self, path: str) -> list[tuple[int, int]]:
+        """The arcs of a file that were recorded, in the contexts that are queried."""
+        return (self._data.arcs(self._names[path]) or []) if path in self._names else []
 
 
 def exactly(context: str) -> str:

@@ -112,6 +112,20 @@ def fit(text: str, columns: int) -> str:
     return kept.rstrip() + dots
 
 
+def fit_path(path: str, columns: int) -> str:
+    """The path, or `...` and its end, in at most so many columns: its end is what tells files apart."""
+    if width(path) <= columns:
+        return path
+    dots = "..."[: max(columns, 0)]
+    room, kept = columns - len(dots), ""
+    for char in reversed(path):
+        room -= _char_width(char)
+        if room < 0:
+            break
+        kept = char + kept
+    return dots + kept
+
+
 def pad(text: str, columns: int) -> str:
     """The text cut or filled with blanks to exactly so many columns."""
     cut = fit(text, columns)

@@ -13,6 +13,7 @@ from pytest_hricdv.report.formatting import (
     Line,
     and_more,
     fit,
+    fit_path,
     labelled,
     listing,
     pad,
@@ -173,7 +174,8 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
     room = max(min(max(map(width, labels[:_MAX_GAPS])), columns // 2 - 4), LABEL_COLUMNS)
     above = ""
     for gap, label in zip(gaps[:_MAX_GAPS], labels, strict=False):
-        start = f"  {pad('' if label == above else label, room)}  "
+        shown = fit_path(label, room) if gap.kind in ("lines", "branches") else label
+        start = f"  {pad('' if label == above else shown, room)}  "
         start += "branches " if gap.kind == "branches" else ""
         above = label
         yield Line(start + listing([visible(item) for item in gap.items], max(columns - width(start), 12)))

@@ -107,7 +107,7 @@ def coverage_of(test: TestResult) -> TestCoverage:
 def _code_under_test(declared: ReportedCode, code: CodeMap | None, total: Bits | None) -> ReportedCode:
     complete = total is not None and total.branches is not None
     files = file_coverage(code, total) if code else ()
-    unmeasured = dict(reversed(total.unmeasured)) if total is not None else {}
+    unmeasured = {**declared.unmeasured_files, **(dict(reversed(total.unmeasured)) if total is not None else {})}
     return replace(
         declared,
         measured=total is not None,

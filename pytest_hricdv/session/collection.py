@@ -84,7 +84,7 @@ class Collection:
             return testbench
         except TestbenchError as error:
             raise usage_error(str(error)) from None
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # a module of the code under test may exit where it is imported
             raise usage_error(f"{located(error)}{lacking(error)}") from error
 
     @cached_property

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import io
 import json
 import os
@@ -136,14 +135,13 @@ class Provenance:
     @classmethod
     def now(cls, code: CodeMap, testbench: Testbench) -> Provenance:
         """Of this process."""
-        hashes = {file.name: hashlib.sha256(file.path.read_bytes()).hexdigest() for file in code.files}
         made_with = {
             "pytest-hricdv": version("pytest-hricdv"),
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
             "testbench": testbench.name,
         }
-        return cls(hashes, made_with, own_hash_seed())
+        return cls(code.contents, made_with, own_hash_seed())
 
     def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: ReplayOrigin | None = None) -> Replay:
         """What to write of a test that was run here."""

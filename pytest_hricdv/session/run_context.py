@@ -13,6 +13,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choose
 from pytest_hricdv.coverage.own_coverage import debugger
+from pytest_hricdv.coverage.settings import CoverageSettings
 from pytest_hricdv.execution.case import RunSettings, part_criteria
 from pytest_hricdv.execution.execution_part import execution_parts
 from pytest_hricdv.monitor import (
@@ -100,7 +101,9 @@ class RunContext:
     def code(self) -> CodeMap:
         """What can be covered. Raises pytest.UsageError for code that is not there or a waiver without reason."""
         try:
-            return map_code(self.collection.testbench.code, Path(self.collection.config.rootpath))
+            config = self.collection.config
+            settings = CoverageSettings((Path.cwd(), config.rootpath), getattr(config.option, "cov_config", "") or "")
+            return map_code(self.collection.testbench.code, Path(config.rootpath), settings)
         except CoverageError as error:
             raise usage_error(str(error)) from None
 

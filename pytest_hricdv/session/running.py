@@ -8,6 +8,7 @@ from typing import TypedDict
 import pytest
 from msgspec.structs import replace
 
+from pytest_hricdv._base.message import legible
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
@@ -25,6 +26,7 @@ from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.usage import located
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -81,7 +83,7 @@ class Running:
         if case is not None:
             case.forget()  # of an earlier run of the same item, as pytest-rerunfailures makes them
             self._setup_s, self._in_setup = 0.0, True
-            case.runner = lambda this: self._run(this, item.nodeid)
+            case.runner = lambda this: self._run(this, item)
             case.checker = lambda this, result: self._check(this, result, item.nodeid)
         return (yield)
 
@@ -143,8 +145,8 @@ class Running:
             return replace(result, outcome="failed", failure=report.longrepr)
         return finished
 
-    def _run(self, case: HriCase, nodeid: str) -> CaseResult:
-        self._used = self.context.measurement
+    def _run(self, case: HriCase, item: pytest.Item) -> CaseResult:
+        nodeid, self._used = item.nodeid, self.context.measurement
         if self._in_setup and self.options.isolate:
             pytest.fail(
                 "hri_case.run in a fixture: with --hri-isolate only the calls of tests are in processes of their own: "
@@ -160,7 +162,8 @@ class Running:
             for part in parts():
                 run = part.ran(self.context, case.concrete, run)
             return run
-        except Exception as error:
+        except (Exception, SystemExit) as error:
+            refuse_failed_import(error, item)
             # The exception of the author's code, with its line, says more than that a node failed.
             failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
             place = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
@@ -245,6 +248,24 @@ class Running:
                 result = replace(result, replay=file.name, replayed=self.context.provenance.compared(file, result))
             self._built = (case, run, result)
         return self._built[2]
+
+
+def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
+    """Ends the session, with one message, where a module cannot be imported that the testbench's run needs.
+
+    Each further test would say the same. In a node of the code under test it is a failure of that run.
+    """
+    imports = item.config.stash.get(IMPORTS, None)
+    failed = None if imports is None or isinstance(error, KernelError) else imports.watch.failed(error)
+    if failed is None:
+        return
+    name, raised = failed
+    message = legible(
+        f"{located(raised)}\nThe testbench's run needs {name}, which cannot be imported: install what it lacks, or let "
+        "the conftest put a stand-in for that into sys.modules. No further test is run."
+    )
+    item.session.shouldfail = message.partition("\n")[0]
+    pytest.fail(message, pytrace=False)
 
 
 def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:

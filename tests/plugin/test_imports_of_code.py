@@ -122,3 +122,59 @@ def test_an_optional_module_that_cannot_be_imported_is_unmeasured_with_its_reaso
     assert files(lamps.path)["hardware.py"] == (1, 2)
     assert why in " ".join(result.stdout.str().split())
     assert why.split(":")[0] in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "raised"),
+    [
+        ("import RPi.GPIO\n", "lamps/hardware.py:2: <module>: ModuleNotFoundError: No module named 'RPi'"),
+        ("import sys\nsys.exit('no relay')\n", "lamps/hardware.py:3: <module>: SystemExit: no relay"),
+    ],
+)
+@in_both_modes
+def test_a_module_that_the_testbench_needs_and_that_cannot_be_imported_is_one_located_error(
+    lamps: pytest.Pytester, text: str, raised: str, options: tuple[str, ...]
+) -> None:
+    add(lamps, "hardware.py", f'"""Relays."""\n{text}')
+    change(lamps.path, "conftest.py", "    from lamps import guide\n", "    from lamps import guide, hardware\n")
+    result = lamps.runpytest_subprocess(*SUITE, *options)
+    result.assert_outcomes(failed=1)
+    told = result.stdout.str()
+    assert raised in told
+    assert "The testbench's run needs lamps.hardware, which cannot be imported: install" in told
+    assert "Traceback" not in told
+    assert report(lamps.path)["not_run"] == 3
+
+
+def test_a_conftest_whose_code_exits_when_it_is_imported_is_one_located_error(lamps: pytest.Pytester) -> None:
+    add(lamps, "messages.py", "import sys\nsys.exit(3)\n")
+    result = lamps.runpytest_inprocess(*ALONE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *lamps/messages.py:2: <module>: SystemExit: 3"])
+
+
+def test_what_was_imported_before_it_could_be_followed_is_imported_again_once_and_before_the_first_test(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")  # of this test
+    site = lamps.path / "site-packages"
+    site.mkdir()
+    log = lamps.path / "imports"
+    text = (
+        "import os, sys\n"
+        f"with open({str(log)!r}, 'a') as file:\n"
+        "    file.write(os.environ.get('PYTEST_CURRENT_TEST', 'before') + '\\n')\n"
+        f"if len(open({str(log)!r}).readlines()) > 1:\n"
+        "    sys.exit('the relay is in use')\n"
+    )
+    (site / "relays.py").write_text(text, encoding="utf-8")
+    change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = . site-packages")
+    change(lamps.path, "conftest.py", 'code=("lamps",)', 'code=("lamps", "relays")')
+    conftest = (lamps.path / "conftest.py").read_text(encoding="utf-8")
+    (lamps.path / "conftest.py").write_text(f"import relays\n{conftest}", encoding="utf-8")
+    result = lamps.runpytest_subprocess(*ALONE)
+    assert result.ret == 0
+    assert log.read_text().splitlines() == ["before", "before"]
+    why = "imported once more, to be measured, it raised SystemExit: the relay is in use"
+    assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"relays.py": why}
+    assert files(lamps.path)["guide.py"][0] > 20

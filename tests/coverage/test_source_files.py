@@ -1,0 +1,169 @@
+"""Which files the code under test has: those that Python would import, found without importing any."""
+
+from __future__ import annotations
+
+import py_compile
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.coverage.code_map import CodeMap, CoverageError, map_code
+from pytest_hricdv.coverage.settings import CoverageSettings
+from pytest_hricdv.coverage.source_files import find_without_importing
+
+
+def write(folder: Path, files: dict[str, str]) -> None:
+    """Write the files of a project."""
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def names(code: CodeMap) -> list[str]:
+    """The names of the files that are measured."""
+    return [file.name for file in code.files]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder in which modules are found."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+def test_a_folder_without_init_is_a_namespace_package(folder: Path) -> None:
+    write(folder, {"spaced/__init__.py": "", "spaced/parts/arm.py": "x = 1\n", "spaced/parts/in/hand.py": "y = 1\n"})
+    write(folder, {"spaced/not-a-name/tool.py": "z = 1\n", "spaced/__pycache__/old.py": "z = 1\n"})
+    assert names(map_code(["spaced"], folder)) == [
+        "spaced/__init__.py",
+        "spaced/parts/arm.py",
+        "spaced/parts/in/hand.py",
+    ]
+
+
+def test_a_namespace_package_has_the_files_of_all_its_portions(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number, portion in enumerate(("one", "two")):
+        write(folder / portion, {f"portioned/part{number}.py": "x = 1\n"})
+        monkeypatch.syspath_prepend(str(folder / portion))
+    code = map_code(["portioned"], folder)
+    assert names(code) == ["one/portioned/part0.py", "two/portioned/part1.py"]
+    assert map_code(["portioned.part1"], folder).files[0].name == "two/portioned/part1.py"
+
+
+def test_nothing_is_imported_to_find_a_module_of_a_package(folder: Path) -> None:
+    write(folder, {"moving/__init__.py": "raise SystemExit('the arm moves')\n", "moving/parts/arm.py": "x = 1\n"})
+    assert names(map_code(["moving.parts.arm"], folder)) == ["moving/parts/arm.py"]
+    assert find_without_importing("moving.parts.leg") is None
+    assert find_without_importing("moving..arm") is None
+    assert "moving" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        (b'\xef\xbb\xbfx = "\xc3\xa9"\n', 'x = "é"\n'),
+        (b'# -*- coding: latin-1 -*-\nx = "\xe9"\n', '# -*- coding: latin-1 -*-\nx = "é"\n'),
+        (b'#!/usr/bin/python\n# vim: set fileencoding=cp1252 :\nx = "\x80"\n', "€"),
+        (b"x = 1\r\nif x:\r\n    y = 2\r\n", "x = 1\nif x:\n    y = 2\n"),
+        (b"x = 1\x0c\ny = 2", "x = 1 \ny = 2\n"),
+    ],
+    ids=["BOM", "latin-1", "cp1252 in the second line", "CRLF", "form feed and no end"],
+)
+def test_sources_are_read_as_python_reads_them(folder: Path, data: bytes, text: str) -> None:
+    (folder / "encoded.py").write_bytes(data)
+    (file,) = map_code(["encoded"], folder).files
+    assert text in file.text
+    assert file.statements
+
+
+def test_a_module_without_source_is_unmeasured_with_the_reason(folder: Path) -> None:
+    write(folder, {"closed/__init__.py": "x = 1\n", "closed/secret.py": "y = 1\n"})
+    py_compile.compile(str(folder / "closed" / "secret.py"), cfile=str(folder / "closed" / "secret.pyc"))
+    (folder / "closed" / "secret.py").unlink()
+    (folder / "closed" / "fast.so").write_bytes(b"\x7fELF")
+    code = map_code(["closed"], folder)
+    assert names(code) == ["closed/__init__.py"]
+    assert code.unmeasured == {
+        "closed/fast.so": "it is an extension module, and has no source in Python",
+        "closed/secret.pyc": "it has no source: only the compiled file is there",
+    }
+    assert {*code.contents} == {"closed/__init__.py", "closed/fast.so", "closed/secret.pyc"}
+
+
+def test_code_of_which_there_is_no_source_at_all_is_unmeasured(folder: Path) -> None:
+    (folder / "quick.so").write_bytes(b"\x7fELF")
+    code = map_code(["quick"], folder)
+    assert code.nothing == "code under test, quick: there is no source in Python of it"
+
+
+def test_what_is_built_into_python_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CoverageError, match="'sys' is built into Python"):
+        map_code(["sys"], tmp_path)
+
+
+def test_a_package_in_an_archive_is_read_there(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    archive = folder / "robot.zip"
+    with zipfile.ZipFile(archive, "w") as opened:
+        opened.writestr("zipped/__init__.py", "x = 1\n")
+        opened.writestr("zipped/arm.py", "def move():\n    return 1\n")
+        opened.writestr("other/leg.py", "y = 1\n")
+    monkeypatch.syspath_prepend(str(archive))
+    code = map_code(["zipped"], folder)
+    assert names(code) == ["robot.zip/zipped/__init__.py", "robot.zip/zipped/arm.py"]
+    assert code.files[1].statements == (1, 2)
+    assert len(code.contents["robot.zip/zipped/arm.py"]) == 64
+
+
+def test_a_template_that_is_no_python_is_unmeasured_and_the_others_are_not(folder: Path) -> None:
+    write(folder, {"made/__init__.py": "", "made/arm.py": "x = 1\n", "made/templates/node.py": "class {{ name }}:\n"})
+    code = map_code(["made"], folder)
+    assert names(code) == ["made/__init__.py", "made/arm.py"]
+    assert "made/templates/node.py" in code.unmeasured
+    assert "line 1" in code.unmeasured["made/templates/node.py"]
+
+
+def test_names_of_installed_files_are_relative_to_where_they_are_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / ".venv" / "lib" / "python3.99" / "site-packages"
+    write(site, {"installed/__init__.py": "x = 1\n", "installed/deep/arm.py": "y = 1\n"})
+    monkeypatch.syspath_prepend(str(site))
+    assert names(map_code(["installed"], tmp_path)) == ["installed/__init__.py", "installed/deep/arm.py"]
+
+
+def test_installed_files_of_equal_names_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for place in ("a", "b"):
+        site = tmp_path / place / "site-packages"
+        write(site, {"twice/arm.py": "x = 1\n", f"twice/only_{place}.py": "x = 1\n"})
+        monkeypatch.syspath_prepend(str(site))
+    code = map_code(["twice"], tmp_path)
+    full = sorted((tmp_path / place / "site-packages/twice/arm.py").as_posix() for place in ("a", "b"))
+    assert sorted(names(code)) == sorted([*full, "twice/only_a.py", "twice/only_b.py"])
+
+
+def test_links_are_followed_and_end(folder: Path) -> None:
+    write(folder, {"src/arm.py": "x = 1\n", "linked/__init__.py": ""})
+    (folder / "linked" / "parts").symlink_to(folder / "src", target_is_directory=True)
+    (folder / "linked" / "again").symlink_to(folder / "linked", target_is_directory=True)
+    assert names(map_code(["linked"], folder)) == ["linked/__init__.py", "src/arm.py"]
+
+
+def test_a_stand_in_for_a_module_is_no_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from types import ModuleType
+
+    monkeypatch.setitem(sys.modules, "stood_in", ModuleType("stood_in"))
+    with pytest.raises(CoverageError, match="no package or module 'stood_in'"):
+        map_code(["stood_in"], tmp_path)
+
+
+def test_configurations_are_of_the_folder_where_they_lie(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(folder, {"placed/__init__.py": "", "placed/a.py": "x = 1\n", "placed/b.py": "x = 1\n", "sub/x.txt": ""})
+    write(folder, {"setup.cfg": "[coverage:run]\nomit = placed/a.py\n", "sub/tox.ini": "[tox]\n"})
+    monkeypatch.chdir(folder / "sub")
+    code = map_code(["placed"], folder, CoverageSettings((folder / "sub", folder)))
+    assert names(code) == ["placed/__init__.py", "placed/b.py"]
+    assert "placed/a.py" in code.contents
+    assert Path.cwd() == folder / "sub"

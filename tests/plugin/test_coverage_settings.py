@@ -1,0 +1,166 @@
+"""What the user's configuration of coverage.py says holds here as well: the same totals, of the same run."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, report
+
+SUITE = ("--hri-suite=by-hand", "-p", "no:cacheprovider")
+BESIDE = ("--cov=lamps", "--cov-branch", "--cov-report=json")
+
+MORE = '''
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+DEBUG = False
+
+
+class Lever:
+    """A lever."""
+
+    def pull(self) -> None: ...
+
+
+class Broken(Exception): ...
+
+
+def shown(level):  # pragma: no cover
+    return f"{level} %"
+
+
+def checked(level):
+    assert level >= 0.0
+    if DEBUG:
+        print("level", level)
+    while level:  # pragma: no branch
+        level = 0.0
+    for number in range(3):  # never ends early
+        level += number
+    return level
+
+
+def logged(level):
+    if level > 1000.0:
+        raise NotImplementedError(level)
+    return checked(level)
+'''
+"""What configurations speak of, behind the guide."""
+
+CALLS = "level = level_for(wish)\n        logged(level)"
+
+INI = {
+    "no file": {},
+    "exclude_lines": {".coveragerc": "[report]\nexclude_lines =\n    if DEBUG:\n    raise NotImplementedError\n"},
+    "exclude_also": {"setup.cfg": "[coverage:report]\nexclude_also =\n    if DEBUG:\n    class Lever\n"},
+    "partial_branches": {"tox.ini": "[coverage:report]\npartial_branches =\n    never ends early\n    if wish.level\n"},
+    "partial_also": {"pyproject.toml": "[tool.coverage.report]\npartial_also = ['never ends early', 'if level > 1']\n"},
+    "omit": {".coveragerc": "[run]\nomit =\n    lamps/messages.py\n    */unused.py\n"},
+    "omit of the report": {"pyproject.toml": "[tool.coverage.report]\nomit = ['lamps/m*.py']\n"},
+    "include of the report": {".coveragerc": "[report]\ninclude = */guide.py\n"},
+    "multi-line": {".coveragerc": "[report]\nexclude_also =\n    def checked\\(level\\):\\n    assert.*\n"},
+    "relative files": {".coveragerc": "[run]\nrelative_files = true\n"},
+    "parallel": {".coveragerc": "[run]\nparallel = true\n"},
+    "dynamic contexts": {".coveragerc": "[run]\ndynamic_context = test_function\n"},
+    "static context": {"pyproject.toml": "[tool.coverage.run]\ncontext = 'lab'\n"},
+    "patch": {".coveragerc": "[run]\npatch = subprocess\n"},
+    "core": {".coveragerc": "[run]\ncore = pytrace\n"},
+    "toml": {".coveragerc.toml": "[run]\nomit = ['lamps/messages.py']\n"},
+}
+
+Totals = dict[str, tuple[int, int, int, int]]
+"""File -> statements, missing ones, branches, missing ones."""
+
+
+def grow(folder: Path) -> None:
+    """Let the guide have what configurations speak of, and the package a module that nothing imports."""
+    guide = folder / "lamps" / "guide.py"
+    guide.write_text(guide.read_text(encoding="utf-8") + MORE, encoding="utf-8")
+    change(folder, "lamps/guide.py", "level = level_for(wish)", CALLS)
+    (folder / "lamps" / "unused.py").write_text("ONE = 1\n\nif ONE:\n    TWO = 2\n", encoding="utf-8")
+
+
+def coverages(folder: Path) -> Totals:
+    """Of coverage.py's own report of the run."""
+    written = json.loads((folder / "coverage.json").read_text(encoding="utf-8"))["files"]
+    return {
+        Path(name).as_posix(): (
+            file["summary"]["num_statements"],
+            file["summary"]["missing_lines"],
+            file["summary"]["num_branches"],
+            file["summary"]["missing_branches"],
+        )
+        for name, file in written.items()
+        if file["summary"]["num_statements"]
+    }
+
+
+def ours(folder: Path) -> Totals:
+    """Of our report."""
+    code: dict[str, Any] = report(folder)["code_under_test"]
+    assert code["measured"], code["reason"]
+    branches = {file["file"]: len(file["branches"]) for file in code["map"]}
+    return {
+        file["file"]: (
+            file["statements"],
+            len(file["missing_lines"]),
+            branches[file["file"]],
+            len(file["missing_branches"]),
+        )
+        for file in code["files"]
+        if file["statements"]
+    }
+
+
+@pytest.mark.parametrize("name", INI)
+def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.Pytester, name: str) -> None:
+    grow(lamps.path)
+    for file, text in INI[name].items():
+        (lamps.path / file).write_text(text, encoding="utf-8")
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *BESIDE)
+    assert ours(lamps.path) == coverages(lamps.path)
+    joined = ours(lamps.path)
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")
+    assert ours(lamps.path) == joined
+
+
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="sys.monitoring came with Python 3.12")
+def test_the_core_sysmon_is_told_and_has_no_part_in_our_own_measurement(lamps: pytest.Pytester) -> None:
+    grow(lamps.path)
+    (lamps.path / ".coveragerc").write_text("[run]\ncore = sysmon\n", encoding="utf-8")
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *BESIDE)
+    assert "sys.monitoring" in report(lamps.path)["code_under_test"]["reason"]
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")
+    assert ours(lamps.path)["lamps/guide.py"] == coverages(lamps.path)["lamps/guide.py"]
+
+
+def test_the_source_of_the_configuration_limits_what_is_measured(lamps: pytest.Pytester) -> None:
+    grow(lamps.path)
+    (lamps.path / ".coveragerc").write_text("[run]\nsource_pkgs =\n    lamps.guide\n", encoding="utf-8")
+    lamps.runpytest_subprocess(*SUITE, *A_WORKER)
+    assert [*ours(lamps.path)] == ["lamps/guide.py"]
+
+
+def test_a_configuration_that_leaves_nothing_is_the_reason_why_nothing_is_measured(lamps: pytest.Pytester) -> None:
+    (lamps.path / "setup.cfg").write_text("[coverage:run]\nomit = lamps/*\n", encoding="utf-8")
+    result = lamps.runpytest_inprocess(*SUITE, "-p", "no:xdist")
+    assert result.ret == 0
+    code = report(lamps.path)["code_under_test"]
+    assert (code["measured"], code["map"]) == (False, [])
+    assert code["reason"].endswith("setup.cfg leaves no file of it (source, include, omit)")
+
+
+def test_a_configuration_that_coverage_refuses_is_one_line(lamps: pytest.Pytester) -> None:
+    (lamps.path / ".coveragerc").write_text("[report]\nexclude_also =\n    (\n", encoding="utf-8")
+    result = lamps.runpytest_inprocess(*SUITE, "-p", "no:xdist")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: the configuration of coverage.py: Invalid [[]report[]].exclude_also value*"])
+    assert "Traceback" not in result.stderr.str()
