@@ -211,15 +211,24 @@ class ImportCoverage:
 
     def _unmeasured(self, names: Iterable[str]) -> Iterator[tuple[str, str]]:
         """Files of which the import was not measured, or not to its end, and why."""
-        shown = {file.path: file.name for file in self._code.files} if self._code else {}
+        of_code = self._code.files if self._code else ()
+        shown = {file.path: file.name for file in of_code}
+        statements = {file.path for file in of_code if file.statements}
+        recorded = {
+            Path(path) for measured in self._measured.values() for path, lines in measured.lines.items() if lines
+        }
         files = self.watch.files | dict(loaded_files())
         for name, problem in self._problems.items():
             if files.get(name) in shown:
                 yield shown[files[name]], f"imported once more, to be measured, it {problem}"
         for name in names:
-            error = self.watch.failures.get(name)
-            if error is not None and self.watch.files[name] in shown:
-                yield shown[self.watch.files[name]], f"its import raised {described(error)}"
+            path, error = self.watch.files[name], self.watch.failures.get(name)
+            if path not in shown:
+                continue
+            if error is not None:
+                yield shown[path], f"its import raised {described(error)}"
+            elif path in statements and path not in recorded:
+                yield shown[path], "it was imported, and the running measurement (--cov) has nothing of that"
 
 
 def _of_project(root: Path) -> OwnCoverage:

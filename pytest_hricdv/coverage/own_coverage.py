@@ -157,8 +157,8 @@ class FilesOf:
 
 
 def exactly(context: str) -> str:
-    """A pattern for `CoverageData.set_query_contexts`."""
-    return f"^{re.escape(context)}$"
+    """A pattern for `CoverageData.set_query_contexts`; a static context of the user's stands before a context."""
+    return f"(^|\\|){re.escape(context)}$"
 
 
 def debugger() -> str:
