@@ -221,14 +221,19 @@ class _ImportsApart(MetaPathFinder):
 
     def __init__(self) -> None:
         self._loaders: list[Any] = []
+        self._searched: set[str] = set()
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None, /
     ) -> ModuleSpec | None:
         """What the other finders find, with a loader that executes the module so."""
-        others = [finder for finder in sys.meta_path if not isinstance(finder, _ImportsApart)]
-        specs = (finder.find_spec(fullname, path, target) for finder in others if hasattr(finder, "find_spec"))
-        spec = next((spec for spec in specs if spec is not None), None)
+        if fullname in self._searched:
+            return None  # another finder, which asks all others as this one does, has asked this one
+        self._searched.add(fullname)
+        try:
+            spec = _first_spec(fullname, path, target)
+        finally:
+            self._searched.discard(fullname)
         loader: Any = None if spec is None else spec.loader
         # A loader that has it in itself is the class that loads built-in modules, or one that is dealt with.
         if hasattr(loader, "exec_module") and "exec_module" not in getattr(loader, "__dict__", ("exec_module",)):
@@ -240,6 +245,12 @@ class _ImportsApart(MetaPathFinder):
         """Loaders are again what they were."""
         for loader in self._loaders:
             vars(loader).pop("exec_module", None)
+
+
+def _first_spec(fullname: str, path: Sequence[str] | None, target: ModuleType | None) -> ModuleSpec | None:
+    others = [finder for finder in sys.meta_path if not isinstance(finder, _ImportsApart)]
+    specs = (finder.find_spec(fullname, path, target) for finder in others if hasattr(finder, "find_spec"))
+    return next((spec for spec in specs if spec is not None), None)
 
 
 def _executed(execute: Callable[[ModuleType], None], module: ModuleType) -> None:

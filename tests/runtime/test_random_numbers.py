@@ -11,11 +11,14 @@ import sys
 import tempfile
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
 from os import urandom as alias
 from pathlib import Path
 from random import seed as seed_alias
+from types import ModuleType
 from uuid import uuid1 as uuid1_alias
 
 import numpy as np
@@ -249,3 +252,26 @@ def test_identifiers_with_a_time_have_that_of_the_run() -> None:
     assert made() == first == sorted(first)
     assert {(number.version, number.variant) for number in first} == {(7, uuid.RFC_4122)}
     assert (first[-1].int >> 80) - (first[0].int >> 80) == 490, "milliseconds"
+
+
+class AskingOthers(MetaPathFinder):
+    """As import hooks that wrap what the others find."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None, /
+    ) -> ModuleSpec | None:
+        others = [finder for finder in sys.meta_path if finder is not self]
+        return next(filter(None, (finder.find_spec(fullname, path, target) for finder in others)), None)
+
+
+def test_finders_that_ask_all_others_still_find(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "hri_leg.py").write_text("import random\nID = random.random()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "meta_path", [AskingOthers(), *sys.meta_path])
+    drawn = []
+    for _ in range(2):
+        monkeypatch.delitem(sys.modules, "hri_leg", raising=False)
+        with seeded_by(1):
+            drawn.append(importlib.import_module("hri_leg").ID)
+    assert drawn[0] == drawn[1]
+    monkeypatch.delitem(sys.modules, "hri_leg")
