@@ -16,6 +16,9 @@ from pytest_hricdv.monitor.vocabulary import field_of, is_optional, last_of
 NS_PER_S = 1_000_000_000
 """A thousandth of the kernel's microsecond, so that rounding joins no two of its instants."""
 
+LAST_NS = 2**62
+"""The last time of a run, in 146 years: twice of it still fits a column of 64-bit numbers."""
+
 # Time inside the monitors: whole nanoseconds, or infinity. The type is float because int has no infinity.
 Nanoseconds = float
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 
@@ -86,8 +87,8 @@ class ConditionMonitor(FormulaMonitor):
     ) -> None:
         super().__init__(program, state)
         self._changed = changed
-        # When its truth changed: at an instant (False), or right after it (True). At first it is false.
-        self._changes: list[tuple[Nanoseconds, bool]] = []
+        # When its truth changed: twice the time (ns), and 1 more for right after it. At first it is false.
+        self._changes = array("q")
 
     @property
     def holds(self) -> bool:
@@ -96,13 +97,13 @@ class ConditionMonitor(FormulaMonitor):
 
     def holds_at(self, time_s: float) -> bool:
         """Whether it was true at a time (s), as far as time has been judged."""
-        # Changes right after the time (True) sort behind those at it (False), and do not count yet.
-        return bisect_right(self._changes, (nanoseconds(time_s), False)) % 2 == 1
+        # Changes right after the time are behind those at it, and do not count yet.
+        return bisect_right(self._changes, 2 * nanoseconds(time_s)) % 2 == 1
 
     @property
     def began_s(self) -> tuple[float, ...]:
         """When it became true (s), in order: at that time, or right after it."""
-        return tuple(seconds(time_ns) for time_ns, _ in self._changes[::2])
+        return tuple(seconds(change // 2) for change in self._changes[::2])
 
     def _can_start(self) -> bool:
         return True
@@ -113,6 +114,6 @@ class ConditionMonitor(FormulaMonitor):
         except UnknownValueError:
             holds = False
         if holds != self.holds:
-            self._changes.append((now_ns, right_after))
+            self._changes.append(2 * now_ns + right_after)  # type: ignore[arg-type]
             if self._changed is not None:
                 self._changed(seconds(now_ns), holds)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from pytest_hricdv.monitor.analysis import fields_read
 from pytest_hricdv.monitor.evaluation_state import (
+    LAST_NS,
     NS_PER_S,
     EvaluationState,
     Nanoseconds,
@@ -219,6 +220,8 @@ class MonitorSet:
             now_ns = round(time_s * NS_PER_S)
         except (ValueError, OverflowError):
             raise MonitorError(f"a time has to be a finite number of seconds, got {time_s}") from None
+        if now_ns > LAST_NS:
+            raise MonitorError(f"a time has to be at most {seconds(LAST_NS):.1e} s, got {time_s}")
         if now_ns > self._now_ns:
             if not self._started and self._now_ns > -math.inf:
                 self._start(last=False)

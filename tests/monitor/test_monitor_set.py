@@ -214,6 +214,17 @@ def test_a_value_missing_for_the_margin_alone_is_no_error() -> None:
     assert (verdict.verdict, verdict.margin) == ("Passed", None)
 
 
+@pytest.mark.parametrize("time_s", [4.7e9, 1e200])
+def test_a_time_of_more_than_a_hundred_years_is_an_error(time_s: float) -> None:
+    monitors = MonitorSet([requirement("always(p -> x < 1)")])
+    with pytest.raises(MonitorError, match=r"a time has to be at most 4\.6e\+09 s, got 4700000000|got 1e\+200"):
+        monitors.signal(time_s, "p", True)
+    monitors.signal(4.6e9, "p", True)
+    monitors.signal(4.6e9, "x", 0.0)
+    [verdict] = monitors.finish(4.61e9)
+    assert (verdict.verdict, verdict.history[0].begin_s) == ("Passed", 4.6e9)
+
+
 # --- signals that a requirement shows in addition to those that it reads
 
 
