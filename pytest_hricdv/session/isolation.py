@@ -11,6 +11,7 @@ plugins attach. This it sends, and ends. Here, in the meantime, nothing is calle
 from __future__ import annotations
 
 import importlib
+import os
 import pickle
 import sys
 import warnings
@@ -30,6 +31,7 @@ from pytest_hricdv.runtime.virtual.modules import STAND_INS
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.usage import usage_error
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -85,9 +87,14 @@ class Isolation:
 
     Args:
         context: of the session.
+
+    Raises:
+        pytest.UsageError: this system cannot fork.
     """
 
     def __init__(self, context: RunContext) -> None:
+        if not hasattr(os, "fork"):
+            raise usage_error("--hri-isolate: this system cannot fork processes; use Linux or macOS")
         self._context = context
         self._is_prepared = False
         self._in_fork: InFork | None = None

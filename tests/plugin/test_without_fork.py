@@ -54,6 +54,12 @@ def test_a_suite_runs_without_forks(forkless: pytest.Pytester) -> None:
     assert report(forkless.path)["reported"] == 34
 
 
+def test_tests_cannot_be_isolated_without_forks(forkless: pytest.Pytester) -> None:
+    result = forkless.runpytest_subprocess("--hri-suite=rl", "--hri-isolate")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-isolate: this system cannot fork processes; use Linux or macOS"])
+
+
 def test_faults_cannot_be_tried_without_forks(forkless: pytest.Pytester) -> None:
     result = forkless.runpytest_subprocess("--hri-suite=rl", "--hri-mutate")
     assert result.ret == pytest.ExitCode.USAGE_ERROR

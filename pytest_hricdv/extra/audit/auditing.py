@@ -12,10 +12,11 @@ import msgspec
 from pytest_hricdv.extra.audit.choice import chosen
 from pytest_hricdv.extra.audit.diagnosis import NOT_FOUND, Cause, Diagnosis
 from pytest_hricdv.extra.audit.difference import first_difference
-from pytest_hricdv.extra.audit.process import FreshSession, Order, handed
+from pytest_hricdv.extra.audit.process import FreshSession, Order, handed, without_editor
 from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
 from pytest_hricdv.extra.audit.repeating import Begin, Repeat, Repeating, Start, StartError, key_of
 from pytest_hricdv.results.building import UNCHECKED
+from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.aggregation import TestTimes
 from pytest_hricdv.session.part import PartSession
@@ -54,7 +55,7 @@ class Auditing:
         self._hash_seed = "2" if own == "1" else "1"
         collection = session.context.collection
         self._start = Start(
-            FreshSession(arguments_of(self._config), handed(self._config, collection.handed()), ()),
+            FreshSession(without_editor(arguments_of(self._config)), handed(self._config, collection.handed()), ()),
             self._config.invocation_params.dir,
             begin,
             reusable=hasattr(os, "fork"),
@@ -91,6 +92,8 @@ class Auditing:
             wall_s=round(time.monotonic() - self._began_s, 3),
             problem=problem,
         )
+        for nodeid, result in marked.items():
+            self._session.aggregation.journaling.finish(nodeid, encode(result))
         return [marked.get(result.nodeid, result) for result in results]
 
     def _differing(self, repeating: Repeating, tests: Sequence[TestResult]) -> dict[str, tuple[TestResult, Repeat]]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.audit.process import Order
 from pytest_hricdv.extra.audit.repeating import Repeat, Repeating
-from pytest_hricdv.extra.audit.sources import FILES, KINDS, Reading
+from pytest_hricdv.extra.audit.sources import KINDS, Reading
 
 NOT_FOUND = "not found"
 HASH_ORDER = "hash order"
@@ -202,7 +202,7 @@ class Diagnosis:
 
     def _left_files(self, reference: Repeat) -> Cause | None:
         """Files that it reads, that the session or the audit have written, and without which it runs otherwise."""
-        paths = dict.fromkeys(reading.path for reading in self._readings() if reading.kind == FILES)
+        paths = dict.fromkeys(reading.path for reading in self._readings())
         for path in (path for path in paths if path in self.changed):
             hidden, again = (self._run(self._single(hidden=(path,))) for _ in range(2))
             if hidden.key == again.key != reference.key:

@@ -55,6 +55,8 @@ _ALL: dict[str, object] = {
 }
 """Options that select tests, or write files that are the session's."""
 
+_EDITOR = "vscode_pytest"
+
 _OURS = {"hri_no_cov": True, "hri_film": False, "hri_mcap": False, "hri_mcap_all": False, "hri_resume": False}
 """What would cost time, or change files of the report."""
 
@@ -183,6 +185,17 @@ def _message(process: Fork) -> bytes:
         process.close()
 
 
+def without_editor(arguments: Sequence[str]) -> tuple[str, ...]:
+    """The arguments of a session, without the plugin of VS Code, which would tell the editor of further runs."""
+    kept: list[str] = []
+    for argument in arguments:
+        if argument == _EDITOR and kept and kept[-1] == "-p":
+            kept.pop()
+        else:
+            kept.append(argument)
+    return tuple(kept)
+
+
 def handed(config: pytest.Config, ours: Mapping[str, object]) -> dict[str, Any]:
     """What a worker is handed: ours, and what plugins look for in it.
 
@@ -200,6 +213,8 @@ def main() -> None:
     """Serve: the first line of standard input is `FreshSession`, the others are orders."""
     preload()
     with session() as (messages, write):
+        with open(os.devnull, "rb") as nothing:
+            os.dup2(nothing.fileno(), 0)  # a test that reads its input would read what is sent
         start = msgspec.json.decode(messages.readline(), type=FreshSession)
         status = pytest.main([*start.arguments], plugins=[_Fresh(start, messages, write)])
     sys.exit(int(status) or 1)

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.audit import process as process_module
 from pytest_hricdv.extra.audit.process import FreshSession, Order, Ran
 from pytest_hricdv.results.model import TestResult
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 """A process that has not begun, or a run of no time at all that has not ended, after so long (s of wall time) never
 will. Chosen: collecting takes seconds, on a busy machine ten times that."""
 

@@ -186,7 +186,7 @@ class Sources:
         def noticing(*arguments: Any, **options: Any) -> Any:
             place = self._place(sys._getframe(1))
             if place:
-                self._readings.setdefault(Reading(kind, label, place))
+                self._readings.setdefault(Reading(kind, label, place, _path(arguments) if kind == FILE_TIMES else ""))
                 return inner(*arguments, **options)
             return real(*arguments, **options)
 
@@ -276,7 +276,7 @@ class Sources:
         """The line of the project that calls, perhaps through libraries; empty where the plugin or pytest does."""
         while frame is not None:
             file = frame.f_code.co_filename
-            if self._is_own(file):
+            if self._is_own(file) and frame.f_lineno:  # without a line, it is being imported
                 root = next(root for root in self._roots if file.startswith(root))
                 return f"{file.removeprefix(root)}:{frame.f_lineno}"
             if file.startswith(PACKAGE) or not _is_library(file):
@@ -286,6 +286,12 @@ class Sources:
 
     def _is_own(self, file: str) -> bool:
         return file.startswith(self._roots) and not file.startswith(PACKAGE) and "site-packages" not in file
+
+
+def _path(arguments: tuple[Any, ...]) -> str:
+    """The path that a function was called with; empty where it was something else."""
+    path = arguments[0] if arguments else None
+    return os.path.abspath(os.fsdecode(path)) if isinstance(path, str | bytes | os.PathLike) else ""
 
 
 def _is_library(file: str) -> bool:

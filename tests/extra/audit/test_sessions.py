@@ -109,6 +109,26 @@ def test_what_is_drawn_when_the_testbench_is_imported_is_told_apart(audited: pyt
     assert {mark["cause"] for mark in marks(audited)} == {"drawn when it was imported"}
 
 
+@pytest.mark.slow
+def test_the_clock_on_the_wall_is_told_apart(audited: pytest.Pytester) -> None:
+    project.change(audited.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(time.time() % 1.0)\n")
+    path = audited.path / "conftest.py"
+    path.write_text(f"import time\n{path.read_text(encoding='utf-8')}", encoding="utf-8")
+    assert audited.runpytest_subprocess(*RUN).ret == 1
+    for mark in marks(audited):
+        assert mark["cause"] == "wall clock"
+        assert "time.time at conftest.py" in mark["detail"]
+
+
+def test_the_journal_has_the_marks(audited: pytest.Pytester) -> None:
+    state.leave(audited, "list of a module")
+    audited.runpytest_subprocess(*RUN)
+    before = marks(audited)
+    (audited.path / "hri-report" / "report.json").unlink()
+    project.command("rebuild", str(audited.path / "hri-report"))
+    assert marks(audited) == before != []
+
+
 def test_a_failure_that_is_none_alone_is_no_violation(audited: pytest.Pytester) -> None:
     state.say(audited, "0", module="SERVED = []\n", function="    SERVED.append(1)\n")
     project.change(audited.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(len(SERVED) - 0.5)")
