@@ -182,8 +182,17 @@ def nothing_checked(report: Report) -> tuple[str, ...]:
         *_nearest(report, names),
         "see in the report what was published and recorded in a run: a message or signal that is missing there, or an "
         "antecedent that asks for more than happens",
-        *([] if failed_gates(report) else ["with hri_fail_on_nc, this fails the session"]),
+        *(["with hri_fail_on_nc, this fails the session"] if _would_fail(report, names) else []),
     )
+
+
+def _would_fail(report: Report, names: Iterable[str]) -> bool:
+    """Whether `hri_fail_on_nc` would fail a session that checked nothing: of a part of the suites it does not."""
+    is_of_suites = bool(report.rerun.suite) and not report.shard
+    suites = frozenset(suite.name for suite in report.suites)
+    has_to_be_checked = any(not may_be_nc(report, name, suites) for name in names)
+    is_complete = is_of_suites and all(is_whole(report, suite) for suite in report.suites)
+    return is_complete and has_to_be_checked and not failed_gates(report)
 
 
 def _nearest(report: Report, names: Iterable[str]) -> Iterator[str]:

@@ -387,6 +387,21 @@ def test_a_session_that_checks_nothing_says_so_first(lamps: pytest.Pytester, mon
     failed.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
 
 
+def test_of_what_a_gate_would_not_fail_it_is_not_said_that_it_would(lamps: pytest.Pytester) -> None:
+    """It says so of whole suites and of a number of tests, and not of a part, or where all may be so."""
+    text = (lamps.path / "requirements.toml").read_text(encoding="utf-8")
+    for trigger in ("on(wish)", "lamp_level > 0", "on(greeting)"):
+        text = text.replace(f"always({trigger}", "always(lamp_level > 500")
+    (lamps.path / "requirements.toml").write_text(text, encoding="utf-8")
+    allowed = ("--hri-allow-nc=R1", "--hri-allow-nc=R2", "--hri-allow-nc=R3")
+    for part in (("-k", "cellar"), ("--hri-shard=1/2",), allowed):
+        options = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:xdist", "--hri-no-cov", *part)
+        result = lamps.runpytest_inprocess(*options)
+        result.stdout.fnmatch_lines(["nothing was checked: *"])
+        result.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
+        assert lamps.runpytest_inprocess(*options, "--hri-fail-on-nc").ret == 0
+
+
 def test_one_triggered_requirement_is_something_that_was_checked(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=1", "-p", "no:xdist")
     result.stdout.no_fnmatch_line("nothing was checked*")
