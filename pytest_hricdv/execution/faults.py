@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from types import FrameType
 
+from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.monitor import Verdict
 from pytest_hricdv.run import INSTANT_S
@@ -110,6 +111,7 @@ def of_ending(ending: Ending, code: CodeUnderTest, may_end: tuple[str, ...]) -> 
 def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
     """What is wrong with what a run simulated, a sentence each: nothing, or threads outside of it had a say."""
     yield from kernel.trespasses
+    yield from kernel.lost_errors
     if ending is not None and ending.error is not None:
         return  # the failure says more
     had_nothing_to_do = ending is not None and ending.how == "idle" and ending.time_s <= INSTANT_S
@@ -126,7 +128,7 @@ def _failure(error: NodeError, code: CodeUnderTest) -> str:
     raised = error.__cause__
     if raised is None:
         return f"node {error}"
-    description = " ".join(f"{type(raised).__name__}: {raised}".removesuffix(": ").split())
+    description = error_text(raised)
     if raised is code.raised:
         return f"the code under test raised {description} in node {error.node} at {error.time_s:.3f} s"
     return f"node {error.node} raised {description} at {error.time_s:.3f} s"

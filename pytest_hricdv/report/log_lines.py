@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import visible
 
 MAX_KEPT = 1_000
@@ -58,7 +59,7 @@ class RunLog(logging.Handler):
             message = str(record.msg)
         first, _, more = message.partition("\n")
         error = record.exc_info[1] if record.exc_info else None
-        cause = f" ({type(error).__name__}: {error})" if error is not None else " ..." if more else ""
+        cause = f" ({error_text(error)})" if error is not None else " ..." if more else ""
         text = f"{record.levelname:7} {record.name}: {first}{cause}"
         self._lines.append(LogLine(self.now_s(), visible(text[:MAX_LINE])))
 

@@ -24,6 +24,7 @@ from typing import NoReturn, Protocol, SupportsIndex
 
 from greenlet import GreenletExit, greenlet
 
+from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.waiting import real_wait
@@ -154,6 +155,8 @@ class Kernel:
         self._interrupted: int | None = None  # `_returns` when something was raised in what had control
         self._polls = 0  # at the present instant
         self._polled_at = ""  # the line of the first poll too many
+        self.lost_errors: list[str] = []
+        """Errors that ended something in the background which nobody waited for, a sentence each."""
         self.world: World | None = None
         self.virtual: frozenset[str] = frozenset()
         """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
@@ -443,7 +446,7 @@ class Kernel:
             raised = error
         node.ended = node._greenlet.dead
         if isinstance(raised, BaseException):
-            problem = f"failed at {self.now_s:.3f} s: {type(raised).__name__}: {raised}"
+            problem = f"failed at {self.now_s:.3f} s: {error_text(raised)}"
             raise NodeError(node.name, self.now_s, problem) from raised
 
     def _enter(self, node: Node, raising: type[BaseException] | None = None) -> object:

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -96,7 +97,7 @@ def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResu
             return execute(settings, case.concrete, f"hricdv|{nodeid}"), ""
     except Exception as error:
         cause = error.__cause__ or error
-        return None, f"{type(cause).__name__}: {cause}"
+        return None, error_text(cause)
 
 
 def _built(

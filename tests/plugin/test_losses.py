@@ -222,3 +222,41 @@ def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -
         assert result.ret == 1
         result.stdout.fnmatch_lines(["FAILED 1 of 4 tests left no result: a worker, a plugin or an exit lost them"])
         assert report(lamps.path)["not_run"] == 1
+
+
+@pytest.mark.parametrize("options", [(), A_WORKER, ("--hri-isolate",)], ids=["plain", "on a worker", "isolated"])
+def test_an_error_of_a_task_that_nobody_awaited_fails_its_test(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    change(lamps.path, "conftest.py", 'name="lamps",', 'name="lamps", virtual=("asyncio",),')
+    change(
+        lamps.path,
+        "lamps/guide.py",
+        "        lamp.set(level)\n",
+        "        lamp.set(level)\n        asyncio.run(blink())\n",
+    )
+    change(lamps.path, "lamps/guide.py", "GLARE = 80.0\n", BLINK)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "cellar", *options)
+    assert result.ret == 1
+    lost = (
+        "fault: a task of asyncio, short, raised OSError: no bulb, from KeyError: 'bulb' at *guide.py:*, and nothing *"
+    )
+    result.stdout.fnmatch_lines([lost])
+
+
+BLINK = """import asyncio
+
+GLARE = 80.0
+
+
+async def short():
+    try:
+        {}["bulb"]
+    except KeyError as error:
+        raise OSError("no bulb") from error
+
+
+async def blink():
+    task = asyncio.create_task(short())
+    await asyncio.sleep(0.1)
+"""

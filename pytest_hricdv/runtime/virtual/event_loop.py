@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import re
 import selectors
 import sys
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import Context
 from types import ModuleType
@@ -18,7 +19,9 @@ from typing import Any, TypeVar, TypeVarTuple
 
 from greenlet import GreenletExit
 
+from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.kernel import KernelError, running_node
+from pytest_hricdv.runtime.place import UNKNOWN, authors_frame
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.locks import Waiting
@@ -35,6 +38,9 @@ Ts = TypeVarTuple("Ts")
 _NEW_EVENT_LOOP = asyncio.new_event_loop
 _LOOP = "event loop"
 _WHAT = "the event loop of asyncio"
+_NUMBERED = re.compile(r"Task-\d+")
+_WAIT = getattr(getattr(asyncio.tasks, "_wait", None), "__code__", None)
+"""What `asyncio.wait` waits in."""
 
 
 class _Selector(selectors.SelectSelector):
@@ -61,6 +67,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def __init__(self) -> None:
         self._virtual_selector = _Selector()
         self._pool: ThreadPoolExecutor | None = None
+        self._failed: list[asyncio.Task[Any]] = []
         super().__init__(self._virtual_selector)
 
     def time(self) -> float:
@@ -81,11 +88,47 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
 
     def _abandon_tasks(self) -> None:
         """The run is over, at any moment: that tasks wait is no fault of theirs, so nothing is to be said of it."""
-        for task in asyncio.all_tasks(self):
+        waiting = [*asyncio.all_tasks(self)]
+        self._tell_lost(waiting)
+        for task in waiting:
             task._log_destroy_pending = False  # type: ignore[attr-defined]
             coroutine = task.get_coro()
             if coroutine is not None:
                 coroutine.close()
+
+    def create_task(self, *arguments: Any, **options: Any) -> asyncio.Task[Any]:
+        """As of asyncio's loops."""
+        task: asyncio.Task[Any] = super().create_task(*arguments, **options)
+        task.add_done_callback(self._keep_failed)
+        return task
+
+    def _keep_failed(self, task: asyncio.Task[Any]) -> None:
+        if getattr(task, "_log_traceback", False):  # without taking the error: asyncio does not show this
+            self._failed.append(task)
+
+    def close(self) -> None:
+        """As of asyncio's loops; errors of tasks that nobody took are lost now."""
+        if not self.is_closed():
+            self._tell_lost([])
+        super().close()
+
+    def _tell_lost(self, waiting: Sequence[asyncio.Task[Any]]) -> None:
+        """asyncio says so when it collects the garbage: at any moment, and on standard error.
+
+        Args:
+            waiting: tasks that the end of the run has cut off: perhaps they would have taken an error.
+        """
+        failed, self._failed = self._failed, []
+        node = running_node()
+        for task in failed:
+            if not getattr(task, "_log_traceback", False) or any(_may_take(other, task) for other in waiting):
+                continue
+            error = task.exception()  # asyncio says nothing more of it
+            if node is not None and error is not None:
+                node.kernel.lost_errors.append(
+                    f"a task of asyncio, {_name(task)}, raised {error_text(error)} at {_raised_at(error)}, and "
+                    "nothing awaited it: await the task, or use asyncio.TaskGroup"
+                )
 
     def call_soon_threadsafe(
         self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
@@ -108,6 +151,34 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         # What a run leaves open is closed without a warning: it ended at any moment, and no program would have gone on.
         if not self.is_closed() and not self.is_running():
             self.close()
+
+
+def _may_take(waiting: asyncio.Task[Any], failed: asyncio.Task[Any]) -> bool:
+    """Whether a task waits for several, of which one has failed: then it takes the error when all are done."""
+    waiter = getattr(waiting, "_fut_waiter", None)
+    if failed in (getattr(waiter, "_children", None) or ()):  # of asyncio.gather
+        return True
+    coroutine: Any = waiting.get_coro()
+    while coroutine is not None:
+        if getattr(coroutine, "cr_code", None) is _WAIT:
+            return True
+        coroutine = getattr(coroutine, "cr_await", None)
+    return False
+
+
+def _name(task: asyncio.Task[Any]) -> str:
+    """As its author calls it: asyncio numbers the others, through all runs of a process."""
+    name, coroutine = task.get_name(), task.get_coro()
+    return getattr(coroutine, "__qualname__", name) if _NUMBERED.fullmatch(name) else name
+
+
+def _raised_at(error: BaseException) -> str:
+    trace, frame = error.__traceback__, None
+    while trace is not None:
+        if authors_frame(trace.tb_frame) is trace.tb_frame:
+            frame, line = trace.tb_frame, trace.tb_lineno
+        trace = trace.tb_next
+    return UNKNOWN if frame is None else f"{frame.f_code.co_filename}:{line}"
 
 
 def _leave() -> Callable[[], None]:

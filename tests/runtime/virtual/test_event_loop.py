@@ -169,3 +169,77 @@ def test_a_loop_that_never_waits_is_ended() -> None:
 
     with pytest.raises(NodeError, match="polls without time passing"):
         run(lambda kernel: VIRTUAL.run(main()))
+
+
+async def fail(after_s: float) -> None:
+    """Ends with an error."""
+    await asyncio.sleep(after_s)
+    raise ValueError("lost in a task")
+
+
+class TestErrorsThatNobodyTakes:
+    LOST = "a task of asyncio, fail, raised ValueError: lost in a task at "
+
+    def lost(self, main: Callable[[], Coroutine[Any, Any, object]]) -> list[str]:
+        """What a run says of them."""
+        return run(lambda kernel: VIRTUAL.run(main())).lost_errors
+
+    def test_are_told_when_the_loop_is_closed(self) -> None:
+        async def main() -> None:
+            task = asyncio.create_task(fail(0.1))
+            await asyncio.sleep(1.0)
+            assert task.done()
+
+        (said,) = self.lost(main)
+        assert said.startswith(self.LOST + __file__)
+        assert said.endswith(", and nothing awaited it: await the task, or use asyncio.TaskGroup")
+        assert self.lost(main) == [said]  # whatever number asyncio gives it
+
+    def test_have_the_name_that_their_author_gave_the_task(self) -> None:
+        async def main() -> None:
+            task = asyncio.create_task(fail(0.1), name="lift watch")
+            await asyncio.sleep(1.0)
+            assert task.done()
+
+        assert self.lost(main)[0].startswith("a task of asyncio, lift watch, raised ")
+
+    def test_are_told_of_a_loop_that_goes_on_when_the_run_ends(self) -> None:
+        async def main() -> None:
+            task = asyncio.create_task(fail(0.1))
+            while True:
+                await asyncio.sleep(1.0)
+                assert task.done()
+
+        kernel = run(lambda kernel: VIRTUAL.run(main()), lambda kernel: (kernel.sleep(5.0), kernel.stop("done")))
+        assert [text.startswith(self.LOST) for text in kernel.lost_errors] == [True]
+
+    @pytest.mark.parametrize("ends_s", [0.5, 50.0], ids=["the run ends before", "to its end"])
+    def test_are_none_that_somebody_takes(self, ends_s: float) -> None:
+        async def main() -> None:
+            await asyncio.gather(fail(0.1), asyncio.sleep(10.0), return_exceptions=True)
+            done, _ = await asyncio.wait([asyncio.create_task(fail(0.1)), asyncio.create_task(asyncio.sleep(10.0))])
+            assert [task.exception() is None for task in done].count(False) == 1
+
+        def body(kernel: Kernel) -> None:
+            VIRTUAL.run(main())
+
+        for start_s in (0.0, 10.0):
+            kernel = run(body, lambda kernel, at_s=start_s + ends_s: (kernel.sleep(at_s), kernel.stop("done")))
+            assert kernel.lost_errors == []
+
+    def test_are_none_that_are_awaited_late_or_cancelled_or_handled(self) -> None:
+        async def two_at_once() -> None:
+            async with asyncio.TaskGroup() as group:
+                group.create_task(fail(0.1))
+                group.create_task(fail(0.1))
+
+        async def main() -> None:
+            late, gone = asyncio.create_task(fail(0.1)), asyncio.create_task(fail(9.0))
+            await asyncio.sleep(1.0)
+            gone.cancel()
+            with pytest.raises(ValueError, match="lost"):
+                await late
+            with pytest.raises(ExceptionGroup):
+                await two_at_once()
+
+        assert self.lost(main) == []
