@@ -8,9 +8,10 @@ the sake of a figure, would run it once more, which is dangerous beside hardware
 from __future__ import annotations
 
 import builtins
+import importlib
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -80,6 +81,8 @@ class ImportWatch(MetaPathFinder):
     def _following(self, name: str, file: Path) -> Iterator[None]:
         self.files.setdefault(name, file)
         self.failures.pop(name, None)
+        if self._asking:
+            self._asking[-1].add(name)  # it may be imported by no statement, as by an import hook
         with self.asking() as needs:
             self._needs[name] = needs
             try:
@@ -91,18 +94,39 @@ class ImportWatch(MetaPathFinder):
 
     @contextmanager
     def asking(self) -> Iterator[set[str]]:
-        """The names of the modules that import statements ask for meanwhile, loaded before or not."""
+        """The names of the modules that are asked for meanwhile, loaded before or not."""
         names: set[str] = set()
+        is_outermost = not self._asking
         self._asking.append(names)
-        real_import = builtins.__import__
-        noting = self._noting(real_import) if len(self._asking) == 1 else real_import
-        builtins.__import__ = noting
         try:
-            yield names
+            with self._noted() if is_outermost else nullcontext():
+                yield names
         finally:
             self._asking[:] = [others for others in self._asking if others is not names]
-            if builtins.__import__ is noting:  # otherwise somebody else put his own before it, and left it there
+
+    @contextmanager
+    def _noted(self) -> Iterator[None]:
+        """What import statements and `importlib.import_module` ask for is noted."""
+        real_import, real_import_module = builtins.__import__, importlib.import_module
+        importing, importing_module = self._noting(real_import), self._noting_module(real_import_module)
+        builtins.__import__, importlib.import_module = importing, importing_module
+        try:
+            yield
+        finally:  # somebody else may have put his own before it, and have left it there
+            if builtins.__import__ is importing:
                 builtins.__import__ = real_import
+            if importlib.import_module is importing_module:
+                importlib.import_module = real_import_module
+
+    def _noting_module(self, real_import_module: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
+        def import_module(name: str, package: str | None = None) -> ModuleType:
+            __tracebackhide__ = True
+            module = real_import_module(name, package)
+            if self._asking:
+                self._asking[-1].update(_with_parents(module.__name__))
+            return module
+
+        return import_module
 
     def _noting(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
         def importing(

@@ -76,6 +76,28 @@ def test_a_module_that_one_test_imports_belongs_to_that_test_only(lamps: pytest.
         assert alone[name] == together[name]
 
 
+@pytest.mark.parametrize(
+    "imported",
+    [
+        "    import importlib\n    return importlib.import_module('lamps.dimmer').LEVEL",
+        "    import importlib\n    return importlib.import_module('.dimmer', 'lamps').LEVEL",
+        "    return __import__('lamps.dimmer').dimmer.LEVEL",
+        "    import lamps.dimmer as dimmer\n    return dimmer.LEVEL",
+        "    from . import dimmer\n    return dimmer.LEVEL",
+        "    from .dimmer import LEVEL\n    return LEVEL",
+    ],
+)
+def test_however_a_module_is_imported_it_counts_where_it_is(lamps: pytest.Pytester, imported: str) -> None:
+    add(lamps, "dimmer.py", "LEVEL = 10.0\n")
+    change(lamps.path, "lamps/guide.py", "    return 10.0", imported)
+    lamps.runpytest_inprocess(*ALONE)
+    assert files(lamps.path)["dimmer.py"] == (1, 1)
+    together = by_test(lamps.path)
+    for name in together:
+        lamps.runpytest_inprocess(*ALONE, "-k", name)
+        assert by_test(lamps.path)[name] == together[name]
+
+
 def test_modules_that_unit_tests_import_count_for_no_generated_test(lamps: pytest.Pytester) -> None:
     add(lamps, "calibrate.py", CALIBRATE.replace("SUITE", "False"))
     (lamps.path / "test_a_calibration.py").write_text(
