@@ -109,6 +109,10 @@ def _register(config: pytest.Config, options: Options) -> None:
         config.pluginmanager.register(attachment)
     if worker_input(config) is None:
         _register_in_controller(config, context, options)
+    else:
+        from pytest_hricdv.session.signals import end_with_parent
+
+        end_with_parent()
     if options.isolate:
         from pytest_hricdv.session.isolation import Isolation
 

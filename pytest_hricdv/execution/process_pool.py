@@ -1,4 +1,4 @@
-"""Forked processes that write lines, each ended when it is silent for too long.
+"""Forked processes that write lines, each ended when it is silent for too long, all when the session is gone.
 
 Only for a process without threads: a fork has no other thread, and what another one had locked stays locked.
 """
@@ -13,6 +13,9 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Generic, NoReturn, TypeVar
+
+LOOKS_EACH_S = 0.5
+"""So often the pool looks whether the process that started it is there (s; chosen)."""
 
 T = TypeVar("T")
 Send = Callable[[str], None]
@@ -60,8 +63,11 @@ class ProcessPool(Generic[T]):
     def run(self, queue: deque[T]) -> Iterator[Line[T] | End[T]]:
         """Work until the queue is empty, from left to right; items may be added and removed in the meantime."""
         children: dict[int, _Child[T]] = {}
+        parent = os.getppid()
         try:
             while queue or children:
+                if os.getppid() != parent:
+                    raise SystemExit("what started this process has ended")  # nobody needs the lines
                 while queue and len(children) < self.processes:
                     descriptor, child = self._started(queue.popleft())
                     children[descriptor] = child
@@ -110,7 +116,7 @@ class ProcessPool(Generic[T]):
 
     def _patience_s(self, children: dict[int, _Child[T]]) -> float:
         first_s = min(child.silent_since_s for child in children.values())
-        return max(0.0, first_s + self.silent_s - time.monotonic()) + 0.01
+        return min(max(0.0, first_s + self.silent_s - time.monotonic()) + 0.01, LOOKS_EACH_S)
 
 
 def _write(descriptor: int, data: bytes) -> None:

@@ -388,7 +388,7 @@ class Kernel:
         error = self._error_of(problem, frame)
         node = self._inside
         if node is not None and self._interrupted == self._returns:
-            self._abandon(node, error)
+            self.abandon(NodeError(node.name, self.now_s, f"goes on whatever is raised in it: {error}"))
         self._interrupted = self._returns
         raise error
 
@@ -402,15 +402,21 @@ class Kernel:
         who = f"node {self._inside.name}" if self._inside is not None else "the world" if self._runs else "run"
         return KernelError(real_wait(frame, who, self.code, self.virtual))
 
-    def _abandon(self, node: Node, error: KernelError) -> None:
-        """Go on in the kernel, from wherever the node is."""
+    def abandon(self, error: BaseException) -> NoReturn:
+        """Leave the running node where it is, for ever, and raise in what runs the kernel.
+
+        Raises:
+            KernelError: no node runs.
+        """
+        node = self._running()
         node.ended = node.abandoned = True
         for leave in node.leaving:
             leave()
         # Never again: as soon as nobody holds it, greenlet would raise in it, and it would go on.
         _hold_for_ever(node._greenlet)
         assert self._hub is not None
-        self._hub.throw(NodeError(node.name, self.now_s, f"goes on whatever is raised in it: {error}"))
+        self._hub.throw(error)
+        raise error  # never reached: nobody goes on here
 
     def _node_info(self) -> str:
         node = self.running()

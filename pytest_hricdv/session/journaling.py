@@ -189,14 +189,18 @@ class Journaling:
     def _at_s(self) -> float:
         return round(time.monotonic() - self._began_s, 3)
 
-    def pytest_unconfigure(self) -> None:
-        """Lets others write into the folder."""
-        if not self._declared:
-            self.end()
+    def abandon(self) -> None:
+        """Let another process go on with the journal."""
         self._close()
         if self._lock is not None:
             self._lock.release()
             self._lock = None
+
+    def pytest_unconfigure(self) -> None:
+        """Lets others write into the folder."""
+        if not self._declared:
+            self.end()
+        self.abandon()
 
     def _close(self) -> None:
         if self._writer is not None:

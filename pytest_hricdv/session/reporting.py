@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import os
 import shutil
+import subprocess
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -34,7 +38,7 @@ from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.repeated_errors import RepeatedErrors
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.signals import Signals
+from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S, Signals
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -58,7 +62,7 @@ class Reporting:
         self.report: Report | None = None
         self._gate_check = gates
         self._missing = ""
-        self.session = PartSession(context, aggregation, Signals())
+        self.session = PartSession(context, aggregation, Signals(self._hurry, self._end_without))
         self._began = time.perf_counter()
         self._began_at = datetime.datetime.now(datetime.UTC)
 
@@ -92,6 +96,27 @@ class Reporting:
         if self.session.interrupted or self.session.signals.pending:
             raise KeyboardInterrupt
         return result
+
+    def _hurry(self) -> None:
+        """SIGTERM came: workers have no time to end their tests; xdist waits for them up to 10 s otherwise."""
+        scheduling = self.collection.config.pluginmanager.get_plugin("dsession")
+        manager = getattr(scheduling, "nodemanager", None)
+        if manager is not None:
+            manager.EXIT_TIMEOUT = WORKERS_END_WITHIN_S
+
+    def _end_without(self) -> None:
+        """The code that runs does not let go: end the process, with a report of what the journal has.
+
+        Another process makes it: the main thread may hold any lock, as the one of an import.
+        """
+        folder = self.options.report
+        self.aggregation.journaling.abandon()
+        self.session.say("")
+        self.session.say("hricdv: SIGTERM: the code that runs does not let go; the report is made without it")
+        making = [sys.executable, "-m", "pytest_hricdv.report", "rebuild", str(folder)]
+        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+            subprocess.run(making, stdin=subprocess.DEVNULL, capture_output=True, timeout=REBUILT_WITHIN_S, check=False)
+        os._exit(pytest.ExitCode.INTERRUPTED)
 
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         nothing_to_report = not self.aggregation.chosen and not self._is_empty_shard

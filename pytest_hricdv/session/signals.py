@@ -1,13 +1,35 @@
-"""Signals that end a session: SIGTERM ends it as Ctrl-C does, and neither cuts off the report that is being made."""
+"""Signals that end a session: SIGTERM ends it as Ctrl-C does, and neither cuts off the report that is being made.
+
+SIGTERM ends it within 5 s, whatever the code under test does: a node that goes on is left where it is, and
+where even that does not help, as in code of the testbench that catches everything, what has been reached becomes a
+report without the process that is stuck, which then ends.
+"""
 
 from __future__ import annotations
 
+import _thread
+import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+from pytest_hricdv.runtime.kernel import running_node
+
+LETS_GO_WITHIN_S = 2.0
+"""So long code may go on after SIGTERM (s; chosen): a session is to end within 5 s, and the rest is for a report without
+that code."""
+
+WORKERS_END_WITHIN_S = 0.5
+"""So long workers may take to end after SIGTERM before they are killed (s; chosen): their results are here already."""
+
+REBUILT_WITHIN_S = 60.0
+"""A report of the journal that takes longer is left to `rebuild` (s; chosen; one of 1,000 tests takes 2 s)."""
+
+LOOKS_EACH_S = 0.5
+"""So often somebody looks whether code has let go, or the process that started this one is there (s; chosen)."""
 
 AGAIN_S = 1.0
 """A second signal so soon after the first (s) is no second wish: it would cut off what the first one started."""
@@ -24,10 +46,21 @@ class Signals:
     """Handles both signals while a session runs its tests.
 
     `pending` says that one came while none was let through.
+
+    Args:
+        terminating: called at SIGTERM, once, before it is raised.
+        stuck: called in another thread when SIGTERM had no effect; it ends the process.
     """
 
-    def __init__(self) -> None:
+    def __init__(
+        self, terminating: Callable[[], None] = lambda: None, stuck: Callable[[], None] = lambda: None
+    ) -> None:
         self.pending = False
+        self._terminating = terminating
+        self._stuck = stuck
+        self._is_terminated = False
+        self._is_handling = False
+        self._insists = False
         self._deferring = False
         self._raised_s = -AGAIN_S
 
@@ -40,8 +73,10 @@ class Signals:
         try:
             for number in before:
                 signal.signal(number, self._receive)
+            self._is_handling = bool(before)
             yield
         finally:
+            self._is_handling = False
             for number, handler in before.items():
                 signal.signal(number, handler)
 
@@ -55,9 +90,48 @@ class Signals:
             self._deferring = outside
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
-        now_s = time.monotonic()
-        if self._deferring or now_s - self._raised_s < AGAIN_S:
+        if number == signal.SIGTERM and not self._is_terminated:
+            self._is_terminated = True
+            self._terminating()
+            _thread.start_new_thread(self._insist, ())
+        now_s, insists, self._insists = time.monotonic(), self._insists, False
+        if self._deferring or (now_s - self._raised_s < AGAIN_S and not insists):
             self.pending = True
             return
-        self._raised_s = now_s
-        raise Terminated("SIGTERM") if number == signal.SIGTERM else KeyboardInterrupt
+        went_on, self._raised_s = self._raised_s > 0, now_s
+        if number != signal.SIGTERM:
+            raise KeyboardInterrupt
+        node = running_node()
+        if node is not None and went_on:
+            node.kernel.abandon(Terminated("SIGTERM"))
+        raise Terminated("SIGTERM")
+
+    def _insist(self) -> None:
+        """Raise once more in code that goes on after SIGTERM, and end the process where nothing helps."""
+        received_s, main = time.monotonic(), threading.main_thread()
+        waiting = _thread.allocate_lock()
+        waiting.acquire()
+        while not waiting.acquire(timeout=LOOKS_EACH_S):
+            if self._deferring:
+                received_s = time.monotonic()  # the report is being made: code has let go, and may not be called again
+            elif not self._is_handling:
+                return
+            elif time.monotonic() - received_s > LETS_GO_WITHIN_S:
+                self._stuck()
+                return
+            elif main.ident is not None and hasattr(signal, "pthread_kill"):
+                self._insists = True
+                signal.pthread_kill(main.ident, signal.SIGTERM)
+
+
+def end_with_parent() -> None:
+    """Let this process end soon after the one that started it, however that ended: nobody needs its results."""
+    parent, waiting = os.getppid(), _thread.allocate_lock()
+    waiting.acquire()
+
+    def look() -> None:
+        while not waiting.acquire(timeout=LOOKS_EACH_S):
+            if os.getppid() != parent:
+                os._exit(1)
+
+    _thread.start_new_thread(look, ())

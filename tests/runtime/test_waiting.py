@@ -169,3 +169,17 @@ def test_no_thread_is_left() -> None:
     kernel.run(10.0)
     assert signal.getsignal(signal.SIGVTALRM) is before
     assert _thread._count() == threads
+
+
+@pytest.mark.slow
+def test_a_loop_is_ended_within_10_s_of_processor_time() -> None:
+    def spin() -> None:
+        while True:
+            pass
+
+    kernel = Kernel()
+    kernel.spawn("spinning", spin)
+    began_s = time.process_time()
+    with pytest.raises(NodeError, match=r"no time has passed for 8 s of work, at .*test_waiting.py:\d+"):
+        kernel.run(10.0)
+    assert time.process_time() - began_s < 10.0

@@ -1,0 +1,119 @@
+"""SIGTERM ends a session soon, whatever the code under test does, and its report has what was reached."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, command, report
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="this system has no such signals")
+
+SUITE = "--hri-suite=by-hand"  # four tests; the third one wishes for level 10
+FAR_S = 60.0
+"""Far above the 5 s that it takes on a machine with nothing else to do, far below what it would take without."""
+
+STUBBORN = {
+    "a loop": "while True:\n        pass",
+    "a loop that catches all": "while True:\n        try:\n            while True:\n                pass\n"
+    "        except BaseException:\n            pass",
+    "a lock": "import threading\n    threading.Lock().acquire() and threading.Event().wait()",
+    "a lock that catches all": "import threading\n    lock = threading.Lock()\n    lock.acquire()\n    while True:\n"
+    "        try:\n            lock.acquire()\n        except BaseException:\n            pass",
+    "in the end": "try:\n        raise OSError\n    finally:\n        while True:\n            pass",
+}
+
+
+@pytest.fixture(autouse=True)
+def _interruptible() -> Iterator[None]:
+    """What a shell starts in the background ignores Ctrl-C, and so would the sessions that tests start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def ended(lamps: pytest.Pytester, *options: str, where: str = "guide") -> int:
+    """How a session ends that gets SIGTERM when the code has begun what it does not end."""
+    arguments = [sys.executable, "-m", "pytest", SUITE, *options]
+    with open(lamps.path / f"{where}.log", "w", encoding="utf-8") as log:
+        session = subprocess.Popen(arguments, cwd=lamps.path, stdout=log, stderr=log, start_new_session=True)
+        try:
+            wait_for(lamps.path / "begun", session)
+            session.terminate()
+            status = session.wait(FAR_S)
+            workers = [int(pid) for pid in (lamps.path / "begun").read_text(encoding="utf-8").split()]
+            for pid in workers:
+                wait_for_end(pid)
+            return status
+        finally:
+            if session.poll() is None:
+                os.killpg(session.pid, signal.SIGKILL)
+                session.wait()
+
+
+def wait_for(path: Path, session: subprocess.Popen[bytes]) -> None:
+    until_s = time.monotonic() + FAR_S
+    while not (path.exists() and path.read_text(encoding="utf-8").endswith("\n")):
+        assert session.poll() is None, "the session has ended before"
+        assert time.monotonic() < until_s, "the code has not begun"
+        time.sleep(0.05)
+
+
+def wait_for_end(pid: int) -> None:
+    until_s = time.monotonic() + FAR_S
+    while Path(f"/proc/{pid}").exists() and " Z " not in Path(f"/proc/{pid}/stat").read_text(encoding="utf-8"):
+        assert time.monotonic() < until_s, f"process {pid} goes on"
+        time.sleep(0.05)
+
+
+BEGIN = '    with open("begun", "a") as begun:\n        print(__import__("os").getpid(), file=begun)\n'
+
+
+@pytest.mark.parametrize("way", STUBBORN)
+@pytest.mark.parametrize("options", [("-p", "no:xdist"), A_WORKER], ids=["without xdist", "on a worker"])
+def test_it_ends_whatever_the_code_under_test_does(lamps: pytest.Pytester, way: str, options: tuple[str, ...]) -> None:
+    change(lamps.path, "lamps/guide.py", "    return 10.0", f"{BEGIN}    {STUBBORN[way]}\n    return 10.0")
+    assert ended(lamps, *options) not in (0, -15)
+    written = report(lamps.path)
+    assert written["selected"] == 4
+    assert 1 <= written["reported"] < 4
+    assert command("gate", str(lamps.path / "hri-report")).returncode == 1
+
+
+@pytest.mark.parametrize("where", ["the testbench's run", "the test function"])
+def test_it_ends_whatever_other_code_does(lamps: pytest.Pytester, where: str) -> None:
+    stuck = STUBBORN["a loop that catches all"]
+    path, old = (
+        ("conftest.py", "    ended = run.go(LIMIT_S)")
+        if where == "the testbench's run"
+        else ("test_lamps.py", "    hri_case.check(hri_case.run())")
+    )
+    condition = "10" if path == "conftest.py" else ""
+    body = f"{BEGIN}    {stuck}\n"
+    if condition:
+        body = "".join(f"    {line}\n" for line in body.splitlines())
+        body = f"    if any('10' in action.command.split() for action in run.test.actions):\n{body}"
+    change(lamps.path, path, old, f"{body}{old}")
+    assert ended(lamps, "-p", "no:xdist") == pytest.ExitCode.INTERRUPTED
+    written = report(lamps.path)
+    assert written["selected"] == 4
+    assert written["reported"] < 4
+
+
+def test_workers_end_when_their_session_is_killed(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", "    return 10.0", f"{BEGIN}    {STUBBORN['a loop that catches all']}")
+    arguments = [sys.executable, "-m", "pytest", SUITE, *A_WORKER]
+    session = subprocess.Popen(arguments, cwd=lamps.path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        wait_for(lamps.path / "begun", session)
+    finally:
+        session.kill()
+        session.wait()
+    wait_for_end(int((lamps.path / "begun").read_text(encoding="utf-8")))
