@@ -13,6 +13,7 @@ from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, Message
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
+from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
 
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import RosNode
@@ -32,11 +33,15 @@ class TestbenchError(InputError):
 
 @dataclass(frozen=True)
 class Ending:
-    """How a run ended: "stopped", "limit", "idle" or "failed" (with the error), and when (s of simulated time)."""
+    """How a run ended, and when (s of simulated time): "stopped", "limit", "idle", "cycle", "failed" (with the error).
+
+    `cycle` is what it repeated, without anything new, where it did so up to its end.
+    """
 
     how: str
     time_s: float
     error: NodeError | None = None
+    cycle: Cycle | None = None
 
 
 INSTANT_S = 1e-6
@@ -72,6 +77,8 @@ class Run:
     """The physics engine to use, of the testbench's `engines`; empty where it has none."""
     ending: Ending | None = None
     """How `go` ended; None before."""
+    may_go_round: bool = True
+    """Whether it may repeat the same for as long as it likes; otherwise it is ended (see `runtime.repetition`)."""
     disturbances: Disturbances = field(default_factory=dict)
     """Those of the testbench."""
     middleware: Middleware | None = field(default=None, repr=False)
@@ -180,8 +187,7 @@ class Run:
         why = ""
         with nullcontext() if self.filming is None else self.filming(self):
             try:
-                why = self.kernel.run(limit_s)
-                self.ending = Ending("stopped" if self.kernel.stopped else why, self.kernel.now_s)
+                why = self._until_it_goes_round(limit_s)
                 # An instant is judged once it is over, and what happened at the last one may have met a deadline.
                 self._go_on(self.kernel.now_s + INSTANT_S)
                 # What is triggered on the way has no say: a topic at 10 Hz that nobody answers would go on for ever.
@@ -196,6 +202,30 @@ class Run:
                     self.middleware.notice_stuck_nodes(self.kernel, is_idle=why == "idle")
                 self.kernel.close()
         return why
+
+    def _until_it_goes_round(self, limit_s: float) -> str:
+        """Run up to the limit at most, or until nothing new comes; why it ended."""
+        cycle: Cycle | None = None
+        repetition = Repetition(self.kernel, self.recorder, lambda: len(self.taken), self._is_of_code)
+
+        def look() -> None:
+            nonlocal cycle
+            cycle = cycle or repetition.cycle()
+            if cycle is not None:
+                self.kernel.stop("goes round")
+
+        if not self.may_go_round:
+            self.kernel.look_each(LOOKS_EACH_S, look)
+        why = self.kernel.run(limit_s)
+        self.kernel.look_each(math.inf, lambda: None)
+        how = "cycle" if cycle is not None and why == "goes round" else "stopped" if self.kernel.stopped else why
+        if how == "limit" and not self.may_go_round:
+            cycle = repetition.cycle(self.kernel.now_s / 2)
+        self.ending = Ending(how, self.kernel.now_s, cycle=cycle)
+        return why
+
+    def _is_of_code(self, sender: str) -> bool:
+        return self.bus.senders.get(sender, False)
 
     def _go_on(self, until_s: float) -> None:
         """Run up to the last deadline that is open now, at most to `until_s`."""

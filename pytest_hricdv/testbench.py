@@ -81,7 +81,7 @@ PARTS: Mapping[str, str] = {
 }
 
 
-ENDS = ("limit", "idle", "early")
+ENDS = ("limit", "idle", "early", "cycle")
 """What `Testbench.may_end` allows."""
 
 
@@ -162,7 +162,9 @@ class Testbench:
         online: the agent of the model that decides in a run what the person does, and what it hears there; None where
             all actions are known before.
         may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
-            its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before).
+            its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before), "cycle"
+            (it goes round: it repeats the same, and nothing is new for 180 s; which ends it unless it may do so, or may
+            reach its limit).
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
         fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
         engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
@@ -178,6 +180,8 @@ class Testbench:
         virtual: which of Python's own ways to wait the code under test uses: "time" (`time` and `datetime`),
             "threading" (`threading`, `queue`, the thread pool of `concurrent.futures`), "asyncio". Its modules then see
             them in virtual time, and its threads are nodes. Without it, waiting in one of them is an error.
+        patience_s: so long code may work without simulated time passing (s of processor time; None: 8), and a second of
+            simulated time may take 7.5 times as long, before the run is ended with the place of that code.
         ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
             "time" and "threading" in virtual time, whatever `virtual` says.
     """
@@ -204,6 +208,7 @@ class Testbench:
     conformance: Conformance | None = None
     online: Online | None = None
     may_end: tuple[str, ...] = ()
+    patience_s: float | None = None
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
     engines: Mapping[str, str] = field(default_factory=dict, hash=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,10 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
             raise TestbenchError(f"{where}: {name} is {part!r}; expected {kind.__name__}(...) or None")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
+    patience_s = testbench.patience_s
+    is_time = isinstance(patience_s, int | float) and not isinstance(patience_s, bool)
+    if patience_s is not None and not (is_time and 0 < patience_s < math.inf):
+        raise TestbenchError(f"{where}: patience_s is {patience_s!r}; expected a time in seconds, above 0")
     for end in testbench.may_end:
         if end not in ENDS:
             raise TestbenchError(f"{where}: may_end has {end!r}; expected of {', '.join(ENDS)}{nearest(end, ENDS)}")

@@ -184,7 +184,7 @@ def execute(
     watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
     recorder.listeners += [MonitorFeed(watcher, vocabulary) for watcher in watchers]
     # Disable the watchdog while debugging.
-    kernel = Kernel(stuck_after_s=math.inf if debugger() else None)
+    kernel = Kernel(stuck_after_s=math.inf if debugger() else testbench.patience_s)
     code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
     begun(code)
     run = Run(
@@ -199,6 +199,7 @@ def execute(
         engine=testbench.engine,
         disturbances=testbench.disturbances,
         producing=producing,
+        may_go_round=bool({"limit", "cycle"}.intersection(testbench.may_end)),
     )
     kernel.virtual = frozenset(testbench.virtual)
     modules = VirtualModules(testbench.code)

@@ -104,6 +104,8 @@ def of_ending(ending: Ending, code: CodeUnderTest, may_end: tuple[str, ...]) -> 
         yield f'the code under test returned at {early_s:.3f} s, {went_on}; {allow}("early",)'
     if ending.how == "limit" and "limit" not in may_end:
         yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",)'
+    if ending.cycle is not None:
+        yield f'the run goes round: {ending.cycle}; {allow}("cycle",)'
     if ending.how == "idle" and "idle" not in may_end:
         yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",)'
 

@@ -113,6 +113,8 @@ class Bus:
         self.kernel = kernel
         self.recorder = recorder
         self._by_code = by_code
+        self.senders: dict[str, bool] = {}
+        """Who has sent a message -> whether it is the code under test."""
         self._faults: dict[str, deque[MessageFault]] = {}
         self._fields = {kind: tuple(f.name for f in dataclasses.fields(kind)) for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
@@ -176,6 +178,8 @@ class Bus:
             SystemExit: the caller is in another thread than the run (see `Kernel.require_own_thread`).
         """
         self.kernel.require_own_thread(f"{sender} published {topic}")
+        if sender not in self.senders:
+            self.senders[sender] = self._by_code()
         message = Carried(sender, topic, fields, deliver, is_heard, source)
         faults = self._faults.get(topic) if self._faults else None
         if faults:

@@ -37,6 +37,10 @@ STUCK_AFTER_S = 8.0
 """A node hangs if no simulated time passes for this processor time of its thread (s; chosen: it is ended within 10 s).
 Motion planning takes a fourth of it."""
 
+CRAWLS = 7.5
+"""A second of simulated time may take so many times as long (chosen: a minute of processor time, in which physics that
+is rendered thirty times a second takes ten seconds)."""
+
 NODE_WAITS_S = 0.5
 """So long nodes may wait in real time (s; chosen). In virtual time there is nothing to wait for: this is for locks of
 libraries that compute in threads of their own."""
@@ -44,7 +48,7 @@ libraries that compute in threads of their own."""
 WORLD_WAITS_S = 60.0
 """So long the world may wait without time passing (s of real time; chosen): for a simulator in another process."""
 
-SET_UP_WAITS_S = 10.0
+SET_UP_WAITS_S = 60.0
 """So long the testbench's `run` may wait outside of nodes (s of real time; chosen): for a simulator that starts."""
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -166,6 +170,9 @@ class Kernel:
         """What stand-ins of a library keep for the run, as the ROS graph."""
         self.trespasses: list[str] = []
         """What threads that are no nodes did and no run may have, a sentence each."""
+        self._look: Callable[[], None] = lambda: None
+        self._look_us: float = math.inf
+        self._look_period_us = 0.0
         self._thread = threading.get_ident()
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
@@ -332,6 +339,9 @@ class Kernel:
         limit_us = round(limit_s * US_PER_S)
         while True:
             self._run_ready()
+            if self.now_us >= self._look_us:
+                self._look_us = self.now_us + self._look_period_us
+                self._look()
             if self._stop is not None:
                 return self._stop
             self._drop_stale()
@@ -342,6 +352,19 @@ class Kernel:
             if self.now_us >= limit_us and not self._ready and (not self._due or self._due[0][0] > limit_us):
                 return "limit"
             self._collect_due()
+
+    def look_each(self, period_s: float, look: Callable[[], None]) -> None:
+        """Let somebody look at the run each `period_s` of simulated time, between two steps of it, who may stop it."""
+        self._look, self._look_period_us = look, period_s * US_PER_S
+        self._look_us = self.now_us + self._look_period_us
+
+    def wait_ends(self, began_by_s: float, ends_by_s: float) -> bool:
+        """Whether a node has waited since `began_by_s`, and its time-out comes by `ends_by_s` (s of simulated time)."""
+        ends_by_us = ends_by_s * US_PER_S
+        return any(
+            due_us <= ends_by_us and wait == node._wait and not node.ended and node.blocked_s <= began_by_s
+            for due_us, _, node, wait in self._due
+        )
 
     def skip(self, until_s: float) -> None:
         """Set the time to `until_s` after an idle run, in which nothing else can happen."""
@@ -378,9 +401,14 @@ class Kernel:
     def _situation(self) -> Situation:
         """What runs now, for the watchdog."""
         if self._inside is not None:
-            return Situation(self.now_us, self._node_waits_s, self._stuck_after_s, adds_up=True)
-        if self._runs:
-            return Situation(self.now_us, max(WORLD_WAITS_S, 2 * self._stuck_after_s), self._stuck_after_s)
+            waits_s, adds_up = self._node_waits_s, True
+        else:
+            waits_s, adds_up = max(WORLD_WAITS_S, 2 * self._stuck_after_s), False
+        if self._inside is not None or self._runs:
+            second = self.now_us // US_PER_S
+            return Situation(
+                self.now_us, waits_s, self._stuck_after_s, adds_up, second, may_take_s=CRAWLS * self._stuck_after_s
+            )
         return Situation(self.now_us, SET_UP_WAITS_S)
 
     def _interrupt(self, problem: Problem, frame: FrameType | None) -> None:
@@ -397,7 +425,13 @@ class Kernel:
         if problem.kind == "works":
             return KernelError(
                 f"no time has passed for {self._stuck_after_s:g} s of work, at {place}{self._node_info()}: a loop must "
-                "sleep or wait for a message"
+                "sleep or wait for a message; if it is this slow, give the testbench a larger patience_s"
+            )
+        if problem.kind == "crawls":
+            return KernelError(
+                f"a second of simulated time takes more than {problem.taken_s:.0f} s of work, now at "
+                f"{place}{self._node_info()}: sleep longer between two steps, or let a step take less; if the world is "
+                "this slow, give the testbench a larger patience_s"
             )
         who = f"node {self._inside.name}" if self._inside is not None else "the world" if self._runs else "run"
         return KernelError(real_wait(frame, who, self.code, self.virtual))

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -127,6 +127,11 @@ class Recorder:
             series = self._texts[name] = (array("d"), [])
         series[0].append(time_s)
         series[1].append(value)
+
+    def changes(self) -> Iterator[tuple[str, Sequence[float], Sequence[float | str]]]:
+        """The signals so far: name, times (s) and values of their changes, which grow with the run."""
+        yield from ((name, times, values) for name, (times, values) in self._signals.items())
+        yield from ((name, times, texts) for name, (times, texts) in self._texts.items())
 
     def _require_new(self, time_s: float, name: str, value: float | bool | str) -> None:
         if name in self._last:

@@ -53,12 +53,16 @@ class Situation:
         may_wait_s: so long it may wait (s of real time).
         may_work_s: so long it may work without progress (s of processor time).
         adds_up: waiting adds up although there is progress.
+        second: of simulated time.
+        may_take_s: so long a second of simulated time may take (s of processor time).
     """
 
     progress: int
     may_wait_s: float
     may_work_s: float = math.inf
     adds_up: bool = False
+    second: int = 0
+    may_take_s: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -66,11 +70,11 @@ class Problem:
     """What has to end.
 
     Args:
-        kind: it waits, or it works without end.
+        kind: it waits, it works without end, or it crawls: a second of simulated time takes too long.
         taken_s: for so long (s of real time, or of processor time).
     """
 
-    kind: Literal["waits", "works"]
+    kind: Literal["waits", "works", "crawls"]
     taken_s: float
 
 
@@ -90,7 +94,7 @@ class Watch:
         self._thread: tuple[_thread.LockType, _thread.LockType] | None = None
         self._seen = Situation(-1, math.inf)
         self._waited_s = {True: 0.0, False: 0.0}  # where it adds up, and where progress ends it
-        self._worked_s = 0.0
+        self._worked_s = self._second_s = 0.0
 
     @contextmanager
     def watching(self) -> Iterator[None]:
@@ -146,7 +150,10 @@ class Watch:
         self._seen = now
         if now.progress != before.progress:
             self._worked_s = self._waited_s[False] = 0.0
+        if now.second != before.second:
+            self._second_s = 0.0
         self._worked_s += worked_s
+        self._second_s += worked_s
         if waited_s and self._waits():
             self._waited_s[now.adds_up] += waited_s
         else:
@@ -156,6 +163,8 @@ class Watch:
         elif self._worked_s >= now.may_work_s:
             # Who caught what was raised has had its time: it is interrupted again soon.
             self._problem, self._worked_s = Problem("works", self._worked_s), max(0.0, now.may_work_s - AGAIN_S)
+        elif self._second_s >= now.may_take_s:
+            self._problem, self._second_s = Problem("crawls", self._second_s), max(0.0, now.may_take_s - AGAIN_S)
         else:
             return
         assert self._watched.ident is not None, "the main thread has begun"

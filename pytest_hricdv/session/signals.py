@@ -19,8 +19,7 @@ from types import FrameType
 from pytest_hricdv.runtime.kernel import running_node
 
 LETS_GO_WITHIN_S = 2.0
-"""So long code may go on after SIGTERM (s; chosen): a session is to end within 5 s, and the rest is for a report without
-that code."""
+"""So long code may go on after SIGTERM (s; chosen): a session is to end within 5 s, and the rest is for a report."""
 
 WORKERS_END_WITHIN_S = 0.5
 """So long workers may take to end after SIGTERM before they are killed (s; chosen): their results are here already."""

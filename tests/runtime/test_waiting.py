@@ -183,3 +183,16 @@ def test_a_loop_is_ended_within_10_s_of_processor_time() -> None:
     with pytest.raises(NodeError, match=r"no time has passed for 8 s of work, at .*test_waiting.py:\d+"):
         kernel.run(10.0)
     assert time.process_time() - began_s < 10.0
+
+
+def test_a_second_of_simulated_time_may_not_take_for_ever() -> None:
+    def polls() -> None:
+        while True:
+            kernel.sleep(1e-6)
+            sum(range(1000))
+
+    kernel = Kernel(stuck_after_s=0.1)
+    kernel.spawn("polling", polls)
+    with pytest.raises(NodeError, match=r"a second of simulated time takes more than 1 s of work, now at .*in polling"):
+        kernel.run(10.0)
+    kernel.close()

@@ -48,10 +48,11 @@ class _Guard:
         self._thread = threading.current_thread()
         self._threads: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
         self._refused: weakref.WeakSet[subprocess.Popen[Any]] = weakref.WeakSet()
+        self._reaps = False
 
     def sleep(self, duration_s: float) -> None:
         """As `time.sleep`, outside of nodes."""
-        if running_node() is not None:
+        if running_node() is not None and not self._reaps:
             self._refuse("time.sleep")
         started = self._threads.get(threading.current_thread())
         if started is not None:
@@ -75,7 +76,13 @@ class _Guard:
         if is_waiting and process not in self._refused:
             self._refused.add(process)
             self._refuse("subprocess.Popen.wait")
-        return _WAIT(process, _REAP_S if is_waiting else timeout)
+        if not is_waiting:
+            return _WAIT(process, timeout)
+        self._reaps = True
+        try:
+            return _WAIT(process, _REAP_S)
+        finally:
+            self._reaps = False
 
     def select(self, real: Callable[..., list[Any]], selector: Any, timeout: float | None = None) -> list[Any]:
         """As `select` of a selector, if something is ready, or outside of nodes."""

@@ -1,0 +1,167 @@
+"""Whether a run goes round: the same messages again and again, and nothing new in a long time.
+
+Code that announces again, senses again, or leaves a subscription open keeps a run going to its limit, which may be far.
+What is *new* is a message, or two in a row of one sender, that was not there before, whatever numbers it carries; an
+action; a value of a text signal; a numeric signal beyond the range that it had. So a robot that crosses a room, or a
+battery that gets empty, is no repetition, and neither is one that waits for a time that comes.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.runtime.record import RecordedMessage, Recorder
+
+LOOKS_EACH_S = 10.0
+"""So often somebody looks (s of simulated time; chosen: a hundredth of the time of a run that looks at nothing)."""
+
+NOTHING_NEW_S = 180.0
+"""A run that has had nothing new for so long goes round (s of simulated time; chosen: people and robots of the two
+testbenches here wait up to 150 s)."""
+
+REPEATS = 5
+"""A cycle has been there so often (chosen)."""
+
+_RANGE = 0.1
+"""A number is new if it leaves the range of a signal by this share of it (chosen): noise does so less and less."""
+
+_SHOWN = 8
+"""So many messages of a cycle are named."""
+
+_DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # not of names, as `Timeout1`
+
+Token = tuple[str, str, tuple[tuple[str, object], ...]]
+"""A message without its time and numbers: sender, topic, the fields that are texts or yes and no."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """What a run repeats.
+
+    Args:
+        since_s: nothing was new after that (s of simulated time).
+        times: how often it was there since.
+        period_s: how long it takes (s).
+        messages: of one time round, those that follow each other with the same words once.
+    """
+
+    since_s: float
+    times: int
+    period_s: float
+    messages: tuple[str, ...]
+
+    def __str__(self) -> str:
+        shown = ", ".join(self.messages[:_SHOWN])
+        more = f" and {len(self.messages) - _SHOWN} more" if len(self.messages) > _SHOWN else ""
+        often = f"{self.times} times, every {self.period_s:.3g} s"
+        return f"nothing new since {self.since_s:.3f} s, and {often}: {shown}{more}"
+
+
+class Repetition:
+    """Follows a run, without a share in it: what it needs is in the record.
+
+    Args:
+        kernel: of the run.
+        recorder: of the run.
+        actions: how many actions have begun.
+        is_of_code: whether a sender is the code under test.
+    """
+
+    def __init__(
+        self, kernel: Kernel, recorder: Recorder, actions: Callable[[], int], is_of_code: Callable[[str], bool]
+    ) -> None:
+        self._kernel = kernel
+        self._recorder = recorder
+        self._actions = actions
+        self._is_of_code = is_of_code
+        self._began = 0  # actions
+        self._new_s = 0.0
+        self._read = 0  # messages
+        self._last: dict[str, Token] = {}
+        self._pairs: set[tuple[Token | None, Token]] = set()
+        self._ranges: dict[str, tuple[float, float]] = {}
+        self._texts: set[tuple[str, str]] = set()
+        self._changes: dict[str, int] = {}  # of a signal, read
+
+    def cycle(self, nothing_new_s: float = NOTHING_NEW_S) -> Cycle | None:
+        """What the run repeats; None if something was new in the last `nothing_new_s`, or is about to come."""
+        self._follow()
+        now_s = self._kernel.now_s
+        if now_s - self._new_s < nothing_new_s:
+            return None
+        start = bisect_right(self._recorder.messages, self._new_s, key=lambda message: message.time_s)
+        messages = self._recorder.messages[start:]
+        tokens = [_token(message) for message in messages]
+        counts = Counter(tokens)
+        repeated = [token for token, count in counts.items() if count >= REPEATS]
+        senders = Counter(token[0] for token in repeated)
+        # A robot that says the same over and over and hears nothing waits, perhaps for somebody who comes.
+        goes_on = any(count > 1 or not self._is_of_code(sender) for sender, count in senders.items())
+        if not goes_on:
+            return None
+        rarest = min(repeated, key=lambda token: counts[token])
+        first, last = [place for place, token in enumerate(tokens) if token == rarest][-2:]
+        words = tuple(_words(token, len([*same])) for token, same in groupby(tokens[first:last]))
+        period_s = messages[last].time_s - messages[first].time_s
+        # A wait that the cycle does not begin anew will end, and something else may come then.
+        if self._kernel.wait_ends(now_s - 2 * period_s, now_s + nothing_new_s):
+            return None
+        return Cycle(self._new_s, counts[rarest], period_s, words)
+
+    def _follow(self) -> None:
+        if self._actions() != self._began:
+            self._began = self._actions()
+            self._is_new(self._kernel.now_s)
+        for place in range(self._read, len(self._recorder.messages)):
+            message = self._recorder.messages[place]
+            token = _token(message)
+            pair = self._last.get(token[0]), token
+            self._last[token[0]] = token
+            if pair not in self._pairs:
+                self._pairs.add(pair)
+                self._is_new(message.time_s)
+        self._read = len(self._recorder.messages)
+        for name, times, values in self._recorder.changes():
+            start = self._changes.get(name, 0)
+            if start < len(values):
+                self._changes[name] = len(values)
+                self._follow_signal(name, times, values, start)
+
+    def _follow_signal(self, name: str, times: Sequence[float], values: Sequence[float | str], start: int) -> None:
+        for place in range(start, len(values)):
+            value = values[place]
+            if isinstance(value, str):
+                is_new = (name, value) not in self._texts
+                self._texts.add((name, value))
+            else:
+                least, most = self._ranges.get(name, (value, value))
+                beyond = max(least - value, value - most)
+                is_new = beyond > _RANGE * (most - least) or name not in self._ranges
+                if is_new:
+                    self._ranges[name] = min(least, value), max(most, value)
+            if is_new:
+                self._is_new(times[place])
+
+    def _is_new(self, time_s: float) -> None:
+        self._new_s = max(self._new_s, time_s)
+
+
+def _token(message: RecordedMessage) -> Token:
+    fields = tuple(
+        (name, _DIGITS.sub("#", value) if isinstance(value, str) else value)
+        for name, value in message.fields.items()
+        if isinstance(value, str | bool)
+    )
+    return message.sender, message.topic, fields
+
+
+def _words(token: Token, times: int) -> str:
+    sender, topic, fields = token
+    words = " ".join([f"{sender}: {topic}", *(f"{name}={value}" for name, value in fields)])
+    return words if times == 1 else f"{words} ({times} times)"

@@ -1,0 +1,200 @@
+"""Runs that go round are ended, and named; runs that wait, or in which something is new, are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.monitor import MonitorSet
+from pytest_hricdv.run import Run
+from pytest_hricdv.runtime import Bus, Kernel, Recorder
+
+LIMIT_S = 10_000.0
+ENDS_BY_S = 300.0
+
+
+@dataclass(frozen=True)
+class State:
+    """What the robot does."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a sensor says (m)."""
+
+    distance_m: float
+    is_near: bool
+
+
+class Robot:
+    """A run with a robot, whose code it is, and others."""
+
+    def __init__(self) -> None:
+        kernel, recorder = Kernel(), Recorder()
+        bus = Bus(kernel, (State, Reading), recorder, lambda: kernel.running() in self.code)
+        actions = tuple(ConcreteAction("wave", {}) for _ in range(20))
+        test = ConcreteTest("t", "s", 0, actions)
+        self.run = Run(test, kernel, bus, recorder, lambda body: body, MonitorSet([]), may_go_round=False)
+        self.kernel = kernel
+        self.code: list[object] = []
+
+    def says(self, *states: str, each_s: float) -> None:
+        """The robot is in these states in turn."""
+
+        def body() -> None:
+            while True:
+                for state in states:
+                    self.run.bus.publish("robot", State(state))
+                    self.kernel.sleep(each_s)
+
+        self.code.append(self.kernel.spawn("robot", body))
+
+    def senses(self, period_s: float) -> None:
+        """A sensor sends readings."""
+
+        def body() -> None:
+            while True:
+                self.kernel.sleep(period_s)
+                self.run.bus.publish("sensor", Reading(self.kernel.now_s % 0.37, is_near=False))
+
+        self.kernel.spawn("sensor", body)
+
+    def other(self, body: Callable[[], None]) -> None:
+        """Somebody else does something."""
+        self.kernel.spawn("other", body)
+
+    def every(self, period_s: float, act: Callable[[], object]) -> None:
+        """Something happens again and again."""
+
+        def body() -> None:
+            while True:
+                self.kernel.sleep(period_s)
+                act()
+
+        self.other(body)
+
+
+def announcing(robot: Robot) -> None:
+    robot.says("Send", "Receive", each_s=15.0)
+
+
+def sensing(robot: Robot) -> None:
+    robot.says("Sense", "Decide", each_s=0.01)
+    robot.senses(0.02)
+
+
+def left_open(robot: Robot) -> None:
+    robot.senses(0.02)
+
+
+def numbered(robot: Robot) -> None:
+    robot.every(0.5, lambda: robot.run.bus.publish("clock", State(f"tick {robot.kernel.now_us}")))
+
+
+def with_noise(robot: Robot) -> None:
+    sensing(robot)
+    robot.every(0.1, lambda: robot.run.recorder.signal(robot.kernel.now_s, "x_m", robot.kernel.now_s % 0.7))
+
+
+def with_a_timer_of_its_own(robot: Robot) -> None:
+    sensing(robot)
+    robot.other(lambda: robot.kernel.sleep(5000.0))
+
+
+@pytest.mark.parametrize("begin", [announcing, sensing, left_open, numbered, with_noise, with_a_timer_of_its_own])
+def test_a_run_that_goes_round_is_ended_and_named(begin: Callable[[Robot], None]) -> None:
+    robot = Robot()
+    begin(robot)
+    assert robot.run.go(LIMIT_S) == "goes round"
+    ending = robot.run.ending
+    assert ending is not None
+    assert ending.how == "cycle"
+    assert ending.cycle is not None
+    assert ending.time_s < ENDS_BY_S
+    assert ending.cycle.times >= 5
+
+
+def test_a_cycle_is_named_with_its_messages_and_how_long_it_takes() -> None:
+    robot = Robot()
+    announcing(robot)
+    robot.run.go(LIMIT_S)
+    assert robot.run.ending is not None
+    assert str(robot.run.ending.cycle) == (
+        "nothing new since 30.000 s, and 6 times, every 30 s: robot: state name=Receive, robot: state name=Send"
+    )
+
+
+def waiting(robot: Robot) -> None:
+    """It says so all the time, and nobody says anything to it: who knows who will come."""
+    robot.says("Waiting", each_s=0.1)
+
+
+def with_a_person(robot: Robot) -> None:
+    announcing(robot)
+    actions = robot.run.actions()
+    robot.every(150.0, lambda: next(actions, None))
+
+
+def who_waits_long(robot: Robot) -> None:
+    sensing(robot)
+
+    def body() -> None:
+        robot.kernel.sleep(300.0)
+        robot.run.bus.publish("person", State("here"))
+        robot.kernel.sleep(300.0)
+        robot.kernel.stop("done")
+
+    robot.other(body)
+
+
+def that_moves(robot: Robot) -> None:
+    sensing(robot)
+    robot.every(1.0, lambda: robot.run.recorder.signal(robot.kernel.now_s, "way_m", robot.kernel.now_s))
+
+
+def that_says_new_things(robot: Robot) -> None:
+    sensing(robot)
+    robot.every(100.0, lambda: robot.run.bus.publish("log", State("x" * int(robot.kernel.now_s / 100))))
+
+
+def that_has_new_texts(robot: Robot) -> None:
+    sensing(robot)
+    robot.every(
+        100.0,
+        lambda: robot.run.recorder.signal(robot.kernel.now_s, "mode", "x" * int(robot.kernel.now_s / 100)),
+    )
+
+
+@pytest.mark.parametrize("begin", [waiting, with_a_person, that_moves, that_says_new_things, that_has_new_texts])
+def test_a_run_in_which_something_is_new_or_may_come_goes_on(begin: Callable[[Robot], None]) -> None:
+    robot = Robot()
+    begin(robot)
+    assert robot.run.go(1200.0) == "limit"
+
+
+def test_what_is_about_to_come_is_waited_for() -> None:
+    robot = Robot()
+    who_waits_long(robot)
+    assert robot.run.go(LIMIT_S) == "done"
+
+
+def test_a_run_that_may_go_round_does() -> None:
+    robot = Robot()
+    announcing(robot)
+    robot.run.may_go_round = True
+    assert robot.run.go(1200.0) == "limit"
+    assert robot.run.ending is not None
+    assert robot.run.ending.cycle is None
+
+
+def test_at_the_limit_the_cycle_is_named_too() -> None:
+    robot = Robot()
+    sensing(robot)
+    assert robot.run.go(60.0) == "limit"
+    assert robot.run.ending is not None
+    assert robot.run.ending.cycle is not None
