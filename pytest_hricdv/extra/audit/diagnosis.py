@@ -187,13 +187,13 @@ class Diagnosis:
             return Cause(STATE, f"it runs otherwise after the {size} tests before it; there was no time to find which")
         start = len(before) - size
         culprit = before[start]
+        after = culprit
         if size > 1 and not differs(start, start + 1):
-            return Cause(
-                f"state that {culprit} leaves",
-                f"alone it repeats, and runs otherwise after {culprit} and the {size - 1} tests after that",
-                culprit,
-            )
-        return Cause(f"state that {culprit} leaves", f"alone it repeats, and runs otherwise after {culprit}", culprit)
+            after += f" and the {size - 1} tests after that"
+        remedy = "--hri-isolate keeps tests apart"
+        return Cause(
+            f"state that {culprit} leaves", f"alone it repeats, and runs otherwise after {after}; {remedy}", culprit
+        )
 
     # What is there in one and not in the other
 
