@@ -39,7 +39,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     adapt(early_config)
     if following.is_wanted(early_config, args):
         following.follow_imports(early_config)
-    if early_config.pluginmanager.hasplugin("xdist"):
+    if hasattr(early_config.known_args_namespace, "numprocesses"):  # whatever name xdist was loaded by
         return
     asked = any(
         arg == "-n" or arg.startswith(("-n=", "--numprocesses")) or (arg[:2] == "-n" and arg[2:].isdigit())

@@ -114,12 +114,17 @@ def attaching(collection: Collection) -> Iterator[Attaching]:
     """One for each plugin that is installed and writes a report in this session."""
     config = collection.config
     results = config.getoption("allure_report_dir", None)
-    if config.pluginmanager.hasplugin("allure_pytest") and results:
+    if _is_loaded(config, "allure_pytest", "allure_pytest.plugin") and results:
         yield AllureAttaching(collection, Path(os.path.abspath(results)))
     page = config.getoption("htmlpath", None)
-    if config.pluginmanager.hasplugin("html") and page:
+    if _is_loaded(config, "html", "pytest_html.plugin") and page:
         contained = bool(config.getoption("self_contained_html", False))
         yield HtmlAttaching(collection, Path(os.path.abspath(page)), self_contained=contained)
+
+
+def _is_loaded(config: pytest.Config, *names: str) -> bool:
+    """Whether there is a plugin, by the name of its entry point or, with `-p`, of its module."""
+    return any(map(config.pluginmanager.hasplugin, names))
 
 
 def relative(path: Path, start: Path) -> str:

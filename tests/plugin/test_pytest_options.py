@@ -278,3 +278,15 @@ def test_no_text_file_is_opened_in_the_encoding_of_the_machine(
     done = lamps.run(*python, "-m", "pytest", "-W", "error::EncodingWarning", SUITE, *options)
     assert done.ret == 0
     assert "EncodingWarning" not in done.stdout.str() + done.stderr.str()
+
+
+def test_plugins_may_be_loaded_by_their_modules(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTEST_ADDOPTS", "")
+    loaded = ("-p", "pytest_hricdv.plugin", "-p", "xdist.plugin")
+    result = lamps.runpytest_subprocess(SUITE, *loaded, *A_WORKER)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["expected 4, reported 4"])
+    alone = lamps.runpytest_subprocess(SUITE, *loaded[:2], *A_WORKER)
+    assert alone.ret == pytest.ExitCode.USAGE_ERROR
+    alone.stderr.fnmatch_lines(["ERROR: -n needs pytest-xdist, which is not installed or switched off: *"])
