@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import cache
+from pathlib import Path
 
 VARIABLE = "PYTHONHASHSEED"
 RANDOM = "random"
@@ -35,8 +36,18 @@ def own_hash_seed() -> str:
     """
     if not sys.flags.hash_randomization:
         return "0"
-    text = _number(os.environ.get(VARIABLE, ""))
-    return text if text not in ("", "0") and _is_in_use(int(text)) else RANDOM
+    texts = (_number(os.environ.get(VARIABLE, "")), _number(_at_start()))
+    return next((text for text in texts if text not in ("", "0") and _is_in_use(int(text))), RANDOM)
+
+
+def _at_start() -> str:
+    """What the variable was when this process started: Linux keeps it, where a program has set another one since."""
+    try:
+        variables = Path("/proc/self/environ").read_bytes().split(b"\0")
+    except OSError:
+        return ""
+    values = [value for name, _, value in (entry.partition(b"=") for entry in variables) if name == VARIABLE.encode()]
+    return values[0].decode("ascii", "replace") if values else ""
 
 
 def hash_seed_of_children() -> str:
@@ -50,6 +61,15 @@ def hash_seed_difference(before: str, now: str) -> str:
     if not before or not now or (before == now and now.isdigit()):
         return ""
     return f"{before}, now {'another one' if before == now else now}"
+
+
+def question_of_drawn_seed() -> str:
+    """To a message on a run that is another one in this process than in others, where it drew its seed; else empty."""
+    return (
+        f"; or is it Python's hash seed, which pytest drew? {VARIABLE}=0 chooses it"
+        if own_hash_seed() == RANDOM
+        else ""
+    )
 
 
 def hand_to_children() -> Callable[[], None]:

@@ -42,6 +42,11 @@ def test_a_seed_that_was_set_after_python_had_started_is_not_believed_but_holds_
     assert seeds(None, before=f"import os; os.environ['PYTHONHASHSEED'] = '{seed}'") == ["random", seed]
 
 
+@pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="only Linux keeps it")
+def test_where_another_seed_was_set_since_the_own_one_is_known_all_the_same() -> None:
+    assert seeds("5", before="import os; os.environ['PYTHONHASHSEED'] = '9'") == ["5", "5"]
+
+
 def test_a_variable_that_python_was_told_to_ignore_is_not_believed() -> None:
     assert seeds("5", "-I") == ["random", "5"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 from pathlib import Path
 
@@ -116,3 +117,15 @@ def test_a_replay_under_another_hash_seed_says_so(lamps: pytest.Pytester, monkey
     assert "Or it is Python's hash seed, 1, now 2 (PYTHONHASHSEED=1 repeats it)" in other
     assert "differs from the recording; cause unknown it may be Python's hash seed, which was 1, now 2" in other
     assert "the same run, to the bit" in in_fresh_process(lamps, monkeypatch, "1", *replay)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are tried in forks")
+def test_mutants_are_not_tried_under_another_hash_seed_without_a_word(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project.change(lamps.path, "lamps/guide.py", ANSWER, says(HASHED))
+    monkeypatch.setenv("PYTHONHASHSEED", "random")
+    options = ("--hri-suite=by-hand", "--hri-mutate", "--hri-mutate-seconds=1", "-p", "no:xdist")
+    said = " ".join(lamps.runpytest_subprocess(*options).outlines)
+    assert "another record, where the code under test is as it was in the session" in said
+    assert "or is it Python's hash seed, which pytest drew? PYTHONHASHSEED=0 chooses it" in said

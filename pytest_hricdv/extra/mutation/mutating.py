@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.hash_seed import question_of_drawn_seed
 from pytest_hricdv.coverage.closure import MeasuredTest, PointIndex, minimal_suite
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.execution.case import HriCase
@@ -202,7 +203,7 @@ class _Trials:
         else:
             raise MutationError(
                 f"no mutant was tried: {event.reason}, where the code under test is as it was in the session; does "
-                "a fixture of the test function change what a run depends on?"
+                f"a fixture of the test function change what a run depends on?{question_of_drawn_seed()}"
             )
 
     def _tell_progress(self, done: int, total: int) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.hash_seed import question_of_drawn_seed
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.extra.search.options import SearchOptions
@@ -75,7 +76,9 @@ class Shrinking:
         except KeyboardInterrupt:
             return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "interrupted"))
         if self._best is None:
-            return self._record(Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE)
+            return self._record(
+                Shrunk(self.case.concrete, budget.used, budget.elapsed_s, "done"), ELSEWHERE + question_of_drawn_seed()
+            )
         return self._record(shrink(self.case.concrete, self.case.ranges, self._fails, budget))
 
     def _learn_reason(self) -> None:
