@@ -121,6 +121,8 @@ class Scene:
         Returns:
             how many were made.
         """
+        # Not by MuJoCo's `rollout`: it takes all controls beforehand, while those of a joint that is held back depend
+        # on its angle, and tells nothing of constraint forces.
         model, data = self.now()
         velocity, log = data.qvel, np.empty((model.nv, steps))
         made = 0
