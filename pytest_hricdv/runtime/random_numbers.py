@@ -60,6 +60,8 @@ class _Entropy:
         return self._of_threads[thread]
 
 
+_IMPORT = "import of "
+
 _entropy: _Entropy | None = None
 """Of the run that goes on in this process."""
 
@@ -149,18 +151,19 @@ _NAMES = _Names()
 
 
 class _Generators:
-    """Python's and numpy's global generators, as they were at one time."""
+    """Python's global generator as it was at one time, and numpy's, unless it is left alone."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, with_numpy: bool) -> None:
         self._python = random.getstate()
-        numpy_random = _numpy_random()
+        self._with_numpy = with_numpy
+        numpy_random = _numpy_random() if with_numpy else None
         self._numpy = None if numpy_random is None else numpy_random.get_state(legacy=False)
         self._bits = None if numpy_random is None else _bit_generator(numpy_random)
 
     def put_back(self, key: str | None) -> None:
         """Let them be as they were; numpy's, if it is new, is that of a key, or of the system where this is None."""
         random.setstate(self._python)
-        numpy_random = _numpy_random()
+        numpy_random = _numpy_random() if self._with_numpy else None
         if numpy_random is None:
             return
         if self._numpy is None:
@@ -191,21 +194,17 @@ def _seed_numpy(numpy_random: Any, key: str | None) -> None:
         bits.state = type(bits)(number).state
 
 
-def _seed_generators(key: str) -> None:
-    _seed_global(key)
-    numpy_random = _numpy_random()
-    if numpy_random is not None:
-        _seed_numpy(numpy_random, key)
-
-
 @contextmanager
-def _drawing(key: str) -> Iterator[None]:
+def _drawing(key: str, *, with_numpy: bool = True) -> Iterator[None]:
     """Within, everything that is random is that of a key; afterwards it is as before."""
     global _entropy
-    before, generators = _entropy, _Generators()
-    _entropy = _Entropy(key)
-    _seed_generators(key)
+    before, generators = _entropy, _Generators(with_numpy=with_numpy)
     try:
+        _entropy = _Entropy(key)
+        _seed_global(key)
+        numpy_random = _numpy_random() if with_numpy else None
+        if numpy_random is not None:
+            _seed_numpy(numpy_random, key)
         yield
     finally:
         _entropy = before
@@ -257,7 +256,8 @@ def _executed(execute: Callable[[ModuleType], None], module: ModuleType) -> None
     if _entropy is None or not _entropy.is_of_this_thread:
         execute(module)
         return
-    with _drawing(f"import of {module.__name__}"):
+    # What numpy's generator was takes longer to keep than all else here: once for a module and all that it imports.
+    with _drawing(f"{_IMPORT}{module.__name__}", with_numpy=not _entropy.key.startswith(_IMPORT)):
         execute(module)
 
 
