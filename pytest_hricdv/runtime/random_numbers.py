@@ -116,6 +116,14 @@ def _replacements() -> list[tuple[object, object]]:
     return [*pairs, (_getrandom, getrandom)] if _getrandom is not None else pairs
 
 
+def in_runs(function: Any) -> Any:
+    """What stands for a function in a run, and is that function outside of one; itself, where nothing does.
+
+    For who replaces functions of Python, too, and calls what was there: a run repeats nevertheless.
+    """
+    return next((other for real, other in _replacements() if real is function), function)
+
+
 class _Names:
     """Where modules have what is replaced, under whichever names: `from os import urandom as _urandom` of `random`."""
 
@@ -269,6 +277,7 @@ def seeded_by(test_seed: int) -> Iterator[None]:
     finder = _ImportsApart()
     names: Any = tempfile  # the sequence of names has a generator of its own for as long as the process lives
     sequence = names._name_sequence
+    seed_before = random.Random.seed
     with _drawing(f"hricdv {test_seed}"):
         undo = _NAMES.replaced()
         random.Random.seed = _seeded  # type: ignore[method-assign, assignment]
@@ -281,7 +290,7 @@ def seeded_by(test_seed: int) -> Iterator[None]:
                 sys.meta_path.remove(finder)
             finder.release()
             names._name_sequence = sequence
-            random.Random.seed = _seed  # type: ignore[method-assign]
+            random.Random.seed = seed_before  # type: ignore[method-assign]
             for restore in reversed(undo):
                 restore()
 

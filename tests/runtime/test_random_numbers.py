@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.random_numbers import seeded_by
+from pytest_hricdv.runtime.random_numbers import in_runs, seeded_by
 from pytest_hricdv.runtime.virtual import identifiers
 
 ROOT = Path(__file__).parents[2]
@@ -275,3 +275,21 @@ def test_finders_that_ask_all_others_still_find(tmp_path: Path, monkeypatch: pyt
             drawn.append(importlib.import_module("hri_leg").ID)
     assert drawn[0] == drawn[1]
     monkeypatch.delitem(sys.modules, "hri_leg")
+
+
+def test_who_replaces_a_source_too_and_calls_what_stands_for_it_gets_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    inner = in_runs(os.urandom)
+    monkeypatch.setattr(os, "urandom", lambda size: inner(size))
+    drawn = []
+    for _ in range(2):
+        with seeded_by(1):
+            drawn.append((os.urandom(8), uuid.uuid4()))
+    assert drawn[0] == drawn[1]
+    assert os.urandom(8) != os.urandom(8), "outside of a run it is real"
+    assert in_runs(os.getcwd) is os.getcwd
+
+
+def test_a_source_that_a_user_has_replaced_stays_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "urandom", lambda size: bytes(size))
+    with seeded_by(1):
+        assert os.urandom(4) == bytes(4)
