@@ -14,7 +14,7 @@ from pytest_hricdv.extra.audit.sources import KINDS, Reading
 NOT_FOUND = "not found"
 HASH_ORDER = "hash order"
 STATE = "state of earlier tests"
-IMPORT = "drawn when it was imported"
+ONCE = "drawn once in a process"
 ENVIRONMENT = "environment"
 FILE = "file left behind"
 
@@ -99,8 +99,10 @@ class Diagnosis:
         if again.key == self.alone.key == other.key:
             return None
         if again.key == self.alone.key and self._run(self._single(), copy=1).key == other.key:
-            return Cause(IMPORT, f"each process repeats itself, and two with the same hash seed differ{self._reads()}")
-        return self._still() or self._left_files(again) or self._noticed()
+            differ = "each process repeats itself, and two with the same hash seed differ"
+            why = "something was drawn when a module was imported, or is the id() of an object or thread"
+            return Cause(ONCE, f"{differ}: {why}{self._reads()}")
+        return self._still() or self._left_files(again, everywhere=True) or self._noticed()
 
     def _still(self) -> Cause | None:
         """The kind of source that makes two runs the same where it stands still."""
@@ -200,13 +202,18 @@ class Diagnosis:
     def _files(self) -> Cause | None:
         return self._left_files(self.alone)
 
-    def _left_files(self, reference: Repeat) -> Cause | None:
-        """Files that it reads, that the session or the audit have written, and without which it runs otherwise."""
+    def _left_files(self, reference: Repeat, *, everywhere: bool = False) -> Cause | None:
+        """A file that it reads, and without which it runs otherwise, and the same each time.
+
+        Args:
+            reference: how it runs with it.
+            everywhere: not only files of the project that were written since the session began.
+        """
         paths = dict.fromkeys(reading.path for reading in self._readings())
-        for path in (path for path in paths if path in self.changed):
+        for path in (path for path in paths if path in self.changed or (everywhere and _may_be_left(path))):
             hidden, again = (self._run(self._single(hidden=(path,))) for _ in range(2))
             if hidden.key == again.key != reference.key:
-                left_by = self.changed[path]
+                left_by = self.changed.get(path, "")
                 by = f", written while {left_by} ran" if left_by else ""
                 return Cause(
                     f"{FILE}: {self._place(path)}", f"it reads {path}{by}, and runs otherwise without it", left_by
@@ -221,7 +228,14 @@ class Diagnosis:
         )
 
 
+def _may_be_left(path: str) -> bool:
+    """Whether it is a file, and none of the system's."""
+    return bool(path) and not path.startswith(("/dev/", "/proc/", "/sys/"))
+
+
 def _at(readings: Sequence[Reading]) -> str:
     """`it reads time.time at world.py:12, ...`."""
-    named = [f"{reading.what} at {reading.place}" for reading in readings[:4]]
+    named = [
+        f"{reading.what}{f' of {reading.path}' if reading.path else ''} at {reading.place}" for reading in readings[:4]
+    ]
     return f"it calls {', '.join(named)}{' and more' if len(readings) > len(named) else ''}"

@@ -130,7 +130,7 @@ def test_chance_that_nothing_explains_is_said_with_what_was_read() -> None:
 
 
 def test_what_a_process_drew_at_its_begin() -> None:
-    assert cause(SimulatedProcesses(lambda order, seed, copy, _: copy)).name == "drawn when it was imported"
+    assert cause(SimulatedProcesses(lambda order, seed, copy, _: copy)).name == "drawn once in a process"
 
 
 def test_a_file_without_which_it_runs_otherwise() -> None:
@@ -140,6 +140,15 @@ def test_a_file_without_which_it_runs_otherwise() -> None:
     )
     found = cause(processes, changed={"/p/left.txt": "t1", "/p/other.txt": ""})
     assert (found.name, found.left_by) == ("file left behind: left.txt", "t1")
+
+
+def test_a_counter_in_a_file_anywhere_and_a_device_of_the_system() -> None:
+    number = count()
+    readings = (Reading("files", "open", "d.py:4", "/dev/urandom"), Reading("files", "open", "d.py:5", "/var/count"))
+    counting = SimulatedProcesses(lambda order, *_: 0 if "/var/count" in order.hidden else next(number), readings)
+    assert cause(counting).name == "file left behind: count"
+    drawing = SimulatedProcesses(lambda order, *_: 0 if "/dev/urandom" in order.hidden else next(number), readings)
+    assert cause(drawing).name == "files"
 
 
 def test_variables_of_a_worker() -> None:

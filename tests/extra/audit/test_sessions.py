@@ -106,7 +106,7 @@ def test_what_is_drawn_when_the_testbench_is_imported_is_told_apart(audited: pyt
     path.write_text(drawing + path.read_text(encoding="utf-8"), encoding="utf-8")
     state.say(audited, "__import__('conftest').DRAWN")
     assert audited.runpytest_subprocess(*RUN).ret == 1
-    assert {mark["cause"] for mark in marks(audited)} == {"drawn when it was imported"}
+    assert {mark["cause"] for mark in marks(audited)} == {"drawn once in a process"}
 
 
 @pytest.mark.slow
