@@ -169,7 +169,7 @@ class UnfinishedAlways:
 
 def eventually(condition: Condition, start_s: float, end_s: float) -> ast.Eventually:
     """The response `eventually[a:b](condition)`: true at some time from `start_s` to `end_s` after the trigger."""
-    return ast.Eventually(as_past(condition), *_window(start_s, end_s))
+    return ast.Eventually(as_past(condition), *_response_window(start_s, end_s))
 
 
 @overload
@@ -188,7 +188,7 @@ def always(
 
     Raises:
         TypeError: neither an implication nor a condition, or only one end of a window.
-        ValueError: a window that ends before it starts.
+        ValueError: a window that ends before it starts, or with the trigger.
     """
     if isinstance(required, Implication):
         if start_s is not None or end_s is not None:
@@ -199,7 +199,7 @@ def always(
         return UnfinishedAlways(condition)
     if start_s is None or end_s is None:
         raise TypeError("a window has two ends: always(condition, a, b), in seconds after the trigger")
-    return ast.AlwaysWithin(condition, *_window(start_s, end_s))
+    return ast.AlwaysWithin(condition, *_response_window(start_s, end_s))
 
 
 def requirement(
@@ -238,6 +238,14 @@ def _identifier(name: str) -> str:
     if not IDENTIFIER.fullmatch(name):
         raise ValueError(f"{name!r} is not a valid name: signal(name), on(topic), field('topic.field')")
     return name
+
+
+def _response_window(start_s: float, end_s: float) -> tuple[float, float]:
+    window = _window(start_s, end_s)
+    if window[1] == 0:
+        advice = "for a response at the very instant of the trigger leave the window out"
+        raise ValueError(f"a window of a response has to end after the trigger, got 0 to 0; {advice}")
+    return window
 
 
 def _window(start_s: float, end_s: float) -> tuple[float, float]:

@@ -196,7 +196,7 @@ class ObligationMonitor(RequirementMonitor):
         self._due: deque[Nanoseconds] = deque()
         """When the open triggers began whose windows have begun: the response is due."""
 
-    def _is_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> bool:
+    def _is_due(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs) -> bool:
         """Whether any response is due now, after the antecedent was judged and windows have begun."""
         waiting, due = self._waiting, self._due
         holds = self._antecedent(self._state.values, arrived, outputs)
@@ -207,8 +207,9 @@ class ObligationMonitor(RequirementMonitor):
         # A response may be due at the very instant of its trigger: `eventually[0:b]` can be met by it.
         while waiting and waiting[0] + self._start_ns <= now_ns:
             due.append(waiting.popleft())
-        # Both ends belong to a window: right after its last instant the window is over.
-        return bool(due) and not (right_after and due[0] + self._end_ns <= now_ns)
+        # Both ends belong to a window, and every window ends after its trigger: what is over right after an instant was
+        # closed at it.
+        return bool(due)
 
     def _close(self, now_ns: Nanoseconds, *, passed: bool) -> Nanoseconds:
         """Close the first trigger whose window has begun; returns when it began."""
@@ -219,8 +220,7 @@ class ObligationMonitor(RequirementMonitor):
     def _response_wake_ns(self, now_ns: Nanoseconds) -> Nanoseconds:
         begins_ns = self._waiting[0] + self._start_ns if self._waiting else math.inf
         ends_ns = self._due[0] + self._end_ns if self._due else math.inf
-        # A window that is over by now has been judged; infinite windows never are.
-        return min(begins_ns, ends_ns if ends_ns > now_ns else math.inf)
+        return min(begins_ns, ends_ns)
 
     def finish(self, requirement: str, now_ns: Nanoseconds) -> Verdict:
         pending = [*self._due, *self._waiting]
@@ -244,7 +244,7 @@ class EventuallyMonitor(ObligationMonitor):
         """The deadlines of the last violations: those whose response has not come yet."""
 
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
-        is_due = self._is_due(now_ns, arrived, outputs, right_after=right_after)
+        is_due = self._is_due(now_ns, arrived, outputs)
         if is_due or self._missed:
             holds = self._condition(self._state.values, arrived, outputs)
             if is_due and holds:
@@ -290,7 +290,7 @@ class SafetyMonitor(ObligationMonitor):
     """`always[a:b]`, and `until` with an infinite window: failed when the condition is first false."""
 
     def _judge(self, now_ns: Nanoseconds, arrived: Mapping[str, int], outputs: Outputs, *, right_after: bool) -> None:
-        if self._is_due(now_ns, arrived, outputs, right_after=right_after):
+        if self._is_due(now_ns, arrived, outputs):
             self._judge_due(now_ns, arrived, outputs)
         self.active = bool(self._due or self._waiting)
 

@@ -219,6 +219,8 @@ def test_a_type_error_is_raised_where_it_is_made(mistake: Callable[[], object], 
     ("mistake", "says"),
     [
         (lambda: eventually(p, 2, 1), "needs a <= b, got 2 to 1"),
+        (lambda: eventually(p, 0, 0), "has to end after the trigger, got 0 to 0; for a response at the very instant"),
+        (lambda: always(p, 0, 0), "has to end after the trigger, got 0 to 0"),
         (lambda: once(p, -1, 1), "start of a window: expected a finite number of at least 0, got -1"),
         (lambda: once(p, math.inf, math.inf), "start of a window"),
         (lambda: once(p, 0, math.nan), "end of a window"),

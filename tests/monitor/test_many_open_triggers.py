@@ -71,7 +71,7 @@ def busy_trace(seed: int) -> LoggedRun:
 
 busy_traces = st.integers(0, 2**32).map(busy_trace)
 wide = st.tuples(st.integers(0, 30), st.integers(0, 40)).map(
-    lambda ticks: (min(ticks) * TICK_S, max(ticks[0], ticks[1], 1) * TICK_S)
+    lambda ticks: (min(ticks) * TICK_S, max(*ticks, 1) * TICK_S)
 )
 
 
