@@ -80,14 +80,15 @@ class Fresh:
 
     def __init__(self, running: SeparateProcess) -> None:
         self._running = running
-        self._problem = ""
+        self.problem = ""
+        """Why it has ended; empty while it has not."""
 
     def begin(self, session: FreshSession) -> None:
         """Start pytest there. Raises StartError where it does not begin."""
         self._running.send(session)
         self._lines(PATIENCE_S)
-        if self._problem:
-            raise StartError(self._problem)
+        if self.problem:
+            raise StartError(self.problem)
 
     def run(self, order: Order, patience_s: float) -> Repeat:
         """Run an order; what its last test came to.
@@ -96,20 +97,20 @@ class Fresh:
             order: of tests.
             patience_s: after so long (s of wall time) the process is ended.
         """
-        if not self._problem:
+        if not self.problem:
             self._running.send(order)
         lines = self._lines(patience_s)
-        return Repeat(msgspec.json.decode(lines[0], type=Ran) if lines else Ran(problem=self._problem or SILENT))
+        return Repeat(msgspec.json.decode(lines[0], type=Ran) if lines else Ran(problem=self.problem or SILENT))
 
     def _lines(self, patience_s: float) -> list[bytes]:
-        if self._problem:
+        if self.problem:
             return []
         timer = threading.Timer(patience_s, self._running.kill)
         timer.start()
         try:
             return [*self._running.answer()]
         except ProcessError as error:
-            self._problem = str(error) if timer.is_alive() else f"{SILENT} for {patience_s:g} s"
+            self.problem = str(error) if timer.is_alive() else f"{SILENT} for {patience_s:g} s"
             return []
         finally:
             timer.cancel()
@@ -163,7 +164,10 @@ class Repeating:
             if start.reusable:
                 self._kept[name] = fresh
         patience_s = PATIENCE_S + PATIENCE_FACTOR * sum(self.wall_s.get(nodeid, 1.0) for nodeid in order.nodeids)
-        return fresh.run(order, patience_s)
+        repeat = fresh.run(order, patience_s)
+        if fresh.problem:
+            self._kept.pop(name, None)  # the next order gets another one
+        return repeat
 
     def _started(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
         running = self._stack.enter_context(

@@ -152,6 +152,17 @@ def test_a_test_that_kills_its_process_alone_is_named(audited: pytest.Pytester) 
     assert "ended by SIGKILL" in mark["alone"]
 
 
+@pytest.mark.slow
+def test_a_test_that_ends_the_fresh_process_takes_no_other_along(audited: pytest.Pytester) -> None:
+    once = "from pathlib import Path\nMARK = Path(__file__).with_name('killed')\nimport os\ndef kill():\n"
+    once += "    if os.environ.get('PYTHONHASHSEED') == '1' and not MARK.exists():\n        MARK.touch()\n"
+    once += "        os.kill(os.getppid(), 9)\n        os.kill(os.getpid(), 9)\n    return 0\n"
+    state.say(audited, "kill()", module=once)
+    assert audited.runpytest_subprocess(*RUN).ret == 1
+    (mark,) = marks(audited)
+    assert mark["alone"] == "ended by SIGKILL"
+
+
 def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:
     state.leave(audited, "list of a module")
     assert audited.runpytest_subprocess(*RUN, "--hri-audit=off").ret == 0
