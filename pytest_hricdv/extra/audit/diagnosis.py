@@ -125,7 +125,11 @@ class Diagnosis:
         if readings:
             kinds = " or ".join(dict.fromkeys(reading.kind for reading in readings))
             return Cause(kinds, f"alone, under the same conditions, runs differ from each other; {_at(readings)}")
-        return Cause(NOT_FOUND, "alone, under the same conditions, runs differ from each other: chance, or a thread")
+        return Cause(
+            NOT_FOUND,
+            "alone, under the same conditions, runs differ from each other: chance, a thread, or a set of objects, "
+            "which goes in the order of their addresses",
+        )
 
     def _readings(self) -> tuple[Reading, ...]:
         return self._run(self._single(watched=True)).ran.readings
