@@ -77,7 +77,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import Collection, worker_input
-    from pytest_hricdv.session.following import follow_imports
+    from pytest_hricdv.session.following import follow_imports, follow_no_longer
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
@@ -99,6 +99,8 @@ def _register(config: pytest.Config, options: Options) -> None:
     if options.coverage:
         imports = follow_imports(config)
         imports.base.update(imports.watch.files)  # by the conftests, which tests may use as they are
+    else:
+        follow_no_longer(config)
     context = config.stash[CONTEXT] = RunContext(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(Running(context), "hricdv-running")

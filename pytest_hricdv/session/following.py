@@ -41,6 +41,13 @@ def follow_imports(config: pytest.Config) -> ImportCoverage:
     return config.stash[IMPORTS]
 
 
+def follow_no_longer(config: pytest.Config) -> None:
+    """Nothing is measured in this session, as an ini file says that is read after the first imports."""
+    if IMPORTS in config.stash:
+        config.stash[IMPORTS].watch.uninstall()
+        del config.stash[IMPORTS]
+
+
 @contextmanager
 def of_testbench(config: pytest.Config, conftest: str) -> Iterator[None]:
     """While the testbench is made: what it imports, each of its tests has imported.

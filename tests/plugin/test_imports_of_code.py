@@ -200,3 +200,14 @@ def test_what_was_imported_before_it_could_be_followed_is_imported_again_once_an
     why = "imported once more, to be measured, it raised SystemExit: the relay is in use"
     assert report(lamps.path)["code_under_test"]["unmeasured_files"] == {"relays.py": why}
     assert files(lamps.path)["guide.py"][0] > 20
+
+
+@pytest.mark.parametrize("ini", ["", "hri_no_cov = true\n"], ids=["measured", "switched off"])
+def test_imports_are_followed_only_where_something_is_measured(lamps: pytest.Pytester, ini: str) -> None:
+    with (lamps.path / "pytest.ini").open("a", encoding="utf-8") as file:
+        file.write(ini)
+    test = "import sys\n\n\ndef test_finders():\n    print([type(f).__name__ for f in sys.meta_path])\n"
+    (lamps.path / "test_finders.py").write_text(test, encoding="utf-8")
+    result = lamps.runpytest_subprocess(*ALONE, "-s", "test_finders.py", "test_lamps.py")
+    assert result.ret == 0
+    assert ("'ImportWatch'" in result.stdout.str()) == (not ini)
