@@ -128,20 +128,28 @@ class _Names:
     """Where modules have what is replaced, under whichever names: `from os import urandom as _urandom` of `random`."""
 
     def __init__(self) -> None:
-        self._modules = 0
+        self._modules = (0, "")
         self._names: list[tuple[dict[str, Any], str, object, object]] = []
 
     def replaced(self) -> list[Callable[[], None]]:
         """Replace all; returns what undoes it."""
-        if len(sys.modules) != self._modules:
-            self._modules = len(sys.modules)
-            self._names = [*self._searched()]
+        modules = (len(sys.modules), next(reversed(sys.modules)))  # others, when there are more, or one came anew
+        if modules != self._modules:
+            self._modules = modules
+            self._names = [*self._owned(), *self._searched()]
         undo: list[Callable[[], None]] = []
         for names, name, real, other in self._names:
             if names.get(name) is real:
                 names[name] = other
                 undo.append(partial(names.__setitem__, name, real))
         return undo
+
+    def _owned(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
+        """Where Python has them, also if somebody has just put something else there, as a test that patches them."""
+        for real, other in _replacements():
+            for module, name in ((os, "urandom"), (os, "getrandom"), (random, "seed"), (random, "_urandom")):
+                if getattr(real, "__name__", "") == name.lstrip("_"):
+                    yield vars(module), name, real, other
 
     def _searched(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
         # By identity where that is possible: a bound method is another object each time that it is asked for.

@@ -293,3 +293,21 @@ def test_a_source_that_a_user_has_replaced_stays_replaced(monkeypatch: pytest.Mo
     monkeypatch.setattr(os, "urandom", lambda size: bytes(size))
     with seeded_by(1):
         assert os.urandom(4) == bytes(4)
+
+
+def test_a_source_that_was_replaced_in_the_first_run_of_a_process_is_the_runs_in_later_ones() -> None:
+    code = (
+        "import os, random, secrets\n"
+        "from pytest_hricdv.runtime.random_numbers import seeded_by\n"
+        "real = os.urandom, random._urandom\n"
+        "os.urandom = random._urandom = bytes\n"
+        "with seeded_by(1):\n"
+        "    assert os.urandom(2) == bytes(2)\n"
+        "os.urandom, random._urandom = real\n"
+        "drawn = []\n"
+        "for _ in range(2):\n"
+        "    with seeded_by(1):\n"
+        "        drawn.append((os.urandom(4), secrets.token_hex(), random.SystemRandom().random()))\n"
+        "assert drawn[0] == drawn[1], drawn\n"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
