@@ -143,11 +143,12 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monke
     assert call.stop <= began_s[0]
 
 
+@pytest.mark.parametrize("isolated", [(), ("--hri-isolate",)])
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
-    filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+    filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, isolated: tuple[str, ...]
 ) -> None:
     monkeypatch.setattr("pytest_hricdv.extra.film.filming.FILMS_EACH", 1)
-    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film")
+    result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", *isolated)
     first, second = sorted(films(filmed.path).values(), key=lambda film: film["note"])
     assert (first["note"], second["video"]) == ("", None)
     assert second["note"].startswith("not filmed: 1 failure of R2 had been filmed in this process; ")
