@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import json
 import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 
@@ -61,6 +62,8 @@ class Collection:
         sent = worker_input(config) or {}  # without a suite, a worker is sent nothing
         self.done: frozenset[str] = frozenset(json.loads(str(sent.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""
+        self._loaded = 0
+        """How many implementations of the testbench's hook there were when it was called."""
 
     @cached_property
     def testbench(self) -> Testbench:
@@ -72,6 +75,7 @@ class Collection:
                 f"no testbench: implement pytest_hricdv_testbench(config) in {self.config.rootpath / 'conftest.py'} "
                 "and return a pytest_hricdv.testbench.Testbench"
             )
+        self._loaded = len(implementations)
         code = implementations[-1].function.__code__
         try:
             with of_testbench(self.config, implementations[-1].function.__module__):
@@ -167,9 +171,25 @@ class Collection:
         yield
 
     def pytest_sessionstart(self) -> None:
-        """xdist: a worker says which hash seed it has."""
+        """xdist: a worker says which hash seed it has, and has its testbench before it collects, as others do."""
+        if WORKER_INPUT in (worker_input(self.config) or {}):
+            _ = self.testbench  # conftest files of further folders, which are loaded now, may have another one
         said: dict[str, object] = getattr(self.config, "workeroutput", {})
         said[WORKER_HASH_SEED] = own_hash_seed()
+
+    def pytest_collection_finish(self) -> None:
+        """Warns of a testbench that was loaded while pytest collected: the session had another one by then."""
+        implementations = self.config.hook.pytest_hricdv_testbench.get_hookimpls()
+        codes = [implementation.function.__code__ for implementation in implementations]
+        for code in codes[self._loaded :] if self._loaded else ():
+            used = codes[self._loaded - 1].co_filename
+            text = f"this testbench is not used, as the session has that of {used}: name the folder of its tests alone"
+            warning = pytest.PytestWarning(text)
+            message = warnings.WarningMessage(warning, type(warning), code.co_filename, code.co_firstlineno)
+            # Not `warnings.warn`: where warnings are errors, it would end the session in a traceback.
+            self.config.hook.pytest_warning_recorded.call_historic(
+                kwargs={"warning_message": message, "nodeid": "", "when": "collect", "location": None}
+            )
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: object) -> None:

@@ -109,3 +109,18 @@ def test_without_conftest_files_nothing_is_searched(deep: pytest.Pytester) -> No
     result = deep.runpytest_inprocess("--noconftest", "tests/unit")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["hri: no testbench in tests/unit: *"])
+
+
+@each_way
+def test_one_in_a_folder_of_a_project_that_has_one_is_not_used_and_named(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    (lamps.path / BELOW).mkdir(parents=True)
+    text = (lamps.path / "conftest.py").read_text(encoding="utf-8").replace('name="lamps"', 'name="other"')
+    (lamps.path / BELOW / "conftest.py").write_text(text, encoding="utf-8")
+    (lamps.path / "test_lamps.py").rename(lamps.path / BELOW / "test_lamps.py")
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand", *options)
+    assert result.ret == 0
+    said = "*hri?conftest.py:*: this testbench is not used, as the session has that of *conftest.py: name the folder *"
+    result.stdout.fnmatch_lines([said])
+    assert report(lamps.path)["testbench"] == "lamps"
