@@ -214,7 +214,7 @@ def execute(
             modules.installed(),
             guarded(kernel),
             seeded_by(test.seed),
-            kernel.watched(),
+            kernel.supervision.watched(),
         ):
             outcome, verdicts, record = _finished(settings, followers, run)
     except Exception:

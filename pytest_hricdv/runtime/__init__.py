@@ -2,7 +2,8 @@
 
 from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.runtime.bus import Bus, MessageFault, NodeBus, Subscription, text_of, topic_of
-from pytest_hricdv.runtime.kernel import Kernel, KernelError, Node, NodeError, World
+from pytest_hricdv.runtime.failure import KernelError, NodeError
+from pytest_hricdv.runtime.kernel import Kernel, Node, World
 from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
 
 __all__ = [

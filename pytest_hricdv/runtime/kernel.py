@@ -17,8 +17,7 @@ import operator
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
 from types import FrameType
 from typing import NoReturn, Protocol, SupportsIndex
 
@@ -26,51 +25,14 @@ from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import quoted
+from pytest_hricdv.runtime.failure import KernelError, NodeError
 from pytest_hricdv.runtime.place import place_of
-from pytest_hricdv.runtime.waiting import real_wait
-from pytest_hricdv.runtime.watchdog import Problem, Situation, Watch
+from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
 
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
 
-STUCK_AFTER_S = 8.0
-"""A node hangs if no simulated time passes for this processor time of its thread (s; chosen: it is ended within 10 s).
-Motion planning takes a fourth of it."""
-
-CRAWLS = 7.5
-"""A second of simulated time may take so many times as long (chosen: a minute of processor time, in which physics that
-is rendered thirty times a second takes ten seconds)."""
-
-NODE_WAITS_S = 0.5
-"""So long nodes may wait in real time (s; chosen). In virtual time there is nothing to wait for: this is for locks of
-libraries that compute in threads of their own."""
-
-WORLD_WAITS_S = 60.0
-"""So long the world may wait without time passing (s of real time; chosen): for a simulator in another process."""
-
-SET_UP_WAITS_S = 60.0
-"""So long the testbench's `run` may wait outside of nodes (s of real time; chosen): for a simulator that starts."""
-
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-
-class KernelError(Exception):
-    """A node failed or misused the kernel; the text names the node and the simulated time."""
-
-
-class NodeError(KernelError):
-    """A node failed: it raised the exception that is the cause, or, without a cause, keeps time from passing.
-
-    Args:
-        node: its name.
-        time_s: when it failed (s of simulated time).
-        failure: what happened.
-    """
-
-    def __init__(self, node: str, time_s: float, failure: str) -> None:
-        super().__init__(f"{node} {failure}")
-        self.node = node
-        self.time_s = time_s
 
 
 class World(Protocol):
@@ -98,11 +60,6 @@ def running_node() -> Node | None:
     return here.node if isinstance(here, _NodeGreenlet) else None
 
 
-def _hold_for_ever(value: object) -> None:
-    """Let a value never be freed, not even when the interpreter ends and frees all."""
-    ctypes.pythonapi.Py_IncRef(ctypes.py_object(value))
-
-
 class Node:
     """One blocking activity; created by `Kernel.spawn`."""
 
@@ -126,6 +83,14 @@ class Node:
         """When it began to wait (s of simulated time), of a node that waits."""
         self._blocked = False  # it waits, and is not among those that go on at this instant
 
+    def leave_for_ever(self) -> None:
+        """It does not go on, whatever comes: it is left where it is."""
+        self.ended = self.abandoned = True
+        for leave in self.leaving:
+            leave()
+        # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._greenlet))
+
     @property
     def frame(self) -> FrameType | None:
         """Its innermost frame, while it waits; None while it runs, and when it has ended."""
@@ -147,16 +112,12 @@ class Kernel:
         self.now_us = 0
         self.last_messages: dict[str, object] = {}
         """Sender -> its last message; error messages use it to say where a node hangs."""
-        self._stuck_after_s = STUCK_AFTER_S if stuck_after_s is None else stuck_after_s
-        self._node_waits_s = NODE_WAITS_S if stuck_after_s is None else min(NODE_WAITS_S, stuck_after_s)
-        if stuck_after_s == math.inf:
-            self._node_waits_s = math.inf
-        self._watch = Watch(self._situation, self._interrupt)
-        self._is_watched = False
+        self.supervision = Supervision(self, STUCK_AFTER_S if stuck_after_s is None else stuck_after_s)
         self._runs = False
-        self._inside: Node | None = None  # it has control
-        self._returns = 0  # how often control came back to the kernel
-        self._interrupted: int | None = None  # `_returns` when something was raised in what had control
+        self.inside: Node | None = None
+        """The node that has control."""
+        self.returns = 0
+        """How often control has come back."""
         self._polls = 0  # at the present instant
         self._polled_at = ""  # the line of the first poll too many
         self.lost_errors: list[str] = []
@@ -199,7 +160,7 @@ class Kernel:
             if self._polls == self._max_resumes + 1:  # what cleans up afterwards may poll, too
                 self._polled_at = place_of(sys._getframe(1))
             problem = f"{self._max_resumes} polls without time passing, at {self._polled_at}: a loop must sleep"
-            raise KernelError(problem + self._node_info())
+            raise KernelError(problem + self.node_info())
 
     def spawn(self, name: str, body: Callable[[], None]) -> Node:
         """Start `body` as a node at the present simulated instant."""
@@ -306,32 +267,12 @@ class Kernel:
         Raises:
             NodeError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
-        with self.watched():
+        with self.supervision.watched():
             self._runs = True
             try:
                 return self._run(limit_s)
             finally:
                 self._runs = False
-
-    @contextmanager
-    def watched(self) -> Iterator[None]:
-        """Within, code that works without end, or waits in real time, is ended. `run` does so by itself.
-
-        The watchdog has no effect outside of the main thread, and on systems without signals.
-        """
-        if self._is_watched or self._stuck_after_s == math.inf:
-            yield
-            return
-        self._is_watched = True
-        try:
-            with self._watch.watching():
-                yield
-        finally:
-            self._is_watched = False
-
-    def unwatched(self) -> AbstractContextManager[None]:
-        """Within, there is no watchdog, and no thread of it: the process may fork, and wait for its fork."""
-        return self._watch.paused()
 
     def _run(self, limit_s: float) -> str:
         self._hub = greenlet.getcurrent()
@@ -378,7 +319,7 @@ class Kernel:
         """
         self._hub = greenlet.getcurrent()
         failed: BaseException | None = None
-        with self.watched():
+        with self.supervision.watched():
             for node in self._nodes:
                 if not node.ended and node._greenlet:
                     try:
@@ -398,44 +339,6 @@ class Kernel:
         """All that were started, in this order."""
         return tuple(self._nodes)
 
-    def _situation(self) -> Situation:
-        """What runs now, for the watchdog."""
-        if self._inside is not None:
-            waits_s, adds_up = self._node_waits_s, True
-        else:
-            waits_s, adds_up = max(WORLD_WAITS_S, 2 * self._stuck_after_s), False
-        if self._inside is not None or self._runs:
-            second = self.now_us // US_PER_S
-            return Situation(
-                self.now_us, waits_s, self._stuck_after_s, adds_up, second, may_take_s=CRAWLS * self._stuck_after_s
-            )
-        return Situation(self.now_us, SET_UP_WAITS_S)
-
-    def _interrupt(self, problem: Problem, frame: FrameType | None) -> None:
-        """End what has control. A node that has caught what was raised is left where it is, for ever."""
-        error = self._error_of(problem, frame)
-        node = self._inside
-        if node is not None and self._interrupted == self._returns:
-            self.abandon(NodeError(node.name, self.now_s, f"goes on whatever is raised in it: {error}"))
-        self._interrupted = self._returns
-        raise error
-
-    def _error_of(self, problem: Problem, frame: FrameType | None) -> KernelError:
-        place = place_of(frame)
-        if problem.kind == "works":
-            return KernelError(
-                f"no time has passed for {self._stuck_after_s:g} s of work, at {place}{self._node_info()}: a loop must "
-                "sleep or wait for a message; if it is this slow, give the testbench a larger patience_s"
-            )
-        if problem.kind == "crawls":
-            return KernelError(
-                f"a second of simulated time takes more than {problem.taken_s:.0f} s of work, now at "
-                f"{place}{self._node_info()}: sleep longer between two steps, or let a step take less; if the world is "
-                "this slow, give the testbench a larger patience_s"
-            )
-        who = f"node {self._inside.name}" if self._inside is not None else "the world" if self._runs else "run"
-        return KernelError(real_wait(frame, who, self.code, self.virtual))
-
     def abandon(self, error: BaseException) -> NoReturn:
         """Leave the running node where it is, for ever, and raise in what runs the kernel.
 
@@ -443,16 +346,13 @@ class Kernel:
             KernelError: no node runs.
         """
         node = self._running()
-        node.ended = node.abandoned = True
-        for leave in node.leaving:
-            leave()
-        # Never again: as soon as nobody holds it, greenlet would raise in it, and it would go on.
-        _hold_for_ever(node._greenlet)
+        node.leave_for_ever()
         assert self._hub is not None
         self._hub.throw(error)
         raise error  # never reached: nobody goes on here
 
-    def _node_info(self) -> str:
+    def node_info(self) -> str:
+        """Of the running node, for the end of a message: its last message, else its name."""
         node = self.running()
         if node is None:
             return ""
@@ -491,12 +391,12 @@ class Kernel:
 
     def _enter(self, node: Node, raising: type[BaseException] | None = None) -> object:
         """Hand control over to a node until it blocks or ends; returns what its greenlet does."""
-        outside, self._inside = self._inside, node
+        outside, self.inside = self.inside, node
         try:
             return node._greenlet.switch() if raising is None else node._greenlet.throw(raising)
         finally:
-            self._inside = outside
-            self._returns += 1
+            self.inside = outside
+            self.returns += 1
 
     def _advance(self, target_us: int) -> None:
         if target_us > self.now_us:

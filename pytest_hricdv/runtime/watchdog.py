@@ -110,17 +110,6 @@ class Watch:
             self._stop()
             signal.signal(signal.SIGVTALRM, previous)
 
-    @contextmanager
-    def paused(self) -> Iterator[None]:
-        """Within, nothing is watched, and there is no thread: the process may fork, and either side leaves this."""
-        was_watching = self._thread is not None
-        self._stop()
-        try:
-            yield
-        finally:
-            if was_watching:
-                self._start()
-
     def _start(self) -> None:
         self._thread = stopping, ended = _thread.allocate_lock(), _thread.allocate_lock()
         stopping.acquire()

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
 from pytest_hricdv.extra.ros2.extension import NAME, extension
-from pytest_hricdv.runtime.kernel import KernelError
+from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.virtual.modules import VirtualModules
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

@@ -18,7 +18,8 @@ import pytest
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
-from pytest_hricdv.runtime.kernel import Kernel, KernelError
+from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.kernel import Kernel
 
 _LIMIT_S = 1e9
 """Simulated time for a file: some of the tests have timers with a period of months."""

@@ -20,7 +20,8 @@ from typing import Any, TypeVar, TypeVarTuple
 from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.runtime.kernel import KernelError, running_node
+from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.kernel import running_node
 from pytest_hricdv.runtime.place import UNKNOWN, authors_frame
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from pytest_hricdv.runtime.kernel import KernelError, Node, running_node
+from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.kernel import Node, running_node
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.waiting import KINDS
 

@@ -1,0 +1,142 @@
+"""Supervision of a run: what its code may take of processor time and real time, and what is said when it takes more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import NoReturn, Protocol
+
+from pytest_hricdv.runtime.failure import KernelError, NodeError
+from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.waiting import real_wait
+from pytest_hricdv.runtime.watchdog import Problem, Situation, Watch
+
+US_PER_S = 1_000_000
+
+STUCK_AFTER_S = 8.0
+"""A node hangs if no simulated time passes for this processor time of its thread (s; chosen: it is ended within 10 s).
+Motion planning takes a fourth of it."""
+
+CRAWLS = 7.5
+"""A second of simulated time may take so many times as long (chosen: a minute of processor time, in which physics that
+is rendered thirty times a second takes ten seconds)."""
+
+NODE_WAITS_S = 0.5
+"""So long nodes may wait in real time (s; chosen). In virtual time there is nothing to wait for: this is for locks of
+libraries that compute in threads of their own."""
+
+WORLD_WAITS_S = 60.0
+"""So long the world may wait without time passing (s of real time; chosen): for a simulator in another process."""
+
+SET_UP_WAITS_S = 60.0
+"""So long the testbench's `run` may wait outside of nodes (s of real time; chosen): for a simulator that starts."""
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+
+class SupervisedNode(Protocol):
+    """What a node is called."""
+
+    name: str
+
+
+class Supervised(Protocol):
+    """The kernel, as far as supervision needs it."""
+
+    now_us: int
+    virtual: frozenset[str]
+    code: tuple[str, ...]
+    returns: int
+
+    @property
+    def inside(self) -> SupervisedNode | None: ...
+
+    @property
+    def now_s(self) -> float: ...
+
+    @property
+    def is_running(self) -> bool: ...
+
+    def node_info(self) -> str: ...
+
+    def abandon(self, error: BaseException) -> NoReturn: ...
+
+
+class Supervision:
+    """Ends what keeps a run from going on.
+
+    Args:
+        kernel: of the run.
+        stuck_after_s: so long code may work without time passing (s of processor time); infinity: nobody looks.
+    """
+
+    def __init__(self, kernel: Supervised, stuck_after_s: float) -> None:
+        self._kernel = kernel
+        self._stuck_after_s = stuck_after_s
+        self._node_waits_s = min(NODE_WAITS_S, stuck_after_s)
+        self._watch = Watch(self.situation, self._interrupt)
+        self._is_watched = False
+        self._interrupted: int | None = None  # `Kernel.returns` when something was raised in what had control
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Within, code that works without end, or waits in real time, is ended. `Kernel.run` does so by itself.
+
+        The watchdog has no effect outside of the main thread, and on systems without signals.
+        """
+        if self._is_watched or self._stuck_after_s == math.inf:
+            yield
+            return
+        self._is_watched = True
+        try:
+            with self._watch.watching():
+                yield
+        finally:
+            self._is_watched = False
+
+    def situation(self) -> Situation:
+        """What runs now, for the watchdog."""
+        if self._kernel.inside is not None:
+            waits_s, adds_up = self._node_waits_s, True
+        else:
+            waits_s, adds_up = max(WORLD_WAITS_S, 2 * self._stuck_after_s), False
+        if self._kernel.inside is not None or self._kernel.is_running:
+            second = self._kernel.now_us // US_PER_S
+            return Situation(
+                self._kernel.now_us,
+                waits_s,
+                self._stuck_after_s,
+                adds_up,
+                second,
+                may_take_s=CRAWLS * self._stuck_after_s,
+            )
+        return Situation(self._kernel.now_us, SET_UP_WAITS_S)
+
+    def _interrupt(self, problem: Problem, frame: FrameType | None) -> None:
+        """End what has control. A node that has caught what was raised is left where it is, for ever."""
+        error = self._error_of(problem, frame)
+        node = self._kernel.inside
+        if node is not None and self._interrupted == self._kernel.returns:
+            self._kernel.abandon(NodeError(node.name, self._kernel.now_s, f"goes on whatever is raised in it: {error}"))
+        self._interrupted = self._kernel.returns
+        raise error
+
+    def _error_of(self, problem: Problem, frame: FrameType | None) -> KernelError:
+        place = f"{place_of(frame)}{self._kernel.node_info()}"
+        if problem.kind == "works":
+            return KernelError(
+                f"no time has passed for {self._stuck_after_s:g} s of work, at {place}: a loop must "
+                "sleep or wait for a message; if it is this slow, give the testbench a larger patience_s"
+            )
+        if problem.kind == "crawls":
+            return KernelError(
+                f"a second of simulated time takes more than {problem.taken_s:.0f} s of work, now at "
+                f"{place}: sleep longer between two steps, or let a step take less; if the world is "
+                "this slow, give the testbench a larger patience_s"
+            )
+        who = "the world" if self._kernel.is_running else "run"
+        if self._kernel.inside is not None:
+            who = f"node {self._kernel.inside.name}"
+        return KernelError(real_wait(frame, who, self._kernel.code, self._kernel.virtual))
