@@ -126,10 +126,7 @@ class Supervision:
     def _error_of(self, problem: Problem, frame: FrameType | None) -> KernelError:
         place = f"{place_of(frame)}{self._kernel.node_info()}"
         if problem.kind == "works":
-            return KernelError(
-                f"no time has passed for {self._stuck_after_s:g} s of work, at {place}: a loop must "
-                "sleep or wait for a message; if it is this slow, give the testbench a larger patience_s"
-            )
+            return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work, at {place}")
         if problem.kind == "crawls":
             return KernelError(
                 f"a second of simulated time takes more than {problem.taken_s:.0f} s of work, now at "

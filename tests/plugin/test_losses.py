@@ -260,3 +260,36 @@ async def blink():
     task = asyncio.create_task(short())
     await asyncio.sleep(0.1)
 """
+
+
+ROUND = """
+        if wish is None:
+            readings = bus.subscribe(Answer)
+            while True:
+                bus.publish(Greeting())
+                clock.sleep(1.5)
+                bus.publish(Switched(0.0))
+                clock.sleep(1.5)
+"""
+
+
+@in_each_mode
+def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
+    lamps: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    change(lamps.path, "conftest.py", "LIMIT_S = 60.0", "LIMIT_S = 100_000.0")
+    change(lamps.path, "lamps/guide.py", "        if wish is None:\n            return\n", ROUND)
+    change(lamps.path, "requirements.toml", "always(on(greeting) ->", "always(on(greeting) & lamp_level < 0 ->")
+    result = lamps.runpytest_inprocess(SUITE, *options)
+    result.assert_outcomes(failed=4)
+    result.stdout.fnmatch_lines(
+        [
+            "the run goes round: nothing new since * s, and * times, every 3 s: guide: *, guide: *; "
+            'if it may, give the testbench may_end=("cycle",)'
+        ]
+    )
+    assert all(test["sim_s"] < 250 for test in report(lamps.path)["tests"])
+    change(lamps.path, "conftest.py", "LIMIT_S = 100_000.0", "LIMIT_S = 400.0")
+    change(lamps.path, "conftest.py", "        run=run,\n", '        run=run,\n        may_end=("cycle",),\n')
+    lamps.runpytest_inprocess(SUITE, *options).stdout.fnmatch_lines(["the run ended at its time limit of 400 s; *"])
+    assert all(test["sim_s"] >= 400 for test in report(lamps.path)["tests"])

@@ -8,6 +8,7 @@ waiting, as for a lock or a socket, is noticed by the watchdog of the kernel.
 
 from __future__ import annotations
 
+import os
 import selectors
 import subprocess
 import sys
@@ -46,13 +47,14 @@ class _Guard:
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
         self._thread = threading.current_thread()
+        self._pid = os.getpid()
         self._threads: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
         self._refused: weakref.WeakSet[subprocess.Popen[Any]] = weakref.WeakSet()
         self._reaps = False
 
     def sleep(self, duration_s: float) -> None:
         """As `time.sleep`, outside of nodes."""
-        if running_node() is not None and not self._reaps:
+        if self._is_node() and not self._reaps:
             self._refuse("time.sleep")
         started = self._threads.get(threading.current_thread())
         if started is not None:
@@ -72,7 +74,7 @@ class _Guard:
 
     def wait(self, process: subprocess.Popen[Any], timeout: float | None = None) -> int:
         """As `Popen.wait`, outside of nodes, and for processes that have ended."""
-        is_waiting = running_node() is not None and process.poll() is None
+        is_waiting = self._is_node() and process.poll() is None
         if is_waiting and process not in self._refused:
             self._refused.add(process)
             self._refuse("subprocess.Popen.wait")
@@ -89,7 +91,7 @@ class _Guard:
         if (timeout is not None and timeout <= 0) or threading.current_thread() is not self._thread:
             return real(selector, timeout)
         loops = sys._getframe(2).f_globals.get("__name__") == "asyncio.base_events"
-        is_node = running_node() is not None
+        is_node = self._is_node()
         # An event loop of the testbench's `run` may wait for a simulator, but not for time to pass.
         is_timer = loops and not self._kernel.is_running and timeout is not None and len(selector.get_map()) <= 1
         if not (is_node or is_timer):
@@ -98,6 +100,10 @@ class _Guard:
         if not ready:
             self._refuse("the event loop of asyncio" if loops else f"selectors.{type(selector).__name__}.select")
         return ready
+
+    def _is_node(self) -> bool:
+        """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
+        return running_node() is not None and os.getpid() == self._pid
 
     def _refuse(self, what: str) -> NoReturn:
         node, frame = running_node(), sys._getframe(2)
