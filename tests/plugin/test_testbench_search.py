@@ -26,18 +26,21 @@ def deep(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-@each_way
-@pytest.mark.parametrize("paths", [(), ("tests",), ("tests/hri",), ("tests/unit", "tests/hri"), (".",)], ids=str)
-def test_a_testbench_below_what_is_collected_is_found(
-    deep: pytest.Pytester, options: tuple[str, ...], paths: tuple[str, ...]
-) -> None:
-    if options and paths != ():
-        pytest.skip("each way to run is tried with one selection")
-    result = deep.runpytest_inprocess(*paths, *options)
+@pytest.mark.parametrize("paths", [("tests",), ("tests/hri",), ("tests/unit", "tests/hri"), (".",)], ids=str)
+def test_a_testbench_below_what_is_collected_is_found(deep: pytest.Pytester, paths: tuple[str, ...]) -> None:
+    result = deep.runpytest_inprocess(*paths)
     assert result.ret == 0
     unit = 0 if paths == ("tests/hri",) else 1
     result.assert_outcomes(passed=4 + unit, xfailed=1)
     result.stdout.fnmatch_lines(["hri: lamps, suite by-hand, seed 0*", "expected 4, reported 4"])
+
+
+@each_way
+def test_so_where_nothing_is_named(deep: pytest.Pytester, options: tuple[str, ...]) -> None:
+    result = deep.runpytest_inprocess(*options)
+    assert result.ret == 0
+    result.assert_outcomes(passed=5, xfailed=1)
+    result.stdout.fnmatch_lines(["hri: lamps, suite by-hand, seed 0, 4 tests", "expected 4, reported 4"])
 
 
 @each_way
