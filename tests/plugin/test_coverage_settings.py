@@ -120,7 +120,11 @@ def ours(folder: Path) -> Totals:
     }
 
 
-@pytest.mark.parametrize("name", INI)
+QUICK = ("exclude_also", "partial_also", "omit", "dynamic contexts")
+"""Each takes two sessions in processes of their own: these always, the others among the slow tests."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in INI])
 def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.Pytester, name: str) -> None:
     grow(lamps.path)
     for file, text in INI[name].items():
