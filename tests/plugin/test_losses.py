@@ -293,3 +293,18 @@ def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
     change(lamps.path, "conftest.py", "        run=run,\n", '        run=run,\n        may_end=("cycle",),\n')
     lamps.runpytest_inprocess(SUITE, *options).stdout.fnmatch_lines(["the run ended at its time limit of 400 s; *"])
     assert all(test["sim_s"] >= 400 for test in report(lamps.path)["tests"])
+
+
+def test_how_long_code_may_work_is_the_testbenchs_choice(lamps: pytest.Pytester) -> None:
+    write_dimmed(lamps, "while True: pass")
+    change(lamps.path, "conftest.py", "        run=run,\n", "        run=run,\n        patience_s=0.2,\n")
+    result = lamps.runpytest_inprocess(SUITE, "-k", "curt")
+    result.assert_outcomes(failed=1, passed=1)
+    result.stdout.fnmatch_lines(["*no time has passed for 0.2 s of work, at *guide.py:*"])
+    for wrong in ("-1", "True", "'8'", "float('inf')"):
+        text = (lamps.path / "conftest.py").read_text(encoding="utf-8")
+        (lamps.path / "conftest.py").write_text(text.replace("patience_s=0.2", f"patience_s={wrong}"), encoding="utf-8")
+        refused = lamps.runpytest_inprocess(SUITE)
+        assert refused.ret == 4
+        refused.stderr.fnmatch_lines(["*patience_s is *; expected a time in seconds, above 0*"])
+        (lamps.path / "conftest.py").write_text(text, encoding="utf-8")

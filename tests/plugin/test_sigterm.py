@@ -117,3 +117,19 @@ def test_workers_end_when_their_session_is_killed(lamps: pytest.Pytester) -> Non
         session.kill()
         session.wait()
     wait_for_end(int((lamps.path / "begun").read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_processes_of_a_closing_loop_end_with_their_session(lamps: pytest.Pytester, number: int) -> None:
+    change(lamps.path, "lamps/guide.py", "    return 10.0", f"{BEGIN}    {STUBBORN['a loop that catches all']}")
+    arguments = [sys.executable, "-m", "pytest", "--hri-suite=closure", "-p", "no:xdist"]
+    session = subprocess.Popen(arguments, cwd=lamps.path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        wait_for(lamps.path / "begun", session)
+        session.send_signal(number)
+        assert session.wait(FAR_S) != 0
+    finally:
+        session.kill()
+        session.wait()
+    for pid in (lamps.path / "begun").read_text(encoding="utf-8").split():
+        wait_for_end(int(pid))
