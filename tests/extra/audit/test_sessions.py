@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -175,12 +174,14 @@ def test_it_can_be_switched_off_and_bounded(audited: pytest.Pytester) -> None:
 
 
 def test_files_of_the_session_are_left_alone(audited: pytest.Pytester) -> None:
-    audited.runpytest_subprocess(*RUN, "--junitxml=junit.xml", "--basetemp=temporary", "--hri-audit=off")
-    before = (audited.path / "junit.xml").read_text(encoding="utf-8").count("<testcase")
-    (audited.path / "temporary" / "mine").mkdir()
-    audited.runpytest_subprocess(*RUN, "--junitxml=junit.xml")
-    assert (audited.path / "junit.xml").read_text(encoding="utf-8").count("<testcase") == before
-    assert os.path.isdir(audited.path / "temporary" / "mine")
+    writing = (
+        "def test_lamps(hri_case, tmp_path):\n    (tmp_path / 'mine').touch()\n    hri_case.check(hri_case.run())\n"
+    )
+    audited.makepyfile(test_lamps=writing)
+    audited.runpytest_subprocess(*RUN, "--junitxml=junit.xml", "--basetemp=temporary").assert_outcomes(passed=3)
+    assert len(project.report(audited.path)["audit"]["tests"]) == 3
+    assert (audited.path / "junit.xml").read_text(encoding="utf-8").count("<testcase") == 3
+    assert len([*(audited.path / "temporary").glob("*0/mine")]) == 3
 
 
 def test_a_fresh_process_that_does_not_start_is_said_and_fails_nothing(audited: pytest.Pytester) -> None:
