@@ -83,8 +83,9 @@ class RepeatedErrors:
         crash = getattr(getattr(report, "longrepr", None), "reprcrash", None)
         if getattr(report, "nodeid", None) not in self._aggregation.chosen or crash is None:
             return None
-        violated = tuple(match["name"] for match in _VIOLATED.finditer(crash.message))
-        first = crash.message.partition("\n")[0]
+        message = crash.message.removeprefix("Failed: ")  # as pytest's own exception is called, with --tb=short
+        violated = tuple(match["name"] for match in _VIOLATED.finditer(message))
+        first = message.partition("\n")[0]
         if violated and _VIOLATED.match(first):
             return None
         return report.when, crash.path, crash.lineno, _NUMBER.sub("#", first), violated

@@ -107,6 +107,7 @@ def test_an_error_keeps_its_line(lamps: pytest.Pytester) -> None:
 
 
 def test_tests_are_run_again_by_rerunfailures(lamps: pytest.Pytester) -> None:
+    pytest.importorskip("pytest_rerunfailures", reason="the plugin that runs tests again is not installed")
     project.change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.3")
     lamps.runpytest_subprocess(*ISOLATED, "--reruns=1").stdout.fnmatch_lines(["*3 failed*3 rerun*"])
 
