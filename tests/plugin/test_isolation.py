@@ -112,6 +112,35 @@ def test_tests_are_run_again_by_rerunfailures(lamps: pytest.Pytester) -> None:
     lamps.runpytest_subprocess(*ISOLATED, "--reruns=1").stdout.fnmatch_lines(["*3 failed*3 rerun*"])
 
 
+RUNNING_TWICE = """
+
+def pytest_runtest_protocol(item, nextitem):
+    from _pytest.runner import runtestprotocol
+
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for number in range(2):
+        if number:
+            item._initrequest()
+        reports = runtestprotocol(item, nextitem=nextitem, log=False)
+    for report in reports:
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
+"""
+"""As pytest-rerunfailures does it."""
+
+
+def test_plugins_may_run_a_test_again(lamps: pytest.Pytester) -> None:
+    with (lamps.path / "conftest.py").open("a", encoding="utf-8") as file:
+        file.write(RUNNING_TWICE)
+    state.leave(lamps, "list of a module")
+    lamps.runpytest_subprocess(*ISOLATED)
+    twice = records(lamps.path)
+    lamps.runpytest_subprocess(*RUN, "-k", [*twice][-1])
+    assert records(lamps.path).items().isdisjoint(twice.items())  # without isolation, it is the second of its process
+    assert len(twice) == 3
+
+
 def test_marks_of_the_author_hold(lamps: pytest.Pytester) -> None:
     body = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n    "
     cases = {

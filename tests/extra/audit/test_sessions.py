@@ -29,7 +29,12 @@ CAUSES = {
         "times of files",
         "os.stat at lamps/guide.py",
     ),
-    "bytes of the system": ("open('/dev/urandom', 'rb').read(1)[0]", "", "files", "open at lamps/guide.py"),
+    "bytes of the system": (
+        "open('/dev/urandom', 'rb').read(1)[0]",
+        "",
+        "files",
+        "open of /dev/urandom at lamps/guide.py",
+    ),
 }
 """What the guide says -> the cause that is found, and a part of the detail."""
 
