@@ -24,6 +24,9 @@ resource: ModuleType | None = None
 with contextlib.suppress(ImportError):  # Windows has none, and no signals that interrupt either
     import resource
 
+_HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")
+"""Not on Windows."""
+
 TICK_S = 0.1
 """How often the thread looks (s of real time; chosen). A look takes 40 us (`timeit` of `_Usage.tick`, 2 cores)."""
 
@@ -99,7 +102,7 @@ class Watch:
     @contextmanager
     def watching(self) -> Iterator[None]:
         """Within, the code is watched. Without effect where signals do not arrive: in other threads, and on Windows."""
-        if not hasattr(signal, "pthread_kill") or threading.current_thread() is not self._watched:
+        if not _HAS_SIGNALS or threading.current_thread() is not self._watched:
             yield
             return
         previous = signal.signal(signal.SIGVTALRM, self._interrupt)
@@ -137,12 +140,11 @@ class Watch:
         """Count what the last tick was, and interrupt the code where it is too much."""
         now, before = self._look(), self._seen
         self._seen = now
+        # Of a tick in which there was progress nobody knows what came after it: it counts for nothing.
+        self._worked_s = self._worked_s + worked_s if now.progress == before.progress else 0.0
+        self._second_s = self._second_s + worked_s if now.second == before.second else 0.0
         if now.progress != before.progress:
-            self._worked_s = self._waited_s[False] = 0.0
-        if now.second != before.second:
-            self._second_s = 0.0
-        self._worked_s += worked_s
-        self._second_s += worked_s
+            self._waited_s[False] = 0.0
         if waited_s and self._waits():
             self._waited_s[now.adds_up] += waited_s
         else:

@@ -123,7 +123,6 @@ def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[st
         ),
         ("by_hand.toml", '"d*"', '"x*"', "by_hand.toml:7:29: pattern matches no belief: 'x*'"),
         ("lamps/guide.py", '"by hand"', '"by hand"  # unreachable', "lamps/guide.py:44: a waiver needs its reason"),
-        ("lamps/guide.py", 'return "by hand"', 'return ("by hand"', "guide.py' as Python source"),
         (
             "pytest.ini",
             "R2: the hall has no dimmer",
@@ -316,3 +315,16 @@ def test_a_broken_cache_entry_is_generated_anew(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--collect-only", SUITE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["hricdv: generating suite by-hand (seed 0) ..."])
+
+
+def test_code_that_is_no_python_ends_the_session_with_its_line(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "lamps/guide.py", 'return "by hand"', 'return ("by hand"')
+    result = lamps.runpytest_inprocess(SUITE)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(
+        [
+            "*run: SyntaxError: '(' was never closed (guide.py, line 44)",
+            "The testbench's run needs lamps.guide, which cannot be imported: *",
+            "*3 tests not run or lost, totals are lower bounds",
+        ]
+    )
