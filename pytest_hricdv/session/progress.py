@@ -245,7 +245,7 @@ class Progress:
 
 def _is_wanted(config: pytest.Config) -> bool:
     """Whether the options of pytest leave room for a status line; without its terminal there is none."""
-    if not config.pluginmanager.hasplugin("terminalreporter"):
+    if not config.pluginmanager.hasplugin("terminal"):  # its reporter is registered later than this is asked
         return False
     style, option = config.getini("console_output_style"), config.option
     others = ("collectonly", "usepdb", "trace", "setupshow")
