@@ -9,6 +9,8 @@ import pytest
 
 from tests.plugin.project import A_WORKER, change, report
 
+pytestmark = pytest.mark.slow  # each test is a session or several
+
 SUITE = ("--hri-suite=by-hand", "-p", "no:cacheprovider")
 ALONE = (*SUITE, "-p", "no:xdist")
 CALIBRATE = """

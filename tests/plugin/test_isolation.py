@@ -9,6 +9,8 @@ import pytest
 
 from tests.plugin import project, state
 
+pytestmark = pytest.mark.slow  # each test is a session or several
+
 RUN = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:cacheprovider")
 ISOLATED = (*RUN, "--hri-isolate")
 

@@ -8,6 +8,8 @@ import pytest
 
 from tests.plugin.project import A_WORKER, change, in_each_mode, outcomes, report
 
+pytestmark = pytest.mark.slow  # each test is a session or several
+
 SUITE = "--hri-suite=by-hand"
 CALLED = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
 KNOWN = "known-violation"

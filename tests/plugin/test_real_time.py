@@ -8,6 +8,8 @@ import pytest
 
 from tests.plugin import project
 
+pytestmark = pytest.mark.slow  # each test is a session or several
+
 RUN = ("--hri-suite=bdi-random", "--hri-tests=2", "-p", "no:cacheprovider", "-p", "no:xdist")
 SLEEP = "        clock.sleep(SWITCHING_S)\n"
 ADVICE = "list module resting in the testbench's code, with virtual=("

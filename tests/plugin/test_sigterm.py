@@ -14,7 +14,10 @@ import pytest
 
 from tests.plugin.project import A_WORKER, change, command, report
 
-pytestmark = pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="this system has no such signals")
+pytestmark = [
+    pytest.mark.slow,  # each test is a session or several
+    pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="this system has no such signals"),
+]
 
 SUITE = "--hri-suite=by-hand"  # four tests; the third one wishes for level 10
 FAR_S = 60.0

@@ -8,7 +8,10 @@ import pytest
 
 from tests.plugin.project import A_WORKER, report
 
-pytestmark = pytest.mark.skipif(int(version("pytest").split(".")[0]) < 9, reason="older ones have texts only")
+pytestmark = [
+    pytest.mark.slow,  # each test is a session or several
+    pytest.mark.skipif(int(version("pytest").split(".")[0]) < 9, reason="older ones have texts only"),
+]
 
 HEAD = 'pythonpath = ["."]\naddopts = ["-p", "no:hypothesispytest"]\n'
 NATIVE = """

@@ -10,6 +10,8 @@ import pytest
 from tests import json_schema
 from tests.plugin import project, state
 
+pytestmark = pytest.mark.slow  # each test is a session or several
+
 RUN = ("--hri-suite=bdi-random", "--hri-tests=3", "-p", "no:cacheprovider", "--hri-no-cov")
 
 NUMBER_FILE = (
