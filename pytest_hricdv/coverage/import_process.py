@@ -20,7 +20,8 @@ from pytest_hricdv._base.hash_seed import environment_of_child
 from pytest_hricdv.coverage.own_coverage import OwnCoverage, literally
 
 TIMEOUT_S = 120
-"""A hundred times what the controller of the table takes; only an import that waits for something takes longer."""
+"""So long imports may take (s; chosen): a hundred times what those of the table's controller take; only an import that
+waits for something takes longer."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ _OUTSIDE = ("subprocess", "socket", "ssl", "http", "urllib", "multiprocessing")
 
 
 def real_wait(
-    frame: FrameType | None, who: str, code: Collection[str], virtual: Collection[str], what: str = ""
+    frame: FrameType | None, who: str, code: Collection[str], virtual: Collection[str], waits_in: str = ""
 ) -> str:
     """A sentence: where and in what code waits in real time, and what to do.
 
@@ -41,22 +41,23 @@ def real_wait(
         who: waits: a node, the world, or the testbench's `run`.
         code: the packages that wait in virtual time.
         virtual: the kinds of waiting that are virtual there.
-        what: it waits in, as its author calls it; empty: the function of the library that its author called.
+        waits_in: what it waits in, as its author calls it; empty: the function of the library that its author called.
     """
     own, inner = authors_frame(frame), frame
     while inner is not None and inner.f_back is not own:
         inner = inner.f_back
-    if not what and inner is not None and frame is not own:
-        what = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
+    if not waits_in and inner is not None and frame is not own:
+        waits_in = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
     place = UNKNOWN if own is None else f"{own.f_code.co_filename}:{own.f_lineno}"
     module = "" if own is None else str(own.f_globals.get("__name__", ""))
-    advice = _remedy(module, who, what, code, virtual)
-    return f"{place}: {who} waits in real time{what and f', in {what}'}, of which a simulated run has none: {advice}"
+    advice = _remedy(module, who, waits_in, code, virtual)
+    where = f", in {waits_in}" if waits_in else ""
+    return f"{place}: {who} waits in real time{where}, of which a simulated run has none: {advice}"
 
 
-def _remedy(module: str, who: str, what: str, code: Collection[str], virtual: Collection[str]) -> str:
+def _remedy(module: str, who: str, waits_in: str, code: Collection[str], virtual: Collection[str]) -> str:
     """What to do about code of a module that waits in real time."""
-    root = what.partition(".")[0].rpartition(" ")[2]
+    root = waits_in.partition(".")[0].rpartition(" ")[2]
     if who == "run":
         return (
             "spawn what waits as a node, run.kernel.spawn(name, body), and let run.go simulate it; what is not "

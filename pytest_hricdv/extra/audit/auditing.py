@@ -27,7 +27,8 @@ EXPERIMENTS_S = 120.0
 Chosen: a process starts within seconds, and some twenty of them are enough for most causes."""
 
 MOST_FURTHER = 10
-"""Once a test came otherwise, so many further failures run again, too: which of them are violations?"""
+"""Once a test came otherwise, so many further failures run again, too: which of them are violations? Chosen: some ten
+more runs, where a session with hundreds of failures would run for as long again; its effect was not measured."""
 
 _LEFT_OUT = frozenset({".git", ".hg", ".tox", ".nox", ".venv", "venv", "node_modules", "__pycache__", ".pytest_cache"})
 """Folders that hold nothing that a test reads as data."""

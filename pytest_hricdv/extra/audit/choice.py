@@ -9,10 +9,12 @@ from itertools import zip_longest
 from pytest_hricdv.results.model import TestResult
 
 LEAST = 3
-"""So many tests run again in any session, however short."""
+"""So many tests run again in any session, however short. Chosen: `python -m benchmarks.isolation` measures what they
+cost."""
 
 PERCENT = 3.0
-"""Or more, as long as the time that they took in the session is no more than this share of all tests' time."""
+"""Or more, as long as the time that they took in the session is no more than this share of all tests' time. Chosen: a
+session should not notice it; what other shares find was not measured."""
 
 
 def chosen(results: Sequence[TestResult], place: Mapping[str, int], number: int | None) -> list[TestResult]:
