@@ -217,7 +217,7 @@ class ImportCoverage:
         recorded = {
             Path(path) for measured in self._measured.values() for path, lines in measured.lines.items() if lines
         }
-        files = self.watch.files | dict(loaded_files())
+        files = self.watch.files | (dict(loaded_files()) if self._problems else {})
         for name, problem in self._problems.items():
             if files.get(name) in shown:
                 yield shown[files[name]], f"imported once more, to be measured, it {problem}"
