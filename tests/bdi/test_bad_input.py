@@ -134,6 +134,7 @@ def test_nesting_ten_thousand_deep_is_an_error_with_a_place(tmp_path: Path, sour
         system_of(tmp_path, a=source)
 
 
+@pytest.mark.slow
 def test_every_place_a_model_can_be_cut_off_at_is_an_error_or_a_shorter_model() -> None:
     text = SOURCES[0]
     places = random.Random(4).sample(range(len(text)), 120)
@@ -234,6 +235,7 @@ def test_beliefs_of_many_copies_end_at_a_limit(tmp_path: Path) -> None:
         MultiAgentSystem.load(tmp_path / "mas.mas2j")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

@@ -84,6 +84,7 @@ def checkout(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_shards_are_run_and_merged_in_a_project(tmp_path: Path) -> None:
     project.write(tmp_path)
     summary, programs = tmp_path / "job.md", Path(sys.executable).parent

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.docs.page import blocks, commands, differences, run, write_files
 
 
+@pytest.mark.slow
 def test_the_example_finds_the_bug(tmp_path: Path) -> None:
     first_run = next(number for number, block in enumerate(blocks("tutorial.md")) if "hri-tests" in block.text)
     write_files(blocks("tutorial.md")[:first_run], tmp_path)

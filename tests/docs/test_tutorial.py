@@ -11,6 +11,7 @@ import pytest
 from tests.docs.page import follow
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.version_info >= (3, 14), reason="there, fields without a default are no statements")
 def test_the_tutorial_leads_to_a_report(tmp_path: Path) -> None:
     assert follow("tutorial.md", tmp_path) == 11

@@ -64,6 +64,7 @@ print(json.dumps(astuple(facts(ConcreteTest.from_json(sys.stdin.read())))))
 """
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_alone_after_another_one_and_in_a_fresh_process() -> None:
     alone = facts(RELEASED_AND_DISCARDED)
     other = facts(BORED)

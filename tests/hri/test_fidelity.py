@@ -51,6 +51,7 @@ def test_a_kinematic_run_is_the_same_again(monkeypatch: pytest.MonkeyPatch) -> N
     assert kinematic(BORED, monkeypatch).record.sha256 == kinematic(BORED, monkeypatch).record.sha256
 
 
+@pytest.mark.slow
 def test_the_fidelity_is_in_every_report(monkeypatch: pytest.MonkeyPatch) -> None:
     abstract = AbstractTest(BORED.id, BORED.suite, "a test", (), tuple(action.command for action in BORED.actions))
     case = HriCase(BORED.suite, abstract, bench.testbench().concretization, fixed=BORED)

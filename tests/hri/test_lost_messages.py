@@ -58,6 +58,7 @@ def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: M
     assert not result.failed
 
 
+@pytest.mark.slow
 def test_a_report_on_the_table_that_nobody_hears_is_given_all_the_same() -> None:
     result = disturbed(Lost("table_done"), *bench.leg("110") * 2)
     assert bench.times(result, "table_done")

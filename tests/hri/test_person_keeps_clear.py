@@ -37,6 +37,7 @@ def too_near(world: World) -> set[str]:
     return found - {PALM}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suite", SUITES)
 def test_the_person_keeps_clear_of_table_and_robot(suite: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert_clear(islice(bench.suite(suite), FEW), monkeypatch)

@@ -95,6 +95,7 @@ def test_planning_at_0_30_rad_s_fails_r4_with_the_speed_measured(monkeypatch: py
     assert verdicts(result) == "Passed NC Passed Failed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("on_time_s", "verdict"), [(300.0, "Passed"), (100.0, "Failed")])
 def test_a_good_table_that_is_called_late_too_early_fails_r5(
     on_time_s: float, verdict: str, monkeypatch: pytest.MonkeyPatch
@@ -110,6 +111,7 @@ def test_a_good_table_that_is_called_late_too_early_fails_r5(
         assert 100.0 < violation.values["table_done.duration_s"] < 300.0
 
 
+@pytest.mark.slow
 def test_r5_is_checked_in_the_by_hand_suite() -> None:
     """By a person who asks for four legs and does at each of them all that a handover takes."""
     four = ["set_param location = 1", "set_param pressure = 1", "set_param gaze = 1"]

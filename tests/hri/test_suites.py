@@ -52,6 +52,7 @@ def test_three_suites_run_on_two_workers_and_are_reported(tmp_path: Path) -> Non
         assert test["outcome"] in ("passed", "known-violation")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUITES)
 def test_every_run_of_a_suite_ends_with_a_defined_outcome(name: str) -> None:
     for test in islice(bench.suite(name, seed=5), FEW):

@@ -20,6 +20,7 @@ def test_a_leg_that_is_swung_along_the_table_fails_r29(monkeypatch: pytest.Monke
     assert violation.values["leg_offset"] == pytest.approx(0.45, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_table_whose_reported_duration_is_not_the_observed_one_fails_r30(monkeypatch: pytest.MonkeyPatch) -> None:
     four = bench.concrete(["tell leg", "receivesignal"] * 4)
     assert bench.run(four).verdict("R30").verdict == "Passed"

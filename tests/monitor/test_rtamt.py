@@ -166,6 +166,7 @@ def settled_traces(draw: st.DrawFn) -> LoggedRun:
     return LoggedRun(instants, max(trace.last, 1))
 
 
+@pytest.mark.slow
 @given(formula=formulas, trace=settled_traces())
 @QUICK
 def test_a_random_formula_is_judged_as_by_rtamt(formula: Formula, trace: LoggedRun) -> None:

@@ -30,6 +30,7 @@ def results(folder: Path) -> dict[str, dict[str, Any]]:
     return {each["name"]: each for each in found}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", WORKERS)
 def test_allure_gets_a_timeline_and_a_link_of_each_test(bench: pytest.Pytester, options: tuple[str, ...]) -> None:
     bench.runpytest_subprocess(*SUITE, "--alluredir=out/allure", *options)
@@ -48,6 +49,7 @@ def test_allure_gets_a_timeline_and_a_link_of_each_test(bench: pytest.Pytester, 
         assert times == sorted(times)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", WORKERS)
 @pytest.mark.parametrize("contained", [False, True])
 def test_pytest_html_gets_a_timeline_and_a_link_of_each_test(

@@ -33,6 +33,7 @@ def by_outcome(lamps: pytest.Pytester) -> dict[str, list[dict[str, Any]]]:
     return sorted_out
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_a_violation_that_nobody_declared_is_none_that_is_known(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -66,6 +67,7 @@ def test_no_view_calls_it_known(lamps: pytest.Pytester) -> None:
     assert not [line for line in merged.stdout.splitlines() if line.startswith("FAILED")]
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -82,12 +84,14 @@ def test_an_xfail_after_a_check_that_passed_leaves_no_file_to_replay(
     assert files == [known["id"]]
 
 
+@pytest.mark.slow
 def test_a_declared_violation_is_known_in_a_marked_test_too(lamps: pytest.Pytester) -> None:
     write_test(lamps, 'reason="flaky rig"')
     lamps.runpytest_inprocess(SUITE, "-rx").stdout.fnmatch_lines(["XFAIL *- known violation of R2 (the hall has*"])
     assert {outcome: len(group) for outcome, group in by_outcome(lamps).items()} == {"passed": 3, "known-violation": 1}
 
 
+@pytest.mark.slow
 def test_a_strict_xfail_fails_what_passes_and_nothing_else(lamps: pytest.Pytester) -> None:
     declare_nothing(lamps)
     write_test(lamps, 'reason="flaky rig", strict=True')
@@ -119,6 +123,7 @@ def test_an_error_before_the_run_is_expected_too(lamps: pytest.Pytester) -> None
     assert {each["verdict"] for each in tests[0]["requirements"].values()} == {"NC"}
 
 
+@pytest.mark.slow
 def test_with_runxfail_it_fails_as_if_it_were_not_marked(lamps: pytest.Pytester) -> None:
     declare_nothing(lamps)
     write_test(lamps, 'reason="flaky rig"')
@@ -126,6 +131,7 @@ def test_with_runxfail_it_fails_as_if_it_were_not_marked(lamps: pytest.Pytester)
     assert len(by_outcome(lamps)["failed"]) == 1
 
 
+@pytest.mark.slow
 def test_a_resumed_session_says_the_same_of_it(lamps: pytest.Pytester) -> None:
     declare_nothing(lamps)
     write_test(lamps, 'reason="flaky rig", strict=True')
@@ -260,6 +266,7 @@ TEXTS = {
 """What is shown of a test of the hall: its author's text."""
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_the_report_shows_what_the_author_of_a_test_made_of_it(
     lamps: pytest.Pytester, options: tuple[str, ...]

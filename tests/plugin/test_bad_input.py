@@ -297,6 +297,7 @@ def test_a_simulator_that_is_not_installed_is_told_once_before_the_run(
     assert lamps.runpytest_inprocess("--collect-only", "-q", SUITE, *mode).ret == 0
 
 
+@pytest.mark.slow
 def test_the_table_says_which_extra_it_needs(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     (pytester.path / "pybullet.py").write_text("raise ImportError('not for this Python')\n", encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(pytester.path))

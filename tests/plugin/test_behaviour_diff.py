@@ -36,6 +36,7 @@ def edit(folder: Path, **changes: Any) -> None:
     (folder / "base.json").write_text(json.dumps({**base, "suites": {"by-hand": suite}}), encoding="utf-8")
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = kept.runpytest_inprocess(*BY_HAND, GATE, *options)
@@ -51,6 +52,7 @@ def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester, options
     }
 
 
+@pytest.mark.slow
 def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) -> None:
     change(kept.path, "lamps/guide.py", 'return "by hand"', 'return "by machine"')
     result = kept.runpytest_inprocess(*BY_HAND, GATE)
@@ -60,6 +62,7 @@ def test_a_change_of_the_code_that_no_test_shows_is_said(kept: pytest.Pytester) 
     )
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
     slower(kept)
@@ -91,6 +94,7 @@ def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytes
     assert told in summary
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester, options: tuple[str, ...]) -> None:
     slower(kept)
@@ -107,6 +111,7 @@ def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester, opti
     assert kept.runpytest_inprocess(*BY_HAND, *options).ret == 0
 
 
+@pytest.mark.slow
 def test_a_signal_that_differs_alone_is_a_change_and_is_named(kept: pytest.Pytester) -> None:
     change(
         kept.path,
@@ -125,6 +130,7 @@ def test_a_signal_that_differs_alone_is_a_change_and_is_named(kept: pytest.Pytes
     )
 
 
+@pytest.mark.slow
 def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: pytest.Pytester) -> None:
     change(kept.path, "conftest.py", '"pause_s": Range(0.5, 1.0, "s")', '"pause_s": Range(0.5, 1.5, "s")')
     result = kept.runpytest_inprocess(*BY_HAND)
@@ -139,6 +145,7 @@ def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: p
     )
 
 
+@pytest.mark.slow
 def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_session_stops(kept: pytest.Pytester) -> None:
     change(kept.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
     result = kept.runpytest_inprocess(*BY_HAND, "-x")
@@ -152,6 +159,7 @@ def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_sessio
     assert changes["gone"] == []
 
 
+@pytest.mark.slow
 def test_a_test_without_a_run_behaves_otherwise(kept: pytest.Pytester) -> None:
     change(kept.path, "conftest.py", "    ended = run.go(LIMIT_S)\n", "    ended = 1 / 0\n")
     result = kept.runpytest_inprocess(*BY_HAND)
@@ -164,6 +172,7 @@ def test_a_test_without_a_run_behaves_otherwise(kept: pytest.Pytester) -> None:
     )
 
 
+@pytest.mark.slow
 def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Pytester) -> None:
     change(kept.path, "by_hand.toml", '"curt", "d*"', '"curt", "bright"')
     result = kept.runpytest_inprocess(*BY_HAND, GATE, "-k", "hall-curt")
@@ -181,6 +190,7 @@ def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Py
     assert (changes["compared"], len(changes["new"]), len(changes["gone"])) == (2, 1, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -201,6 +211,7 @@ def test_a_baseline_of_another_suite_or_seed_is_refused_before_anything_runs(
     assert kept.runpytest_inprocess(*options, BASE, GATE).ret == 0
 
 
+@pytest.mark.slow
 def test_the_command_line_switches_off_the_comparison_of_the_ini_file(kept: pytest.Pytester) -> None:
     ini = "pythonpath = .\nhri_baseline = base.json\nhri_fail_on_change = true"
     change(kept.path, "pytest.ini", "pythonpath = .", ini)
@@ -230,6 +241,7 @@ def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it
     )
 
 
+@pytest.mark.slow
 def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> None:
     made_with = {"python": "3.10.1", "machine": "Plan9 mips"}
     edit(kept.path, made_with=made_with)
@@ -240,6 +252,7 @@ def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> N
     assert "the baseline was made with machine Plan9 mips, this run with Linux" in told
 
 
+@pytest.mark.slow
 def test_a_replayed_test_is_compared_with_the_baseline_too(kept: pytest.Pytester) -> None:
     slower(kept)
     kept.runpytest_inprocess("--hri-suite=by-hand")
@@ -248,6 +261,7 @@ def test_a_replayed_test_is_compared_with_the_baseline_too(kept: pytest.Pytester
     assert report(kept.path)["changes"]["gone"] == []
 
 
+@pytest.mark.slow
 def test_each_shard_and_the_merged_report_are_compared(kept: pytest.Pytester) -> None:
     slower(kept)
     parts = [f"part{index}" for index in (1, 2)]

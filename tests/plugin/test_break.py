@@ -23,6 +23,7 @@ def debugged(lamps: pytest.Pytester, commands: str, *options: str) -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_it_stops_in_the_line_that_acted_while_time_stands_still(lamps: pytest.Pytester) -> None:
     asked = "p hri_now.time_s, hri_now.requirement\np hri_now.signals, hri_now.messages['wish']\np level\nc\n"
     said = debugged(lamps, f"where\n{asked}", "--hri-break=R2")
@@ -46,12 +47,14 @@ def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: py
     assert "('guide',)" in said
 
 
+@pytest.mark.slow
 def test_a_test_that_violates_nothing_of_it_runs_once(lamps: pytest.Pytester) -> None:
     said = debugged(lamps, "", "--hri-break=R1,R3")
     assert "PDB" not in said
     assert "see hri_now" not in said
 
 
+@pytest.mark.slow
 def test_quitting_ends_the_session(lamps: pytest.Pytester) -> None:
     said = debugged(lamps, "q\n", "--hri-break=R2")
     assert "Quitting debugger" in said

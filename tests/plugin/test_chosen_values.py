@@ -39,6 +39,7 @@ def test_chosen_values_are_run_and_reported(chosen: pytest.Pytester) -> None:
     assert 0.5 <= test["concrete"]["actions"][0]["parameters"]["pause_s"] <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["export", "minimal"])
 def test_a_test_with_values_that_is_written_and_read_back_is_the_same_run(chosen: pytest.Pytester, how: str) -> None:
     chosen.runpytest_inprocess("--hri-suite=chosen.txt", *(["--hri-export=kept"] if how == "export" else []))
@@ -51,6 +52,7 @@ def test_a_test_with_values_that_is_written_and_read_back_is_the_same_run(chosen
         assert after[key] == before[key], key
 
 
+@pytest.mark.slow
 def test_values_reach_workers(chosen: pytest.Pytester) -> None:
     hashes = []
     for options in ([], ["-n", "1"]):
@@ -60,6 +62,7 @@ def test_values_reach_workers(chosen: pytest.Pytester) -> None:
     assert len(set(hashes)) == 1
 
 
+@pytest.mark.slow
 def test_a_failing_test_with_values_is_shrunk_and_replayed(chosen: pytest.Pytester) -> None:
     chosen.runpytest_inprocess("--hri-suite=chosen.txt", "--hri-shrink", "--hri-strict")
     (test,) = report(chosen.path)["tests"]
@@ -75,6 +78,7 @@ def test_a_failing_test_with_values_is_shrunk_and_replayed(chosen: pytest.Pytest
     assert again["values"] == {"run": {"patience_s": 6.5}, "1": {"pause_s": 0.75}}
 
 
+@pytest.mark.slow
 def test_a_shrunk_test_can_be_kept_as_text(chosen: pytest.Pytester) -> None:
     chosen.runpytest_inprocess("--hri-suite=chosen.txt", "--hri-shrink", "--hri-strict")
     (test,) = report(chosen.path)["tests"]

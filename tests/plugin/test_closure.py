@@ -22,6 +22,7 @@ def covered(written: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_smallest_suite_covers_as_much_when_it_is_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     assert lamps.runpytest_inprocess("--hri-suite=rl", *options).ret == 0
@@ -86,6 +87,7 @@ def test_a_requirement_that_nobody_triggered_is_open_with_the_nearest_test(lamps
     assert open_["suggestion"].startswith(f"vary {open_['test']}, which lacked ")
 
 
+@pytest.mark.slow
 def test_nothing_is_open_where_all_is_covered(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", '\n\ndef serviced():\n    return "by hand"\n', "\n")
     lamps.runpytest_inprocess("--hri-suite=rl")

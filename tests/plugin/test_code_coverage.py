@@ -53,6 +53,7 @@ def test_beside_the_users_own_measurement_both_are_right(lamps: pytest.Pytester,
         assert ours(lamps.path) == alone
 
 
+@pytest.mark.slow
 @counted_up_to_313
 def test_without_branches_in_the_users_measurement_branches_are_unmeasured(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
@@ -67,6 +68,7 @@ def test_without_branches_in_the_users_measurement_branches_are_unmeasured(lamps
     )
 
 
+@pytest.mark.slow
 def test_contexts_of_the_users_own_stay_his(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
     alone = ours(lamps.path)
@@ -91,6 +93,7 @@ def test_switched_off_it_is_unmeasured_and_never_zero_percent(lamps: pytest.Pyte
     assert '<span class="big">unmeasured</span>code under test: switched off' in page
 
 
+@pytest.mark.slow
 def test_a_measurement_that_looks_elsewhere_is_told_and_counts_nothing(lamps: pytest.Pytester) -> None:
     (lamps.path / "other.py").write_text("ONE = 1\n", encoding="utf-8")
     result = lamps.runpytest_subprocess(SUITE, "--cov=other", "--cov-report=")
@@ -100,6 +103,7 @@ def test_a_measurement_that_looks_elsewhere_is_told_and_counts_nothing(lamps: py
     result.stdout.no_fnmatch_line("*warnings summary*")
 
 
+@pytest.mark.slow
 def test_a_conftest_that_imports_the_code_early_changes_nothing(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
     alone = ours(lamps.path)
@@ -116,6 +120,7 @@ def test_a_node_that_fails_before_its_first_line_is_named_where_warnings_are_err
     result.stdout.no_fnmatch_line("*No data was collected*")
 
 
+@pytest.mark.slow
 def test_a_waived_line_that_runs_fails_the_session_and_leaves_a_report(lamps: pytest.Pytester) -> None:
     guide = lamps.path / "lamps" / "guide.py"
     text = guide.read_text(encoding="utf-8").replace("return 10.0", "return 10.0  # unreachable: nobody dims")
@@ -128,6 +133,7 @@ def test_a_waived_line_that_runs_fails_the_session_and_leaves_a_report(lamps: py
     assert written["suites"][0]["code"] == {"statements": None, "branches": None}
 
 
+@pytest.mark.slow
 @counted_up_to_313
 def test_a_waived_line_counts_as_unreachable(lamps: pytest.Pytester) -> None:
     guide = lamps.path / "lamps" / "guide.py"

@@ -12,6 +12,7 @@ ID = re.compile(r"test_lamps\.py::test_lamps\[rl-(hall|cellar)(-polite)?(-curt)?
 COLLECT = ("--collect-only", "-q", "--hri-suite=rl")
 
 
+@pytest.mark.slow
 def test_ids_are_the_same_in_every_mode(lamps: pytest.Pytester) -> None:
     listed = nodeids(lamps.runpytest_inprocess(*COLLECT))
     assert len(listed) == len(set(listed)) > 20
@@ -85,6 +86,7 @@ def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
     assert all("[recorded-" in nodeid for nodeid in listed)
 
 
+@pytest.mark.slow
 def test_all_takes_the_suites_that_the_testbench_has_everything_for_and_says_so(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", '        by_hand=HERE / "by_hand.toml",\n', "")
     result = lamps.runpytest("--hri-suite=all", "--hri-tests=2")
@@ -96,6 +98,7 @@ def test_all_takes_the_suites_that_the_testbench_has_everything_for_and_says_so(
     refused.stderr.fnmatch_lines(["*tests by hand need a file of belief subsets, but the testbench names none*"])
 
 
+@pytest.mark.slow
 def test_a_file_that_is_named_is_not_announced_with_all_tests_of_the_suite(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = rl")
     (lamps.path / "test_own.py").write_text("def test_own():\n    pass\n", encoding="utf-8")

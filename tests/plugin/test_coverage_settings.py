@@ -150,6 +150,7 @@ def test_the_core_sysmon_is_told_and_has_no_part_in_our_own_measurement(lamps: p
     assert ours(lamps.path)["lamps/guide.py"] == coverages(lamps.path)["lamps/guide.py"]
 
 
+@pytest.mark.slow
 def test_the_source_of_the_configuration_limits_what_is_measured(lamps: pytest.Pytester) -> None:
     grow(lamps.path)
     (lamps.path / ".coveragerc").write_text("[run]\nsource_pkgs =\n    lamps.guide\n", encoding="utf-8")

@@ -40,6 +40,7 @@ def product(folder: pytest.Pytester) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_what_the_model_never_does_is_impossible_and_the_rest_is_not_hit_yet(
     crossed: pytest.Pytester, options: tuple[str, ...]
@@ -73,6 +74,7 @@ def test_open_bins_and_plans_have_beliefs_that_aim_at_them(crossed: pytest.Pytes
     assert bin_["suggestion"] == "the beliefs hall curt dark aim at no x 0; the rest is up to the run"
 
 
+@pytest.mark.slow
 def test_the_beliefs_that_are_suggested_close_the_gap(crossed: pytest.Pytester) -> None:
     change(crossed.path, "by_hand.toml", '"?[ae]l*", "polite", "bright"', '"hall", "curt", "bright"')
     change(crossed.path, "by_hand.toml", '"hall", "curt", "d*"', '"hall", "polite", "bright"')
@@ -92,6 +94,7 @@ def test_a_test_that_no_model_made_may_do_what_the_model_never_does(crossed: pyt
     assert (figures["hit"], figures["impossible"]) == (1, 8)
 
 
+@pytest.mark.slow
 def test_the_proof_is_the_same_from_the_cache_and_without_one(crossed: pytest.Pytester) -> None:
     reports = []
     for options in ((), (), ("-p", "no:cacheprovider")):
@@ -128,6 +131,7 @@ def test_bins_of_a_product_that_nobody_declared_are_told(lamps: pytest.Pytester)
     result.stdout.fnmatch_lines(["cross product: run reported bins of 'lights', but declared are: light"])
 
 
+@pytest.mark.slow
 def test_a_replayed_test_is_compared_with_the_bins_that_the_whole_suite_is(crossed: pytest.Pytester) -> None:
     crossed.runpytest_inprocess("--hri-suite=rl", "--hri-strict")
     whole = report(crossed.path)["suites"][0]["cross"]

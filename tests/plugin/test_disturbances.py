@@ -106,6 +106,7 @@ def test_what_a_disturbance_does(disturbed: pytest.Pytester) -> None:
     disturbed.runpytest_inprocess("test_own.py").assert_outcomes(passed=9)
 
 
+@pytest.mark.slow
 def test_no_published_method_draws_one(lamps: pytest.Pytester, request: pytest.FixtureRequest) -> None:
     options = ["--hri-suite=bdi-random,by-hand,pseudorandom", "--hri-tests=2"]
     lamps.runpytest_inprocess(*options)

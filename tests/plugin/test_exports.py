@@ -34,6 +34,7 @@ def lines(path: Path) -> dict[str, dict[int, tuple[bool, str | None]]]:
     }
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_cobertura_says_what_coverage_itself_says(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     own = ("--cov=lamps", "--cov-branch", "--cov-report=xml:own.xml")
@@ -61,6 +62,7 @@ def test_the_ini_names_files_too_and_lcov_names_files_of_the_project(lamps: pyte
     assert (lamps.path / "summary.md").read_text().startswith("## Human-robot interaction: lamps, passed\n")
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 @counted_up_to_313
 def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
@@ -83,6 +85,7 @@ def test_junit_has_properties_of_each_test_and_of_the_whole(lamps: pytest.Pytest
         assert "hri.outcome" not in properties
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_github_gets_annotations_and_one_more_summary(
     lamps: pytest.Pytester, options: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
@@ -155,6 +158,7 @@ def test_a_job_summary_that_cannot_be_written_fails_the_run_and_keeps_the_report
     assert report(lamps.path)["reported"] == 4
 
 
+@pytest.mark.slow
 def test_a_written_report_is_exported_as_its_session_did(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:

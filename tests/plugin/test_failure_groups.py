@@ -11,6 +11,7 @@ from tests.plugin.project import change
 SUITE = ("--hri-suite=rl", "-p", "no:xdist")
 
 
+@pytest.mark.slow
 def test_tests_that_fail_for_the_same_reason_are_one_group(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE)
     report = load(lamps.path / "hri-report")

@@ -45,6 +45,7 @@ def test_every_missed_kind_is_named_with_what_was_reached(lamps: pytest.Pytester
     )
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under =\n    cross=51\n    plans=50")
@@ -55,6 +56,7 @@ def test_gates_of_the_ini_file_hold_for_whole_suites_only(lamps: pytest.Pytester
     assert lamps.runpytest_inprocess(*SUITE, *options, "-k", "cellar").ret == 0
 
 
+@pytest.mark.slow
 def test_a_gate_of_the_command_line_goes_before_the_ini_file_and_holds_always(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = cross=51")
     assert lamps.runpytest_inprocess(*SUITE, "--hri-fail-under=cross=50").ret == 0
@@ -67,6 +69,7 @@ def test_what_is_unmeasured_holds_no_gate(lamps: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(["FAILED suite by-hand: statements unmeasured, at least 0 % asked for"])
 
 
+@pytest.mark.slow
 def test_each_suite_is_held_to_the_gates(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "-q", "--hri-fail-under=cross=60")
     assert result.ret == 1
@@ -77,6 +80,7 @@ def test_each_suite_is_held_to_the_gates(lamps: pytest.Pytester) -> None:
 SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never triggered
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -92,6 +96,7 @@ def test_a_requirement_that_no_test_of_a_suite_triggers_fails_the_run(
     assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3", *options).ret == 0
 
 
+@pytest.mark.slow
 def test_of_a_part_of_a_suite_nothing_need_be_triggered(lamps: pytest.Pytester) -> None:
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
     for part in (("-k", "cellar"), ("--hri-tests=2",), ("--hri-shard=1/1",)):
@@ -105,6 +110,7 @@ def test_of_a_part_of_a_suite_nothing_need_be_triggered(lamps: pytest.Pytester) 
     asked.stdout.fnmatch_lines(["FAILED R3 was not checked: *"])
 
 
+@pytest.mark.slow
 def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(lamps: pytest.Pytester) -> None:
     change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "bright"')
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc = R3 in by-hand,rl: nobody greets")
@@ -119,6 +125,7 @@ def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(
     assert lamps.runpytest_inprocess(*SUITE, "--hri-allow-nc=R3 in by-hand").ret == 0
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -163,6 +170,7 @@ def test_a_known_violation_holds_up_to_its_last_day(lamps: pytest.Pytester, opti
     assert report(lamps.path)["known_until"] == {"R2": str(last)}
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_known_violation_that_has_expired_fails_the_run_and_says_so(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -194,6 +202,7 @@ def keep_baseline(lamps: pytest.Pytester) -> None:
     assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     keep_baseline(lamps)
@@ -205,6 +214,7 @@ def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options
     assert (lamps.path / "base.json").read_bytes() == first
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_new_failures_and_losses_fail_though_known_ones_do_not(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -226,6 +236,7 @@ def test_new_failures_and_losses_fail_though_known_ones_do_not(
     )
 
 
+@pytest.mark.slow
 def test_lost_triggers_fail_and_what_is_better_is_reported(lamps: pytest.Pytester) -> None:
     change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
     keep_baseline(lamps)
@@ -241,6 +252,7 @@ def test_lost_triggers_fail_and_what_is_better_is_reported(lamps: pytest.Pyteste
     )
 
 
+@pytest.mark.slow
 def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(lamps: pytest.Pytester) -> None:
     keep_baseline(lamps)
     kept = (lamps.path / "base.json").read_bytes()
@@ -255,6 +267,7 @@ def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(la
     assert (lamps.path / "base.json").read_bytes() == kept
 
 
+@pytest.mark.slow
 def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) -> None:
     keep_baseline(lamps)
     told = lamps.runpytest_inprocess("--hri-suite=by-hand,rl", BASE)
@@ -264,6 +277,7 @@ def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) ->
     assert json.loads((lamps.path / "base.json").read_bytes())["suites"].keys() == {"by-hand", "rl"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "told"),
     [
@@ -329,6 +343,7 @@ def test_gates_hold_for_a_run_without_results(lamps: pytest.Pytester) -> None:
     )
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -360,6 +375,7 @@ def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
     assert report(lamps.path)["policy"]["fail_on_pending"]
 
 
+@pytest.mark.slow
 def test_a_session_that_checks_nothing_says_so_first(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     summary = lamps.path / "job.md"
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
@@ -387,6 +403,7 @@ def test_a_session_that_checks_nothing_says_so_first(lamps: pytest.Pytester, mon
     failed.stdout.no_fnmatch_line("*with hri_fail_on_nc*")
 
 
+@pytest.mark.slow
 def test_of_what_a_gate_would_not_fail_it_is_not_said_that_it_would(lamps: pytest.Pytester) -> None:
     """It says so of whole suites and of a number of tests, and not of a part, or where all may be so."""
     text = (lamps.path / "requirements.toml").read_text(encoding="utf-8")
@@ -402,6 +419,7 @@ def test_of_what_a_gate_would_not_fail_it_is_not_said_that_it_would(lamps: pytes
         assert lamps.runpytest_inprocess(*options, "--hri-fail-on-nc").ret == 0
 
 
+@pytest.mark.slow
 def test_one_triggered_requirement_is_something_that_was_checked(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-tests=1", "-p", "no:xdist")
     result.stdout.no_fnmatch_line("nothing was checked*")

@@ -30,6 +30,7 @@ def hostile(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 def test_junit_and_cobertura_are_well_formed_and_the_terminal_is_clean(hostile: pytest.Pytester) -> None:
     result = hostile.runpytest_inprocess(SUITE, "--junitxml=junit.xml", "--hri-cobertura=c.xml", "--color=no")
     assert HOSTILE in report(hostile.path)["requirements"]
@@ -39,6 +40,7 @@ def test_junit_and_cobertura_are_well_formed_and_the_terminal_is_clean(hostile: 
     assert odd(result.stdout.str() + result.stderr.str()) == set()
 
 
+@pytest.mark.slow
 def test_commands_on_reports_print_no_such_character(hostile: pytest.Pytester) -> None:
     hostile.runpytest_inprocess(SUITE)
     for arguments in (["gate", "hri-report"], ["merge", "hri-report"], ["minimal", "hri-report", "m"]):

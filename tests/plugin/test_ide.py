@@ -21,6 +21,7 @@ def default(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_node_id_found_is_a_node_id_that_runs_and_nothing_is_generated_twice(
     default: pytest.Pytester, options: tuple[str, ...]
@@ -93,6 +94,7 @@ def line_of(folder: Path, name: str, text: str) -> int:
     return number
 
 
+@pytest.mark.slow
 def test_breakpoints_stop_in_the_controller_and_measuring_says_that_it_stood_aside(lamps: pytest.Pytester) -> None:
     script = lamps.makepyfile(debugger=BDB)
     line = line_of(lamps.path, "lamps/guide.py", "lamp.set(level)")
@@ -112,6 +114,7 @@ STOP = """        if wish.level == 100.0:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cov", [(), ("--cov=lamps", "--cov-branch", "--cov-report=")], ids=["alone", "beside --cov"])
 def test_a_breakpoint_in_the_code_leaves_that_run_unmeasured_and_the_next_one_measured(
     lamps: pytest.Pytester, cov: tuple[str, ...]
@@ -127,6 +130,7 @@ def test_a_breakpoint_in_the_code_leaves_that_run_unmeasured_and_the_next_one_me
     assert stopped["unmeasured"] == "a debugger took the trace function over while the code under test ran"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", ["--pdb", "--trace"])
 def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str) -> None:
     command = (sys.executable, "-m", "pytest", "--hri-suite=by-hand", "--hri-tests=1", option)
@@ -136,6 +140,7 @@ def test_pytests_own_debugger_is_left_alone(lamps: pytest.Pytester, option: str)
     result.stdout.fnmatch_lines([f"  statements * unmeasured: {option} was given: *"])
 
 
+@pytest.mark.slow
 def test_an_ides_debugger_stops_in_the_controller(lamps: pytest.Pytester, tmp_path: Path) -> None:
     pytest.importorskip("debugpy")
     stops: list[tuple[str, int]] = []

@@ -81,6 +81,7 @@ def run(lamps: pytest.Pytester, *options: str) -> pytest.RunResult:
     return lamps.runpytest_subprocess(SUITE, *options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("-p", "no:xdist")], ids=["plain", "without xdist"])
 def test_a_killed_session_leaves_its_journal_of_which_a_report_is_rebuilt(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -103,6 +104,7 @@ def test_a_killed_session_leaves_its_journal_of_which_a_report_is_rebuilt(
     assert command("gate", "hri-report").returncode == 1  # tests are missing
 
 
+@pytest.mark.slow
 def test_the_controlling_process_can_be_killed_under_xdist(lamps: pytest.Pytester) -> None:
     dimmed(lamps, '__import__("os").kill(__import__("os").getppid(), 9)')
     assert run(lamps, *A_WORKER).ret == -9
@@ -110,6 +112,7 @@ def test_the_controlling_process_can_be_killed_under_xdist(lamps: pytest.Pyteste
     assert report(lamps.path)["selected"] == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ORDERLY)
 def test_a_session_that_is_ended_leaves_its_report_and_does_not_exit_with_0(lamps: pytest.Pytester, end: str) -> None:
     dimmed(lamps, ORDERLY[end])
@@ -122,6 +125,7 @@ def test_a_session_that_is_ended_leaves_its_report_and_does_not_exit_with_0(lamp
     assert command("gate", "hri-report").returncode == 1
 
 
+@pytest.mark.slow
 def test_a_hook_that_raises_loses_no_result(lamps: pytest.Pytester) -> None:
     hook = (
         "\n\ndef pytest_runtest_logreport(report):\n"
@@ -135,6 +139,7 @@ def test_a_hook_that_raises_loses_no_result(lamps: pytest.Pytester) -> None:
         assert "passed" in curt
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_the_journal_has_all_of_the_report(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess(SUITE, *options)
@@ -158,6 +163,7 @@ def resumed_report(lamps: pytest.Pytester) -> dict[str, object]:
     return written
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_resumed_session_runs_the_rest_and_reports_what_an_unkilled_one_does(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -183,6 +189,7 @@ def test_a_resumed_session_runs_the_rest_and_reports_what_an_unkilled_one_does(
     result.stdout.fnmatch_lines(["hricdv: resuming the session that began at *", "*(done before)*", "resumed: *"])
 
 
+@pytest.mark.slow
 def test_what_a_resumed_session_takes_over_counts_as_if_it_had_run(lamps: pytest.Pytester) -> None:
     first = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--junitxml=first.xml")
     again = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-resume", "--junitxml=again.xml")
@@ -205,6 +212,7 @@ def pytest_runtest_logreport(report):
 """
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_session_that_is_stopped_after_its_last_result_judges_no_gates_and_a_resumed_one_does(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -220,6 +228,7 @@ def test_a_session_that_is_stopped_after_its_last_result_judges_no_gates_and_a_r
     assert report(lamps.path)["gates"] == {"failed": [], "improved": []}
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_fixtures_are_torn_down_between_tests_that_are_done_and_others(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -278,6 +287,7 @@ def test_a_session_without_a_journal_is_resumed_from_its_begin(lamps: pytest.Pyt
     result.stdout.fnmatch_lines(["hricdv: nothing to resume in *: all tests run"])
 
 
+@pytest.mark.slow
 def test_the_earlier_report_is_out_of_the_way_before_the_first_test(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)
     first = report(lamps.path)
@@ -290,6 +300,7 @@ def test_the_earlier_report_is_out_of_the_way_before_the_first_test(lamps: pytes
     assert json.loads((lamps.path / "hri-report" / "earlier" / "report.json").read_text()) == first
 
 
+@pytest.mark.slow
 def test_the_next_session_says_that_the_one_before_died_and_keeps_its_journal(lamps: pytest.Pytester) -> None:
     dimmed(lamps, '__import__("os")._exit(0)')
     assert run(lamps).ret == 0  # nothing in the process can tell; the journal does
@@ -302,6 +313,7 @@ def test_the_next_session_says_that_the_one_before_died_and_keeps_its_journal(la
     assert command("gate", "hri-report").returncode == 0
 
 
+@pytest.mark.slow
 def test_two_sessions_do_not_write_into_one_folder(lamps: pytest.Pytester) -> None:
     second = '__import__("subprocess").run(["{}", "-m", "pytest", "{}", "-q"], stderr=2).returncode'
     begins = "def test_lamps(hri_case):\n"
@@ -313,6 +325,7 @@ def test_two_sessions_do_not_write_into_one_folder(lamps: pytest.Pytester) -> No
     assert report(lamps.path)["reported"] == 4
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_nothing_is_lost_that_it_could_hold(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE)  # whatever else a session writes is there
     full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({0}, resource.RLIM_INFINITY))"
@@ -329,6 +342,7 @@ def test_on_a_full_disk_nothing_is_lost_that_it_could_hold(lamps: pytest.Pyteste
     assert report(lamps.path)["reported"] == 2
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_a_folder_that_is_removed_during_the_session_is_written_anew(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -366,6 +380,7 @@ def test_results_are_journalled_into_a_folder_that_became_read_only(lamps: pytes
     assert report(lamps.path)["reported"] == 4
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_set_back_changes_nothing(lamps: pytest.Pytester) -> None:
     hook = (
         "\n\nimport itertools, time\n\nback = itertools.count(1)\n\ndef pytest_runtest_setup():\n"
@@ -385,6 +400,7 @@ def test_a_clock_that_is_set_back_changes_nothing(lamps: pytest.Pytester) -> Non
     assert 0 < written["wall_s"] < 60
 
 
+@pytest.mark.slow
 def test_a_session_that_died_before_its_first_result_leaves_the_earlier_report_in_its_place(
     lamps: pytest.Pytester,
 ) -> None:

@@ -24,6 +24,7 @@ def glare_in_the_cellar(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", GLARE, "        return 95.0\n")
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -48,6 +49,7 @@ def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
     assert "outside" not in written["suites"][0]["requirements"]["R2"]
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to_fail(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -109,6 +111,7 @@ def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lam
     assert known_violations == {"R2": "no dimmer, yet"} | dict.fromkeys(("R1", "R3"), "named with --hri-known")
 
 
+@pytest.mark.slow
 def test_the_command_line_wins_over_the_ini(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
     assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2 while !wish.cellar").ret == 1
@@ -157,6 +160,7 @@ def test_conditions_hold_for_runs_of_own_test_functions(lamps: pytest.Pytester) 
     lamps.runpytest_inprocess("test_own.py").assert_outcomes(xfailed=1)
 
 
+@pytest.mark.slow
 def test_a_failure_elsewhere_is_shrunk_to_one_that_is_elsewhere(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
     known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
@@ -166,6 +170,7 @@ def test_a_failure_elsewhere_is_shrunk_to_one_that_is_elsewhere(lamps: pytest.Py
     assert shrunk["shrunk"]["R2"]["abstract"] == ["enter cellar", "set_lamp level = 100"]
 
 
+@pytest.mark.slow
 def test_a_search_looks_for_violations_where_they_are_not_known(lamps: pytest.Pytester) -> None:
     known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
     options = (SUITE, "--hri-search=5")
@@ -176,6 +181,7 @@ def test_a_search_looks_for_violations_where_they_are_not_known(lamps: pytest.Py
     assert report(lamps.path)["search"]["R2"]["status"] == "violated by the suite"
 
 
+@pytest.mark.slow
 def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
     known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
@@ -189,6 +195,7 @@ def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest
     assert merged["suites"][0]["requirements"]["R2"]["outside"] == 1
 
 
+@pytest.mark.slow
 def test_a_condition_may_use_the_definitions_of_the_requirements(lamps: pytest.Pytester) -> None:
     known(lamps, "R2 while in_hall: the hall has no dimmer")
     change(lamps.path, "requirements.toml", "[R1]\n", '[definitions]\nin_hall = "on(wish) & !wish.cellar"\n\n[R1]\n')

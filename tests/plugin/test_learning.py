@@ -48,6 +48,7 @@ def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lam
     }
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(RL, "--hri-rl-reward=uncovered", *options)
@@ -61,6 +62,7 @@ def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, op
     assert "--hri-rl-reward=uncovered" in written["rerun"]["options"]
 
 
+@pytest.mark.slow
 def test_diagnostics_are_in_the_report_and_in_the_summary(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=rl,pseudorandom")
     learned, drawn = (suite["generation"] for suite in report(lamps.path)["suites"])
@@ -76,6 +78,7 @@ def test_diagnostics_are_in_the_report_and_in_the_summary(lamps: pytest.Pytester
     result.stdout.fnmatch_lines(["  note * tests asked for, but the policy leads to 34*"])
 
 
+@pytest.mark.slow
 def test_a_saved_table_is_learned_on_from(lamps: pytest.Pytester) -> None:
     cold = nodeids(lamps.runpytest_inprocess(*COLLECT))
     saving = lamps.runpytest_inprocess(*COLLECT, "--hri-rl-save=tables/q.json")

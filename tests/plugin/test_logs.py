@@ -27,6 +27,7 @@ def log(lamps: pytest.Pytester, *statements: str) -> None:
     )
 
 
+@pytest.mark.slow
 @each_way
 def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     log(lamps, "LOG.warning('switching to %s', level)", "LOG.debug('not shown')")
@@ -45,6 +46,7 @@ def test_messages_stand_beside_the_violation(lamps: pytest.Pytester, options: tu
     assert "not shown" not in failed["failure"]
 
 
+@pytest.mark.slow
 def test_levels_are_those_of_the_project(lamps: pytest.Pytester) -> None:
     log(lamps, "LOG.debug('level %s', level)")
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "--log-level=DEBUG")
@@ -71,6 +73,7 @@ def test_what_a_message_raised_for_is_named(lamps: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(["*s  ERROR   guide: odd (ZeroDivisionError: division by zero)"])
 
 
+@pytest.mark.slow
 def test_a_message_that_cannot_be_written_ends_nothing(lamps: pytest.Pytester) -> None:
     log(lamps, "logging.raiseExceptions = False", "LOG.warning('%d bulbs', 'no')")
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict", "-p", "no:logging")

@@ -17,6 +17,7 @@ def write_dimmed(lamps: pytest.Pytester, body: str) -> None:
     change(lamps.path, "lamps/guide.py", "return 10.0", body)
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_an_exception_in_the_code_under_test_fails_its_test_only(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -79,6 +80,7 @@ ENDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ENDS)
 def test_a_run_that_nobody_ended_fails_unless_the_testbench_allows_it(lamps: pytest.Pytester, end: str) -> None:
     forever = "        while True:\n            run.kernel.sleep(1.0)\n"
@@ -145,6 +147,7 @@ def test_misuse_of_the_runtime_is_told_at_the_users_own_line(
     assert list(outcomes(lamps.path).values()) == ["failed" if name == "lamps/guide.py" else "error"]
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_a_skipped_test_was_not_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     write_dimmed(lamps, '__import__("pytest").skip("no lamp today")')
@@ -171,6 +174,7 @@ def test_a_test_whose_fixture_fails_was_not_run(lamps: pytest.Pytester) -> None:
     assert all("assert 230 == 0" in test["failure"] for test in written["tests"])
 
 
+@pytest.mark.slow
 def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pytest.Pytester) -> None:
     write_dimmed(lamps, '__import__("os")._exit(3)')
     result = lamps.runpytest_subprocess(SUITE, *A_WORKER)
@@ -190,6 +194,7 @@ def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pyte
     result.stdout.fnmatch_lines(told)
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_a_run_stopped_at_the_first_failure_leaves_its_report(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-x", *options)
@@ -205,6 +210,7 @@ def test_a_run_stopped_at_the_first_failure_leaves_its_report(lamps: pytest.Pyte
     result.stdout.fnmatch_lines([f"suite rl, seed 0: 34 tests, {written['not_run']} not run"])
 
 
+@pytest.mark.slow
 def test_a_run_that_is_interrupted_leaves_its_report(lamps: pytest.Pytester) -> None:
     write_dimmed(lamps, "raise KeyboardInterrupt")
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", no_reraise_ctrlc=True)
@@ -214,6 +220,7 @@ def test_a_run_that_is_interrupted_leaves_its_report(lamps: pytest.Pytester) -> 
     assert written["not_run"] >= 1
 
 
+@pytest.mark.slow
 def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -> None:
     hook = '\n\ndef pytest_runtest_protocol(item):\n    return "cellar" in item.name or None\n'
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", f"LIMIT_S = 60.0\n{hook}")
@@ -273,6 +280,7 @@ ROUND = """
 """
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -295,6 +303,7 @@ def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
     assert all(test["sim_s"] >= 400 for test in report(lamps.path)["tests"])
 
 
+@pytest.mark.slow
 def test_how_long_code_may_work_is_the_testbenchs_choice(lamps: pytest.Pytester) -> None:
     write_dimmed(lamps, "while True: pass")
     change(lamps.path, "conftest.py", "        run=run,\n", "        run=run,\n        patience_s=0.2,\n")

@@ -18,6 +18,7 @@ def git(lamps: pytest.Pytester, *arguments: str) -> str:
     return done.stdout.strip()
 
 
+@pytest.mark.slow
 def test_a_report_names_its_revision_command_and_versions(lamps: pytest.Pytester) -> None:
     git(lamps, "init", "--quiet")
     git(lamps, "add", "lamps", "conftest.py")
@@ -39,6 +40,7 @@ def test_a_report_names_its_revision_command_and_versions(lamps: pytest.Pytester
     assert "with local changes" in page
 
 
+@pytest.mark.slow
 def test_a_merged_report_has_those_of_its_sessions(lamps: pytest.Pytester) -> None:
     for shard in ("1/2", "2/2"):
         lamps.runpytest_inprocess(*SUITE, f"--hri-shard={shard}", f"--hri-report=part{shard[0]}")

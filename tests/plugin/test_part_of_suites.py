@@ -18,6 +18,7 @@ def sizes(lamps: pytest.Pytester) -> tuple[int, int | None]:
     return report(lamps.path)["reported"], json.loads(kept.read_text("utf-8"))["reported"] if kept.is_file() else None
 
 
+@pytest.mark.slow
 def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE)
     every, _ = sizes(lamps)
@@ -40,6 +41,7 @@ def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pyte
     assert "whole" not in report(lamps.path)
 
 
+@pytest.mark.slow
 def test_a_replay_keeps_it(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE, "--hri-strict")
     every, _ = sizes(lamps)
@@ -48,6 +50,7 @@ def test_a_replay_keeps_it(lamps: pytest.Pytester) -> None:
     assert report(lamps.path)["selected"] < every
 
 
+@pytest.mark.slow
 def test_a_part_that_is_killed_does_not_cost_it(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE)
     every, _ = sizes(lamps)
@@ -67,6 +70,7 @@ def test_a_part_alone_keeps_nothing(lamps: pytest.Pytester) -> None:
         result.stdout.no_fnmatch_line("*kept*")
 
 
+@pytest.mark.slow
 def test_one_that_cannot_be_kept_is_a_failure(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     lamps.runpytest_inprocess(*SUITE)
 

@@ -51,6 +51,7 @@ def on_a_terminal(
     return lowest, screen.lines
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_a_terminal_shows_how_far_and_what_is_running_and_keeps_nothing_of_it(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -90,6 +91,7 @@ def test_lamps(hri_case):
 """
 
 
+@pytest.mark.slow
 def test_time_left_goes_down_during_a_long_test(lamps: pytest.Pytester) -> None:
     conftest = lamps.path / "conftest.py"
     conftest.write_text(conftest.read_text() + HURRIED)
@@ -114,6 +116,7 @@ def pytest_sessionfinish(session):
 """
 
 
+@pytest.mark.slow
 def test_it_counts_failures(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "    R2: the hall has no dimmer", "")
     change(
@@ -128,6 +131,7 @@ def test_it_counts_failures(lamps: pytest.Pytester) -> None:
     assert any(" failed, a few seconds left: by-hand-" in line for line in lowest)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "environment"),
     [(("-q",), {}), (("-s",), {}), (("-o", "console_output_style=classic"), {}), ((), {"TERM": "dumb"})],

@@ -28,6 +28,7 @@ def test_numbers_of_numpy_are_recorded_as_what_they_stand_for(lamps: pytest.Pyte
     assert hashes(lamps) == before
 
 
+@pytest.mark.slow
 def test_a_bool_of_numpy_is_a_bool(lamps: pytest.Pytester) -> None:
     project.change(lamps.path, "conftest.py", '{"lamp_level": float}', '{"lamp_level": float, "lit": bool}')
     lit = f'run.recorder.signal(run.kernel.now_s, "lit", {NUMPY}.bool_(level > 0))'

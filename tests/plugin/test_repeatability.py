@@ -24,6 +24,7 @@ def records(folder: Path) -> dict[str, str]:
     return {test["id"]: test["record_sha256"] for test in project.report(folder)["tests"]}
 
 
+@pytest.mark.slow
 def test_workers_hash_alike_without_a_hash_seed(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", "random")
     project.change(lamps.path, "lamps/guide.py", ANSWER, says('float(hash("a lamp") % 1000)'))
@@ -68,6 +69,7 @@ def test_what_is_drawn_at_random_is_the_same_in_each_session(
     assert records(lamps.path) == {alone: first[alone]}
 
 
+@pytest.mark.slow
 def test_a_session_leaves_the_global_generators_alone(lamps: pytest.Pytester) -> None:
     project.change(lamps.path, "lamps/guide.py", ANSWER, f"{IMPORTS}; {says(DRAWN)}")
     before = random.getstate(), numpy.random.get_state(legacy=False)
@@ -87,6 +89,7 @@ def in_fresh_process(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, ha
     return " ".join(" ".join(result.outlines).split())
 
 
+@pytest.mark.slow
 def test_a_report_says_the_hash_seed_and_a_difference_from_the_baseline_names_it(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,6 +109,7 @@ def test_a_report_says_the_hash_seed_and_a_difference_from_the_baseline_names_it
     assert "all 4 tests behave as in the baseline" in in_fresh_process(lamps, monkeypatch, "1", *suite)
 
 
+@pytest.mark.slow
 def test_a_replay_under_another_hash_seed_says_so(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     project.change(lamps.path, "lamps/guide.py", ANSWER, says(HASHED))
     project.change(lamps.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 5")
@@ -120,6 +124,7 @@ def test_a_replay_under_another_hash_seed_says_so(lamps: pytest.Pytester, monkey
     assert "the same run, to the bit" in in_fresh_process(lamps, monkeypatch, "1", *replay)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are tried in forks")
 def test_mutants_are_not_tried_under_another_hash_seed_without_a_word(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch

@@ -35,6 +35,7 @@ def failed(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_every_failing_test_leaves_a_file_and_is_the_same_run_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -72,6 +73,7 @@ def test_the_file_keeps_its_contract_and_says_what_ran(failed: pytest.Pytester) 
     assert str(failed.path) not in json.dumps(data)
 
 
+@pytest.mark.slow
 def test_a_known_violation_leaves_a_file_too(lamps: pytest.Pytester) -> None:
     assert lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT).ret == 0
     assert left(lamps) == [f"{BRIGHT}.json"]
@@ -80,6 +82,7 @@ def test_a_known_violation_leaves_a_file_too(lamps: pytest.Pytester) -> None:
     again.assert_outcomes(xfailed=1)
 
 
+@pytest.mark.slow
 def test_a_crash_leaves_a_file_that_crashes_again(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
     lamps.runpytest_inprocess("--hri-suite=rl", "-k", BRIGHT).stdout.fnmatch_lines([f"*  pytest {REPLAY}"])
@@ -90,11 +93,13 @@ def test_a_crash_leaves_a_file_that_crashes_again(lamps: pytest.Pytester) -> Non
     assert report(lamps.path)["tests"][0]["replayed"]["same"]
 
 
+@pytest.mark.slow
 def test_passing_tests_leave_nothing(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl", "-k", "cellar")
     assert not (lamps.path / "hri-report" / "failures").exists()
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
@@ -114,6 +119,7 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
     assert left(failed) == [f"{BRIGHT}.json"], "the file is evidence and stays"
 
 
+@pytest.mark.slow
 def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester) -> None:
     (failed.path / "lamps" / "extra.py").write_text("", encoding="utf-8")
     data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
@@ -124,12 +130,14 @@ def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester)
     again.assert_outcomes(xfailed=1)
 
 
+@pytest.mark.slow
 def test_what_still_fails_says_the_whole_command(failed: pytest.Pytester) -> None:
     change(failed.path, "lamps/guide.py", '"""What', '"""How and what')
     again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-anyway", "--tb=short")
     again.stdout.fnmatch_lines(["run it again:", f"  pytest {REPLAY} --hri-strict --hri-replay-anyway"])
 
 
+@pytest.mark.slow
 def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
     change(failed.path, "conftest.py", "lamp.set(0.0)", "lamp.set(1.0)")
     again = failed.runpytest_inprocess(REPLAY)
@@ -142,6 +150,7 @@ def test_another_run_without_a_reason_fails(failed: pytest.Pytester) -> None:
     )
 
 
+@pytest.mark.slow
 def test_files_and_folders_are_replayed_together_whatever_the_ini_says(lamps: pytest.Pytester) -> None:
     change(
         lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = by-hand\nhri_fail_under = plans=100"
@@ -159,6 +168,7 @@ def test_files_and_folders_are_replayed_together_whatever_the_ini_says(lamps: py
     assert sorted(outcomes(lamps.path)) == [one, other]
 
 
+@pytest.mark.slow
 def test_the_folder_where_it_was_left_and_the_seed_do_not_matter(failed: pytest.Pytester) -> None:
     elsewhere = failed.path / "sent by mail.json"
     (failed.path / FILE).rename(elsewhere)
@@ -166,6 +176,7 @@ def test_the_folder_where_it_was_left_and_the_seed_do_not_matter(failed: pytest.
     again.stdout.fnmatch_lines(["  pytest '--hri-replay=sent by mail.json' --hri-strict", "*the same run, to the bit"])
 
 
+@pytest.mark.slow
 def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
     (lamps.path / "hri-report").mkdir()
     (lamps.path / "hri-report" / "failures").write_text("in the way", encoding="utf-8")
@@ -219,6 +230,7 @@ def test_a_file_that_was_cut_off_is_refused(failed: pytest.Pytester, text: str, 
     assert told in refused(failed, REPLAY)
 
 
+@pytest.mark.slow
 def test_other_bad_input(failed: pytest.Pytester) -> None:
     assert "nowhere.json: there is no such file" in refused(failed, "--hri-replay=nowhere.json")
     assert "expected the path of a replay file" in refused(failed, "--hri-replay=")
@@ -230,6 +242,7 @@ def test_other_bad_input(failed: pytest.Pytester) -> None:
     assert ":1:1: not UTF-8 text: byte 0xff" in refused(failed, REPLAY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
@@ -243,6 +256,7 @@ def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: st
     assert told in refused(failed, REPLAY)
 
 
+@pytest.mark.slow
 def test_the_file_of_a_run_with_very_many_violations_lists_the_first_of_them(lamps: pytest.Pytester) -> None:
     make_long(lamps.path, 2400, is_met=False)
     name = "--hri-suite=by-hand", "--hri-tests=1"

@@ -24,6 +24,7 @@ def reread(lamps: pytest.Pytester) -> Report:
     return report
 
 
+@pytest.mark.slow
 def test_a_learned_suite(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl")
     report = reread(lamps)
@@ -43,6 +44,7 @@ def test_a_shard_that_was_stopped_by_an_error(lamps: pytest.Pytester) -> None:
     assert not broken.requirements["R1"].nearest_miss
 
 
+@pytest.mark.slow
 def test_failures_that_are_shrunk_searched_and_replayed(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-shrink", "--hri-search=4")
     report = reread(lamps)

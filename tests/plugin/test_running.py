@@ -23,6 +23,7 @@ def timeless(test: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in test.items() if key != "wall_s"}
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Pytester) -> None:
     reports = {}
     for mode, options in MODES.items():
@@ -46,6 +47,7 @@ def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Py
     assert alone["record_sha256"] == known["record_sha256"] != ""
 
 
+@pytest.mark.slow
 @counted_up_to_313
 def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl").assert_outcomes(passed=32, xfailed=2, deselected=1)
@@ -86,6 +88,7 @@ def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> 
     assert "<html" in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_run_in_another_folder_of_the_project_is_the_same(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -101,6 +104,7 @@ def test_a_run_in_another_folder_of_the_project_is_the_same(
     result.stdout.fnmatch_lines(['*pytest "../test_lamps.py::test_lamps[[]rl-hall-polite-6c5fa14f[]]" --hri-suite=rl*'])
 
 
+@pytest.mark.slow
 def test_another_seed_runs_other_tests(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-seed=0")
     ours = {test["id"] for test in report(lamps.path)["tests"]}
@@ -110,6 +114,7 @@ def test_another_seed_runs_other_tests(lamps: pytest.Pytester) -> None:
     assert ours.isdisjoint({test["id"] for test in written["tests"]})
 
 
+@pytest.mark.slow
 def test_several_suites_are_reported_side_by_side(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand,pseudorandom", "--hri-tests=4", "--hri-concretizations=2")
     written = report(lamps.path)
@@ -118,6 +123,7 @@ def test_several_suites_are_reported_side_by_side(lamps: pytest.Pytester) -> Non
     assert len({test["seed"] for test in written["tests"]}) == 16
 
 
+@pytest.mark.slow
 def test_an_exported_suite_runs_as_the_original_did(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-export=kept")
     before = report(lamps.path)["tests"]
@@ -125,6 +131,7 @@ def test_an_exported_suite_runs_as_the_original_did(lamps: pytest.Pytester) -> N
     assert [*map(timeless, report(lamps.path)["tests"])] == [*map(timeless, before)]
 
 
+@pytest.mark.slow
 def test_junit_xml_has_the_verdicts(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "--junitxml=junit.xml")
     xml = (lamps.path / "junit.xml").read_text(encoding="utf-8")
@@ -134,6 +141,7 @@ def test_junit_xml_has_the_verdicts(lamps: pytest.Pytester) -> None:
         assert f'<property name="hri.record_sha256" value="{test["record_sha256"]}"' in xml
 
 
+@pytest.mark.slow
 def test_other_plugins_may_seed_and_draw_from_the_global_stream(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand")
     before = report(lamps.path)["tests"]
@@ -147,6 +155,7 @@ def test_other_plugins_may_seed_and_draw_from_the_global_stream(lamps: pytest.Py
     assert [*map(timeless, report(lamps.path)["tests"])] == [*map(timeless, before)]
 
 
+@pytest.mark.slow
 def test_a_case_shared_with_other_parameters_and_fixtures_runs_for_each(lamps: pytest.Pytester) -> None:
     change(
         lamps.path,
@@ -176,6 +185,7 @@ def test_the_report_goes_where_it_is_asked_to(lamps: pytest.Pytester) -> None:
     assert not (lamps.path / "hri-report").exists()
 
 
+@pytest.mark.slow
 def test_workers_import_nothing_that_only_their_controller_uses(lamps: pytest.Pytester) -> None:
     lamps.makepyfile(
         noting="""
@@ -201,6 +211,7 @@ def two_fidelities(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", outcome, f'{outcome}fidelity=run.fidelity or "real", ')
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_fidelity_is_an_option_that_every_run_and_every_command_gets(
     lamps: pytest.Pytester, options: tuple[str, ...]

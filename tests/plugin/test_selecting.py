@@ -10,6 +10,7 @@ BRIGHT = "rl-hall-polite-6c5fa14f"
 NODE = f"test_lamps.py::test_lamps[{BRIGHT}]"
 
 
+@pytest.mark.slow
 @in_each_mode
 def test_one_node_id(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl", NODE, *options).assert_outcomes(xfailed=1)
@@ -18,6 +19,7 @@ def test_one_node_id(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     assert outcomes(lamps.path) == {BRIGHT: "known-violation"}
 
 
+@pytest.mark.slow
 def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_file(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_suite = rl")
     lamps.runpytest_inprocess(NODE).assert_outcomes(xfailed=1)
@@ -26,6 +28,7 @@ def test_a_node_id_saved_by_an_editor_needs_no_option_with_a_suite_in_the_ini_fi
     lamps.runpytest_inprocess("--hri-suite=").assert_outcomes(passed=1, skipped=1)
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(
@@ -41,6 +44,7 @@ def test_keywords_and_marks(lamps: pytest.Pytester, options: tuple[str, ...]) ->
     assert all("cellar" in name for name in outcomes(lamps.path))
 
 
+@pytest.mark.slow
 def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand")
     before = report(lamps.path)
@@ -50,6 +54,7 @@ def test_a_selection_without_tests_leaves_the_last_report_alone(lamps: pytest.Py
     assert report(lamps.path) == before
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     strict = ("--hri-suite=rl", "--hri-strict", *options)
@@ -60,6 +65,7 @@ def test_last_failed(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     assert report(lamps.path)["suites"][0]["tests"] == 2
 
 
+@pytest.mark.slow
 def test_without_the_cache_everything_is_generated_and_run(lamps: pytest.Pytester) -> None:
     for options in ((), A_WORKER):
         result = lamps.runpytest_inprocess("--hri-suite=rl", "-p", "no:cacheprovider", *options)
@@ -75,6 +81,7 @@ def test_two_paths(lamps: pytest.Pytester) -> None:
     assert report(lamps.path)["selected"] == 4
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess(

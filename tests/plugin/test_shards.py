@@ -43,6 +43,7 @@ def decided(result: subprocess.CompletedProcess[str]) -> list[str]:
     return lines[next(number for number, line in enumerate(lines) if ", merged " in line) :]
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     parts = shards(lamps, 3, *options)
@@ -61,6 +62,7 @@ def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tu
     assert {name: (lamps.path / "all" / name).read_bytes() for name in written} == written
 
 
+@pytest.mark.slow
 def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester) -> None:
     first, second, _ = shards(lamps, 3)
     merged = command("merge", first, second)
@@ -74,6 +76,7 @@ def test_a_missing_shard_is_told_and_fails(lamps: pytest.Pytester) -> None:
     assert read(lamps.path / "hri-merged")["gates"]["failed"][0] == "shard 3/3 is missing"
 
 
+@pytest.mark.slow
 def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -> None:
     tests = []
     for index in range(1, 10):
@@ -88,6 +91,7 @@ def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -
     assert (merged.returncode, decided(merged)) == (0, ["expected 4, merged 4"])
 
 
+@pytest.mark.slow
 @counted_up_to_313
 def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_fail_under = plans=100")
@@ -103,6 +107,7 @@ def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     assert "lines=98: expected KIND=PCT with KIND in statements," in unknown.stderr
 
 
+@pytest.mark.slow
 def test_a_merged_report_of_whole_suites_fails_where_nothing_triggers_a_requirement(lamps: pytest.Pytester) -> None:
     change(lamps.path, "requirements.toml", "on(greeting)", "on(greeting) & lamp_level > 200")
     parts = shards(lamps, 2)
@@ -115,6 +120,7 @@ def test_a_merged_report_of_whole_suites_fails_where_nothing_triggers_a_requirem
     assert command("merge", *shards(lamps, 2)).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pytester) -> None:
     parts = shards(lamps, 2)
     assert command("merge", *parts, "--baseline=base.json", "--update-baseline").returncode == 0
@@ -137,6 +143,7 @@ def test_a_merged_report_is_a_baseline_and_is_held_against_one(lamps: pytest.Pyt
     )
 
 
+@pytest.mark.slow
 def test_failures_and_expired_allowances_fail_the_merge(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "R2: the hall", "R2 until 2021-01-31: the hall")
     lamps.runpytest_inprocess(RL, "--hri-shard=1/1")
@@ -146,6 +153,7 @@ def test_failures_and_expired_allowances_fail_the_merge(lamps: pytest.Pytester) 
     assert "FAILED the known violation of R2" in merged.stdout
 
 
+@pytest.mark.slow
 def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(RL, "--hri-shard=1/2", "--hri-report=part1")
     change(lamps.path, "lamps/guide.py", "return 10.0", "return 11.0")
@@ -156,6 +164,7 @@ def test_code_that_changed_between_runs_is_refused(lamps: pytest.Pytester) -> No
     assert not (lamps.path / "hri-merged").exists()
 
 
+@pytest.mark.slow
 def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_are_not(lamps: pytest.Pytester) -> None:
     for name, options in (("a", (RL,)), ("b", (RL, "--hri-seed=1")), ("c", ("--hri-suite=by-hand",))):
         assert lamps.runpytest_inprocess(*options, f"--hri-report={name}", "-q").ret == 0
@@ -167,6 +176,7 @@ def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_
     assert [suite["name"] for suite in read(lamps.path / "hri-merged")["suites"]] == ["by-hand", "rl"]
 
 
+@pytest.mark.slow
 def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nCRASH = True\n")
     condition = 'CRASH and any(action.command.endswith("= 10") for action in run.test.actions)'
@@ -182,6 +192,7 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
     assert (both.returncode, decided(both)) == (0, ["expected 4, merged 4"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "told"),
     [
@@ -209,6 +220,7 @@ def test_a_report_that_cannot_be_used_is_told_by_file(lamps: pytest.Pytester, sp
     assert len(merged.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_missing_report_and_a_folder_that_cannot_be_written_are_told(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-q")
     missing = command("merge", "hri-report", "elsewhere")
@@ -227,6 +239,7 @@ def test_a_shard_that_makes_no_sense_is_refused(lamps: pytest.Pytester, given: s
     result.stderr.fnmatch_lines([f"ERROR: --hri-shard={given}: expected INDEX/OF, as in 1/3, with INDEX from 1 to OF*"])
 
 
+@pytest.mark.slow
 def test_a_merge_keeps_the_gates_of_the_ini_file(lamps: pytest.Pytester) -> None:
     policy = "hri_fail_under =\n    cross=100\n    statements=99"
     change(lamps.path, "pytest.ini", "pythonpath = .", f"pythonpath = .\n{policy}")
@@ -251,6 +264,7 @@ def test_a_merge_says_what_one_run_says(lamps: pytest.Pytester) -> None:
     assert [line for line in lines if line not in merged] == []
 
 
+@pytest.mark.slow
 def test_a_merge_carries_replay_files_along(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
     for index in (1, 2):
@@ -266,6 +280,7 @@ def test_a_merge_carries_replay_files_along(lamps: pytest.Pytester) -> None:
     again.assert_outcomes(failed=2)
 
 
+@pytest.mark.slow
 def test_a_shard_with_an_error_after_a_result_fails_the_merge(lamps: pytest.Pytester) -> None:
     rig = "@pytest.fixture\ndef rig():\n    yield\n    raise OSError('no rig')"
     change(lamps.path, "test_lamps.py", "def test_lamps(", f"import pytest\n\n\n{rig}\n\n\ndef test_lamps(rig, ")

@@ -32,17 +32,20 @@ def test_one_line_in_the_header_and_one_section_at_the_end(lamps: pytest.Pyteste
     assert all(len(line) <= 80 for line in lines[:-1])
 
 
+@pytest.mark.slow
 def test_a_terminal_of_sixty_columns_is_enough(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     assert all(len(line) <= 60 for line in section(lamps.runpytest_inprocess(SUITE))[:-1])
 
 
+@pytest.mark.slow
 def test_colour_only_where_it_is_asked_for(lamps: pytest.Pytester) -> None:
     plain, coloured = (lamps.runpytest_inprocess(SUITE, *options) for options in ((), ("--color=yes",)))
     assert "\x1b" not in plain.stdout.str()
     assert "\x1b[32m" in coloured.stdout.str()
 
 
+@pytest.mark.slow
 def test_quiet_leaves_out_the_header_and_keeps_the_section(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(SUITE, "-q")
     result.stdout.no_fnmatch_line("hri*:*")
@@ -57,6 +60,7 @@ def test_warnings_are_errors_and_nothing_breaks(lamps: pytest.Pytester) -> None:
         result.stdout.no_fnmatch_line("*warnings summary*")
 
 
+@pytest.mark.slow
 def test_a_belief_that_no_agent_tests_is_named(lamps: pytest.Pytester) -> None:
     said = "no agent tests * of the belief space*"
     lamps.runpytest_inprocess("--hri-suite=by-hand").stdout.no_fnmatch_line(said)

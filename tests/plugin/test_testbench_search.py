@@ -26,6 +26,7 @@ def deep(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paths", [("tests",), ("tests/hri",), ("tests/unit", "tests/hri"), (".",)], ids=str)
 def test_a_testbench_below_what_is_collected_is_found(deep: pytest.Pytester, paths: tuple[str, ...]) -> None:
     result = deep.runpytest_inprocess(*paths)
@@ -35,6 +36,7 @@ def test_a_testbench_below_what_is_collected_is_found(deep: pytest.Pytester, pat
     result.stdout.fnmatch_lines(["hri: lamps, suite by-hand, seed 0*", "expected 4, reported 4"])
 
 
+@pytest.mark.slow
 @each_way
 def test_so_where_nothing_is_named(deep: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = deep.runpytest_inprocess(*options)
@@ -61,6 +63,7 @@ def test_a_suite_on_the_command_line_needs_one(deep: pytest.Pytester) -> None:
     result.stderr.fnmatch_lines(["ERROR: no testbench: implement pytest_hricdv_testbench(config) in *"])
 
 
+@pytest.mark.slow
 @each_way
 def test_paths_of_host_tests_lead_to_it(deep: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(deep.path, "pytest.ini", "pythonpath = .\n", "pythonpath = .\nhri_testpaths = tests/hri/test_lamps.py\n")
@@ -69,6 +72,7 @@ def test_paths_of_host_tests_lead_to_it(deep: pytest.Pytester, options: tuple[st
     assert len(report(deep.path)["tests"]) == 4
 
 
+@pytest.mark.slow
 def test_a_host_test_without_one_says_what_it_needs(deep: pytest.Pytester) -> None:
     (deep.path / BELOW / "conftest.py").unlink()
     asks = "ERROR: tests/hri/test_lamps.py::test_lamps asks for hri_case, and there is no testbench: implement *"
@@ -81,6 +85,7 @@ def test_a_host_test_without_one_says_what_it_needs(deep: pytest.Pytester) -> No
     assert "INTERNALERROR" not in result.stdout.str()
 
 
+@pytest.mark.slow
 def test_of_several_none_is_chosen(deep: pytest.Pytester) -> None:
     (deep.path / "tests" / "other").mkdir()
     text = (deep.path / BELOW / "conftest.py").read_text(encoding="utf-8")
@@ -99,6 +104,7 @@ def test_one_that_cannot_be_imported_is_located(deep: pytest.Pytester) -> None:
     result.stderr.fnmatch_lines(["ERROR: *conftest.py:*: ModuleNotFoundError: No module named 'nothing_such'"])
 
 
+@pytest.mark.slow
 def test_one_that_is_imported_unseen_is_not_passed_over_in_silence(deep: pytest.Pytester) -> None:
     (deep.path / BELOW / "conftest.py").rename(deep.path / BELOW / "hri_bench.py")
     (deep.path / BELOW / "conftest.py").write_text("from hri_bench import *\n", encoding="utf-8")
@@ -114,6 +120,7 @@ def test_without_conftest_files_nothing_is_searched(deep: pytest.Pytester) -> No
     result.stdout.fnmatch_lines(["hri: no testbench in tests/unit: *"])
 
 
+@pytest.mark.slow
 @each_way
 def test_one_in_a_folder_of_a_project_that_has_one_is_not_used_and_named(
     lamps: pytest.Pytester, options: tuple[str, ...]

@@ -30,6 +30,7 @@ def ini(lamps: pytest.Pytester, line: str) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .\n", f"pythonpath = .\n{line}\n")
 
 
+@pytest.mark.slow
 @in_each_mode
 @pytest.mark.usefixtures("hosts")
 def test_files_elsewhere_are_not_imported(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:

@@ -27,6 +27,7 @@ def toned(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 def test_a_requirement_compares_them(toned: pytest.Pytester) -> None:
     compared = """formula = 'always(on(answer) -> answer == "warm" | colour == "red")'"""
     change(toned.path, "requirements.toml", FORMULA, compared)

@@ -17,6 +17,7 @@ def forget(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_known_violation_is_reported_and_does_not_fail_the_run(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -38,6 +39,7 @@ def test_a_known_violation_is_reported_and_does_not_fail_the_run(
     assert known["requirements"]["R2"]["verdict"] == "Failed"
 
 
+@pytest.mark.slow
 def test_a_requirement_can_be_named_as_known_on_the_command_line(lamps: pytest.Pytester) -> None:
     forget(lamps)
     assert lamps.runpytest_inprocess("--hri-suite=rl").ret == 1
@@ -46,6 +48,7 @@ def test_a_requirement_can_be_named_as_known_on_the_command_line(lamps: pytest.P
     result.stdout.fnmatch_lines(["  R2 is known to fail: named with --hri-known"])
 
 
+@pytest.mark.slow
 def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None:
     change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.5")
     result = lamps.runpytest_inprocess("--hri-suite=rl", f"test_lamps.py::test_lamps[{BRIGHT}]")
@@ -60,6 +63,7 @@ def test_a_known_violation_does_not_hide_another(lamps: pytest.Pytester) -> None
     )
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_failure_says_when_by_how_much_and_how_to_run_it_again(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -96,6 +100,7 @@ def failure(lines: list[str]) -> list[str]:
     return lines[start : lines.index("run it again:", start) + 2]
 
 
+@pytest.mark.slow
 def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pytester) -> None:
     forget(lamps)
     lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "--hri-concretizations=2", "-k", BRIGHT)
@@ -106,6 +111,7 @@ def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pyte
     assert not any("--hri-replay=" in line and "--hri-concretizations" in line for line in again)
 
 
+@pytest.mark.slow
 def test_a_run_that_is_not_checked_by_its_test_is_checked_when_the_test_is_over(lamps: pytest.Pytester) -> None:
     change(lamps.path, "test_lamps.py", "hri_case.check(hri_case.run())", "hri_case.run()")
     lamps.runpytest_inprocess("--hri-suite=by-hand").assert_outcomes(passed=3, xfailed=1)

@@ -78,6 +78,7 @@ def undisturbed() -> dict[str, Any]:
     return {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_it_is_the_same_run(lamps: pytest.Pytester, way: str, undisturbed: dict[str, Any]) -> None:
     before = undisturbed.setdefault("hashes", None) or hashes(lamps)
@@ -88,6 +89,7 @@ def test_it_is_the_same_run(lamps: pytest.Pytester, way: str, undisturbed: dict[
     assert threading.active_count() < 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["event", "thread", "timer", "pool", "asyncio"])
 def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester, way: str) -> None:
     wait_so(lamps, way, '("time",)')
@@ -108,6 +110,7 @@ def test_what_a_thread_does_is_covered(lamps: pytest.Pytester) -> None:
     assert f"{lines.index('        with LOCK:') + 1}" not in missing
 
 
+@pytest.mark.slow
 def test_a_thread_that_raises_is_a_fault_of_the_code(lamps: pytest.Pytester) -> None:
     wait_so(lamps, "queue", '("time", "threading")')
     project.change(lamps.path, "lamps/guide.py", 'JOBS.put("settled")', "raise OSError('no lamp')")
@@ -116,6 +119,7 @@ def test_a_thread_that_raises_is_a_fault_of_the_code(lamps: pytest.Pytester) -> 
     assert "guide: Thread-1" in said
 
 
+@pytest.mark.slow
 def test_who_waits_for_a_lock_that_nobody_gives_back_is_seen(lamps: pytest.Pytester) -> None:
     for_ever = "        LOCK.acquire(); LOCK.acquire()\n"
     wait_so(lamps, "event", '("time", "threading")')

@@ -48,6 +48,7 @@ def hashes(lamps: pytest.Pytester) -> list[str]:
     return [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_sleeping_in_real_time_is_the_same_run_in_virtual_time(lamps: pytest.Pytester, way: str) -> None:
     before = hashes(lamps)
@@ -55,6 +56,7 @@ def test_sleeping_in_real_time_is_the_same_run_in_virtual_time(lamps: pytest.Pyt
     assert hashes(lamps) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester, way: str) -> None:
     sleeping(lamps, way, virtual=False)
@@ -66,6 +68,7 @@ def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester,
     assert f"{what} in node guide is real time, of which a simulated run has none: give the testbench" in said
 
 
+@pytest.mark.slow
 def test_dates_are_those_of_the_run(lamps: pytest.Pytester) -> None:
     said = "        print(isinstance(datetime.now(), datetime), datetime.now(), date.today(), time.time(), '!')\n"
     project.change(lamps.path, "lamps/guide.py", SLEEP, f"{SLEEP}{said}        assert False\n")
@@ -86,6 +89,7 @@ def test_a_module_may_ask_for_the_time_when_it_is_imported_and_nobody_else_is_to
     assert abs(time.time() - time.time_ns() / 1e9) < 60
 
 
+@pytest.mark.slow
 def test_a_loop_that_only_looks_at_the_clock_is_an_error(lamps: pytest.Pytester) -> None:
     body = "        end = time.monotonic() + 1\n        while time.monotonic() < end:\n            pass\n"
     project.change(lamps.path, "lamps/guide.py", SLEEP, body)

@@ -39,6 +39,7 @@ def test_each_waiver_says_whether_it_is_needed(lamps: pytest.Pytester) -> None:
     assert "not needed here" in page
 
 
+@pytest.mark.slow
 def test_a_known_violation_that_does_not_occur_expires_or_is_ignored(lamps: pytest.Pytester) -> None:
     known = "--hri-known=R1"
     assert found(lamps, known)["R1"] == ("known violation", "", "not needed here")

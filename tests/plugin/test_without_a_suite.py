@@ -40,6 +40,7 @@ def test_loading_the_plugin_imports_nothing_heavy(pytester: pytest.Pytester) -> 
     assert result.stderr.str() == ""
 
 
+@pytest.mark.slow
 def test_a_project_that_does_not_use_the_plugin_sees_the_same_with_and_without_it(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_one():\n    pass\n")
 

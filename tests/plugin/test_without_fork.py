@@ -49,6 +49,7 @@ def test_a_closing_loop_without_forks_leads_to_the_same_suite(
     assert forked.count("# id: closure-") > 4
 
 
+@pytest.mark.slow
 def test_a_suite_runs_without_forks(forkless: pytest.Pytester) -> None:
     assert forkless.runpytest_subprocess("--hri-suite=rl", "--hri-shrink").ret == 0
     assert report(forkless.path)["reported"] == 34

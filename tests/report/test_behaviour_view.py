@@ -111,6 +111,7 @@ def test_the_page_lists_kinds_and_has_both_runs_of_each_test_that_changed() -> N
     assert fifth is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at_a_desk", [True, False])
 def test_the_page_of_a_changed_test_shows_both_timelines(browser: Any, tmp_path: Path, at_a_desk: bool) -> None:
     columns = 1280 if at_a_desk else 390

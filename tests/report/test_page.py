@@ -98,6 +98,7 @@ def test_without_scripts_everything_but_plots_and_tests_can_be_read(browser: Any
     context.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["summary", "tests"])
 def test_the_header_hides_nothing_of_the_view_that_a_link_leads_to(watched: Watched, tmp_path: Path, view: str) -> None:
     page = watched.open(sample.data(("by-hand", "rl"), 40), tmp_path, view)
@@ -110,6 +111,7 @@ def test_the_header_hides_nothing_of_the_view_that_a_link_leads_to(watched: Watc
     assert top >= page.evaluate(covered)
 
 
+@pytest.mark.slow
 def test_the_theme_is_chosen_and_kept(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(sample.data(tests=2), tmp_path)
     shade = "() => getComputedStyle(document.body).backgroundColor"
@@ -123,6 +125,7 @@ def test_the_theme_is_chosen_and_kept(watched: Watched, tmp_path: Path) -> None:
     assert page.evaluate(shade) == light
 
 
+@pytest.mark.slow
 def test_no_name_becomes_a_script(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(poisoned(), tmp_path)
     data = page.evaluate("() => JSON.parse(document.getElementById('data').textContent)")
@@ -164,6 +167,7 @@ def _without_runs() -> dict[str, Any]:
     return report
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "report",
     [sample.data(tests=0), sample.data((), 0), _unmeasured(), _unchecked(), _without_runs()],

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources
 from tests.report import sample
 from tests.report.watched import Watched
@@ -46,6 +48,7 @@ def test_the_list_of_files_has_totals_and_is_sorted_by_a_click(watched: Watched,
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_link_opens_a_file(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(_missed(), tmp_path, "code")
     page.locator("#code .coverage a", has_text="controller/journal.py").click()
@@ -57,6 +60,7 @@ def test_a_link_opens_a_file(watched: Watched, tmp_path: Path) -> None:
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_keys_lead_from_miss_to_miss_and_around(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(_missed(), tmp_path, "code")
     current = page.locator("#code .source .current")

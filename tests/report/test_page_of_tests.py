@@ -13,6 +13,7 @@ from tests.report import sample, sample_tests
 from tests.report.watched import Watched, listed
 
 
+@pytest.mark.slow
 def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(("by-hand", "rl"), 80)
     page = watched.open(report, tmp_path, "tests")
@@ -50,6 +51,7 @@ def test_interactions_have_a_column_of_their_own_where_the_testbench_does_not_na
     assert page.get_by_role("searchbox").get_attribute("placeholder") == "Search ids, beliefs, interactions"
 
 
+@pytest.mark.slow
 def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(sample.data(tests=60), tmp_path)
     table = page.locator("#summary table.sortable").first
@@ -60,6 +62,7 @@ def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path
     assert [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()] == sorted(column)[::-1]
 
 
+@pytest.mark.slow
 def test_figures_at_lines_plans_and_verdicts_lead_to_their_tests(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=30)
     page = watched.open(report, tmp_path, "code")
@@ -85,6 +88,7 @@ def test_figures_at_lines_plans_and_verdicts_lead_to_their_tests(watched: Watche
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_test_has_a_page_of_its_own(
     watched: Watched, tmp_path: Path, beside: bool, monkeypatch: pytest.MonkeyPatch
@@ -113,6 +117,7 @@ def test_a_test_has_a_page_of_its_own(
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_cell_of_a_heat_map_leads_to_its_tests(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=30)
     page = watched.open(report, tmp_path, "cross")
@@ -165,6 +170,7 @@ def test_two_of_several_coordinates_are_chosen_and_the_others_counted_through(wa
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_cell_that_counts_others_through_leads_to_the_tests_of_all_of_them(watched: Watched, tmp_path: Path) -> None:
     report = _of_three_coordinates()
     page = watched.open(report, tmp_path, "cross")
@@ -179,6 +185,7 @@ def test_a_cell_that_counts_others_through_leads_to_the_tests_of_all_of_them(wat
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=1)
     report["tests"][0]["acted_s"] = [0.0, 6.25]
@@ -190,6 +197,7 @@ def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
     assert "the human" in (page.locator("#test .timeline svg").first.text_content() or "")
 
 
+@pytest.mark.slow
 def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=10)
     page = watched.open(report, tmp_path, "closure")
@@ -204,6 +212,7 @@ def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, t
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_details_that_are_not_beside_the_page_are_missed_by_name(
     watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -218,6 +227,7 @@ def test_details_that_are_not_beside_the_page_are_missed_by_name(
     assert "There is no such test in this report." in page.locator("#test").inner_text()
 
 
+@pytest.mark.slow
 def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=60)
     failed = next(test for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed")
@@ -229,6 +239,7 @@ def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Pat
     assert marks.count() == sum(len(result["violations"]) for result in failed["requirements"].values())
 
 
+@pytest.mark.slow
 def test_a_signal_has_gaps_where_the_world_does_not_measure_it(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=2)
     for test in report["tests"]:
@@ -245,6 +256,7 @@ def test_a_signal_has_gaps_where_the_world_does_not_measure_it(watched: Watched,
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=2)
     for test in report["tests"]:
@@ -260,6 +272,7 @@ def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path)
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 3])
 def test_a_mark_of_the_margins_leads_to_its_test(watched: Watched, tmp_path: Path, number: int) -> None:
     page = watched.open(sample.data(tests=4), tmp_path, "requirement/R3")
@@ -271,6 +284,7 @@ def test_a_mark_of_the_margins_leads_to_its_test(watched: Watched, tmp_path: Pat
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("video", "tag"), [("a.mp4", "video"), ("a.gif", "img")])
 def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video: str, tag: str) -> None:
     report = sample.data(tests=2)
@@ -293,6 +307,7 @@ def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video:
     watched.assert_quiet()
 
 
+@pytest.mark.slow
 def test_a_run_with_very_many_events_is_drawn_with_as_many_marks_as_can_be_told_apart(
     watched: Watched, tmp_path: Path
 ) -> None:

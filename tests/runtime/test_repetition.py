@@ -170,6 +170,7 @@ def that_has_new_texts(robot: Robot) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("begin", [waiting, with_a_person, that_moves, that_says_new_things, that_has_new_texts])
 def test_a_run_in_which_something_is_new_or_may_come_goes_on(begin: Callable[[Robot], None]) -> None:
     robot = Robot()
@@ -177,6 +178,7 @@ def test_a_run_in_which_something_is_new_or_may_come_goes_on(begin: Callable[[Ro
     assert robot.run.go(1200.0) == "limit"
 
 
+@pytest.mark.slow
 def test_what_is_about_to_come_is_waited_for() -> None:
     robot = Robot()
     who_waits_long(robot)

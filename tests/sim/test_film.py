@@ -71,6 +71,7 @@ def fingers(pixels: NDArray[np.int16]) -> int:
     return int(np.count_nonzero((blue - green > 40) & (green - red > 30)))
 
 
+@pytest.mark.slow
 def test_the_run_that_is_filmed_violates_r3_and_filming_changes_nothing_in_it(filmed: Filmed) -> None:
     assert filmed.result.verdict("R3").verdict == "Failed"
     assert filmed.film.note == ""  # it would say that the record differs

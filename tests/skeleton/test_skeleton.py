@@ -24,6 +24,7 @@ def run(folder: Path, *module: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
 
 
+@pytest.mark.slow
 def test_it_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "Kitchen-Robot"
     assert main(["init", str(folder)]) == 0

@@ -128,6 +128,7 @@ def test_learning_that_did_not_converge_is_said() -> None:
     assert "from iteration 2 on" in rendered(report())
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_bytes_and_bear_no_date(tmp_path: Path) -> None:
     for name in ("a", "b"):
         experiment.write(report(), tmp_path / name)

@@ -126,6 +126,7 @@ def test_action_that_raises_names_agent_plan_and_line(tmp_path: Path) -> None:
         system.run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "source",
     [

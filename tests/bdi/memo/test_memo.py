@@ -102,6 +102,7 @@ def test_memo_agrees_on_whole_programs(folder: Path, max_rounds: int) -> None:
 STEERS = st.sampled_from([STEER, STEER, STEER_TWO, STEER_AGAIN, STEER_BY_VALUE])
 
 
+@pytest.mark.slow
 @BRIEF
 @given(systems(), STEERS, CHOSEN)
 def test_memo_agrees_on_made_up_programs_that_are_steered(
@@ -119,6 +120,7 @@ def without_goals(source: str) -> str:
     return "\n".join(line for line in source.splitlines() if not line.startswith("!"))
 
 
+@pytest.mark.slow
 @BRIEF
 @given(systems(), STEERS, NEUTRAL)
 def test_memo_agrees_on_made_up_programs_that_begin_when_they_are_steered(

@@ -187,6 +187,7 @@ def test_run_of_a_program_is_the_same_again_and_with_a_trace(folder: Path, max_r
     assert outcome(system.run, max_rounds=max_rounds, trace=True) == expected
 
 
+@pytest.mark.slow
 @BRIEF
 @given(systems(), st.sampled_from([Environment, World]))
 def test_made_up_program_runs_the_same_with_a_trace(sources: dict[str, str], environment: type[Environment]) -> None:

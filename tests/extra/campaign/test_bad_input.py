@@ -20,6 +20,7 @@ def free_port() -> int:
         return int(found.getsockname()[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -55,6 +56,7 @@ def test_a_scheduler_that_is_not_there(lamps: Path, campaign: Campaign) -> None:
     assert (nothing.returncode, "no run is stored yet" in nothing.stderr) == (2, True)
 
 
+@pytest.mark.slow
 def test_a_damaged_store_is_not_touched(begun: Path, lamps: Path, campaign: Campaign) -> None:
     data = (lamps / "a.db").read_bytes()
     (lamps / "a.db").write_bytes(data[: len(data) // 2])
@@ -72,6 +74,7 @@ def test_another_database_is_no_campaign(lamps: Path, campaign: Campaign) -> Non
     assert "expected a campaign of schema hricdv-campaign/3, found None" in campaign("status", "--state=b.db").stderr
 
 
+@pytest.mark.slow
 def test_a_campaign_that_runs_is_not_run_twice(begun: Path, lamps: Path, campaign: Campaign) -> None:
     holder = Store.opened(lamps / "a.db")
     holder.hold()

@@ -42,6 +42,7 @@ def crash_at(lamps: Path, what: str, where: str) -> None:
     project.change(lamps, "lamps/guide.py", "if wish.level == 0.0:", f"if wish.level == 0.0 and {where}:")
 
 
+@pytest.mark.slow
 def test_its_runs_are_those_of_the_plugin_s_own_concretizations(
     finished: Finished,
 ) -> None:
@@ -167,6 +168,7 @@ def test_runs_that_agree_elsewhere_are_said_to(lamps: Path, campaign: Campaign) 
     assert done.returncode == 0
 
 
+@pytest.mark.slow
 def test_a_row_a_run_as_parquet(finished: Finished) -> None:
     lamps, _ = finished
     exported = command(lamps, "export", "--parquet=runs.parquet", "--state=a.db")

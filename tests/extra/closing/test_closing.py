@@ -16,6 +16,7 @@ from tests.plugin.project import counted_up_to_313, outcomes, plain_and_slowly_i
 SUITE = "--hri-suite=closure"
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 @counted_up_to_313
 def test_the_loop_reaches_all_that_the_model_can_reach(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
@@ -48,6 +49,7 @@ def _with_online(lamps: pytest.Pytester, declared: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lamps: pytest.Pytester) -> None:
     _with_online(lamps, 'Online("visitor", (Hears("hall", "on(answer)"),))')
     lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64")
@@ -65,6 +67,7 @@ def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest
     )
 
 
+@pytest.mark.slow
 def test_what_a_person_decided_during_the_run_is_done_again_by_the_test_that_it_became(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:

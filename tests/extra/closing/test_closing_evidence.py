@@ -10,6 +10,7 @@ from tests.plugin.project import change, counted_up_to_313, report
 SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 
 
+@pytest.mark.slow
 @counted_up_to_313
 def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of_it(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(*SUITE)
@@ -43,6 +44,7 @@ def test_each_point_is_hit_by_a_test_or_impossible_or_open_with_what_is_known_of
     )
 
 
+@pytest.mark.slow
 def test_a_suite_from_the_cache_shows_the_same(lamps: pytest.Pytester) -> None:
     seen = []
     for _ in range(2):
@@ -58,6 +60,7 @@ def test_a_session_without_a_loop_has_none(lamps: pytest.Pytester) -> None:
     assert "closing" not in report(lamps.path)
 
 
+@pytest.mark.slow
 def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE, "--hri-close-without=model")
     assert set(report(lamps.path)["closing"]["ways"]) <= {"disturbances", "untried", "repeated"}
@@ -65,6 +68,7 @@ def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
     result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no way 'luck'; there are: model, *"])
 
 
+@pytest.mark.slow
 def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Pytester) -> None:
     messages, guide = lamps.path / "lamps" / "messages.py", "lamps/guide.py"
     messages.write_text(messages.read_text(encoding="utf-8").rstrip() + "\n    name: str\n", encoding="utf-8")
@@ -80,6 +84,7 @@ def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Py
     result.stdout.fnmatch_lines(["  open: off -> gone: *"])
 
 
+@pytest.mark.slow
 def test_each_conjunct_of_an_antecedent_is_to_be_true_and_false(lamps: pytest.Pytester) -> None:
     change(lamps.path, "requirements.toml", "always(lamp_level > 0 ->", "always(lamp_level > 0 & lamp_level < 1000 ->")
     result = lamps.runpytest_inprocess(*SUITE)

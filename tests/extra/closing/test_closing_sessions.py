@@ -32,6 +32,7 @@ def ids(project: pytest.Pytester) -> list[str]:
     return [test["id"] for test in report(project.path)["tests"]]
 
 
+@pytest.mark.slow
 def test_what_only_a_disturbance_leads_to_is_reached_and_exported_and_runs_again(lamps: pytest.Pytester) -> None:
     disturb(lamps)
     lamps.runpytest_inprocess(*SUITE, "--hri-export=kept")
@@ -74,6 +75,7 @@ def test_a_kept_suite_holds_as_long_as_nothing_has_changed_that_its_runs_loaded(
     assert closed()
 
 
+@pytest.mark.slow
 def test_after_another_suite_only_what_it_left_open_is_closed(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-close", "--hri-close-runs=40")
     result.stdout.fnmatch_lines(["hricdv: running the 4 tests of the other suites first ..."])
@@ -83,11 +85,13 @@ def test_after_another_suite_only_what_it_left_open_is_closed(lamps: pytest.Pyte
     assert (per_suite.count("by-hand"), per_suite.count("closure")) == (4, 4)
 
 
+@pytest.mark.slow
 def test_as_many_tests_as_asked_for_are_handed_over(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE, "--hri-tests=3")
     assert len(ids(lamps)) == 3
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_reached_and_says_so(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     add = Archive.add
 
@@ -113,11 +117,13 @@ LAMP = "    lamp = Lamp()\n"
 GREETS = 'any(action.command == "greet" for action in run.test.actions)'
 
 
+@pytest.mark.slow
 def test_where_every_run_errs_it_is_said_why(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", LAMP, f"    {{}}[run.test.seed]\n{LAMP}")
     assert "--hri-suite=closure: no run came to its end: KeyError: " in refused(lamps, *SUITE)
 
 
+@pytest.mark.slow
 def test_runs_that_err_are_noted_and_the_others_make_the_suite(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", LAMP, f"    if {GREETS}:\n        {{}}[run.test.seed]\n{LAMP}")
     lamps.runpytest_inprocess(*SUITE)
@@ -126,6 +132,7 @@ def test_runs_that_err_are_noted_and_the_others_make_the_suite(lamps: pytest.Pyt
     assert {*outcomes(lamps.path).values()} == {"passed"}
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_process_is_an_error_of_that_run(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", LAMP, f"    if {GREETS}:\n        os._exit(3)\n{LAMP}")
     change(lamps.path, "conftest.py", "from pathlib", "import os\nfrom pathlib")
@@ -155,6 +162,7 @@ def test_a_model_that_is_broken_is_an_error_before_any_run(lamps: pytest.Pyteste
     assert "visitor.asl" in refused(lamps, *SUITE)
 
 
+@pytest.mark.slow
 def test_that_a_loop_reaches_what_need_not_be_checked_is_no_sign_that_other_suites_do(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", "pythonpath = .", "pythonpath = .\nhri_allow_nc =\n    R1: for a test")
     needless = "R1 need not be checked (for a test), but was"
@@ -162,6 +170,7 @@ def test_that_a_loop_reaches_what_need_not_be_checked_is_no_sign_that_other_suit
     lamps.runpytest_inprocess("--hri-suite=by-hand,closure", SUITE[1]).stdout.fnmatch_lines([needless])
 
 
+@pytest.mark.slow
 def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_sets(lamps: pytest.Pytester) -> None:
     hats = ", ".join(f'"hat{number}"' for number in range(10))
     change(lamps.path, "conftest.py", '"wish": ("bright"', f'"hat": ({hats}), "wish": ("bright"')

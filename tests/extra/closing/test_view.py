@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from pytest_hricdv.extra.closing.view import curves
 from pytest_hricdv.report import html, terminal
 from tests.json_schema import REPORT as SCHEMA
@@ -73,6 +75,7 @@ def test_curves_end_at_the_share_that_is_hit_and_begin_with_given_tests() -> Non
     assert found["ways"]["disturbances"]["runs"] == [(0, 0.0), (200, 1.0), (400, 1.0)]
 
 
+@pytest.mark.slow
 def test_plots_show_kinds_and_ways_over_runs_and_time(watched: Watched, tmp_path: Path) -> None:
     page: Any = watched.open(DATA, tmp_path, "closure")
     assert page.locator("#closure figure[data-closing] svg[aria-label]").count() == 4

@@ -38,6 +38,7 @@ def test_all_is_closed_though_some_bins_need_two_certain_disturbances_at_once(se
     assert closing.run() == "closed"
 
 
+@pytest.mark.slow
 def test_another_handover_with_other_disturbances_is_closed_too() -> None:
     closing = Scene(2).loop(0)
     assert closing.run() == "closed"

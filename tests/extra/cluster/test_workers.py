@@ -78,6 +78,7 @@ def lines(answer: Answer | Lost) -> list[str]:
     return [line.decode().strip() for line in answer.lines]
 
 
+@pytest.mark.slow
 def test_each_question_is_answered_once(cluster: Cluster, echo: Path) -> None:
     texts = [f'["{number}", "again"]' for number in range(20)]
     found = ask(cluster, service(echo), *texts)
@@ -99,6 +100,7 @@ def test_a_process_that_crashes_costs_no_worker(cluster: Cluster, echo: Path) ->
     assert cluster.threads == 2
 
 
+@pytest.mark.slow
 def test_a_process_that_is_silent_for_too_long_is_ended(cluster: Cluster, echo: Path) -> None:
     (answer,) = ask(cluster, service(echo, silent_s=2.0), '["hang"]').values()
     assert isinstance(answer, Answer)
@@ -143,6 +145,7 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
     assert len(told) == 3
 
 
+@pytest.mark.slow
 def test_workers_of_this_machine_that_do_not_come_back_are_started_anew(
     echo: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -44,6 +44,7 @@ def outcomes(lamps: pytest.Pytester) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_first_engine_is_used_unless_another_one_is_asked_for(
     lamps: pytest.Pytester, options: tuple[str, ...]
@@ -64,6 +65,7 @@ def test_the_first_engine_is_used_unless_another_one_is_asked_for(
     assert hashes != {test["record_sha256"] for test in report(lamps.path)["tests"]}
 
 
+@pytest.mark.slow
 def test_an_engine_that_is_not_installed_is_passed_over_and_the_header_says_so(lamps: pytest.Pytester) -> None:
     two_engines(lamps)
     (lamps.path / "bulb.py").unlink()
@@ -95,6 +97,7 @@ def test_a_testbench_without_engines_says_so(lamps: pytest.Pytester) -> None:
     result.stderr.fnmatch_lines(["ERROR: engine 'led': testbench 'lamps' has none: give it engines=*"])
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     two_engines(lamps, shift=-1e-9)
@@ -120,6 +123,7 @@ def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tupl
         }
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
     two_engines(lamps, shift=0.5)
@@ -142,6 +146,7 @@ def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester,
         assert test["requirements"]["R2"]["verdict"] == test["beside"]["requirements"]["R2"]["verdict"] == "Failed"
 
 
+@pytest.mark.slow
 def test_a_difference_that_no_margin_explains_fails_the_test(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=0.5, tolerance=0.1)
     lamps.runpytest_inprocess("--hri-suite=rl", "--hri-engine=both", "--hri-strict")
@@ -158,6 +163,7 @@ def test_another_course_of_the_run_fails_the_test(lamps: pytest.Pytester) -> Non
     assert text == "engine-sensitive: interactions: released on bulb, broken on led: outcome differs: look"
 
 
+@pytest.mark.slow
 def test_what_is_known_to_fail_on_both_is_known_still(lamps: pytest.Pytester) -> None:
     two_engines(lamps)
     lamps.runpytest_inprocess("--hri-suite=rl")
@@ -167,6 +173,7 @@ def test_what_is_known_to_fail_on_both_is_known_still(lamps: pytest.Pytester) ->
     assert "known-violation" in alone.values()
 
 
+@pytest.mark.slow
 def test_what_fails_on_one_engine_outside_of_the_known_condition_is_not_known(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=-2.0)
     known = "--hri-known=R2 while lamp_level > 99: the hall has no dimmer"
@@ -177,6 +184,7 @@ def test_what_fails_on_one_engine_outside_of_the_known_condition_is_not_known(la
     assert {test["id"] for test in outcomes(lamps)["failed"]} == glaring
 
 
+@pytest.mark.slow
 def test_a_baseline_of_another_engine_says_so(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=0.5)
     lamps.runpytest_inprocess(BY_HAND, "--hri-baseline=baseline.json", "--hri-update-baseline")

@@ -77,6 +77,7 @@ def films(folder: Path) -> dict[str, dict[str, Any]]:
     return {test["id"]: test["film"] for test in report(folder)["tests"] if "film" in test}
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_failing_and_known_failing_tests_are_filmed_and_linked(
     filmed: pytest.Pytester, options: tuple[str, ...]
@@ -102,6 +103,7 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(
     result.stdout.fnmatch_lines(["films: 2 of 2 failing tests, beside the report"])
 
 
+@pytest.mark.slow
 def test_a_failure_names_its_film_and_nothing_else_is_filmed(filmed: pytest.Pytester) -> None:
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "--hri-strict", "-k", "rl-hall")
     assert result.ret == 1
@@ -110,6 +112,7 @@ def test_a_failure_names_its_film_and_nothing_else_is_filmed(filmed: pytest.Pyte
     )
 
 
+@pytest.mark.slow
 def test_a_run_that_an_exception_ended_is_filmed_up_to_there(filmed: pytest.Pytester) -> None:
     change(filmed.path, "lamps/guide.py", "    return wish.level\n", "    raise OSError('no lamp')\n")
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
@@ -118,6 +121,7 @@ def test_a_run_that_an_exception_ended_is_filmed_up_to_there(filmed: pytest.Pyte
     assert film["frames"] > 5
 
 
+@pytest.mark.slow
 def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.extra.film.video.has_encoder", lambda: False)
     filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
@@ -127,6 +131,7 @@ def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypat
         assert getattr(gif, "n_frames", 0) > 2
 
 
+@pytest.mark.slow
 def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     film, began_s = Filming.film, []
 
@@ -143,6 +148,7 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monke
     assert call.stop <= began_s[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isolated", [(), ("--hri-isolate",)])
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
     filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, isolated: tuple[str, ...]
@@ -155,6 +161,7 @@ def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_
     result.stdout.fnmatch_lines(["films: 1 of 2 failing tests, beside the report", "  1 not filmed: *"])
 
 
+@pytest.mark.slow
 def test_a_replay_that_differs_from_the_run_is_reported_as_such(filmed: pytest.Pytester) -> None:
     change(filmed.path, "conftest.py", "        shade = ", "        self.lamp.set(33.0)\n        shade = ")
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
@@ -162,6 +169,7 @@ def test_a_replay_that_differs_from_the_run_is_reported_as_such(filmed: pytest.P
     assert films(filmed.path)[BRIGHT]["note"].startswith("the replay differs from the run (record ")
 
 
+@pytest.mark.slow
 def test_a_camera_that_fails_costs_the_film_and_not_the_report(filmed: pytest.Pytester) -> None:
     change(filmed.path, "conftest.py", "        shade = ", "        raise OSError('no light')\n        shade = ")
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)

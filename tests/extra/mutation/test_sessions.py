@@ -64,6 +64,7 @@ def fates(found: dict[str, Any]) -> dict[str, tuple[str, set[str]]]:
     }
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(guide.path, "requirements.toml", "[R1]\n", '[R1]\ngroup = "light"\n')
@@ -102,6 +103,7 @@ def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pyte
     assert (guide.path / "lamps" / "guide.py").read_text(encoding="utf-8") == GUIDE
 
 
+@pytest.mark.slow
 def test_the_result_depends_on_the_seed_and_not_on_the_number_of_processes(
     guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,11 +116,13 @@ def test_the_result_depends_on_the_seed_and_not_on_the_number_of_processes(
     assert (len(found[0]["mutants"]), found[0]["made"], found[0]["seed"]) == (3, 8, 3)
 
 
+@pytest.mark.slow
 def test_a_fault_is_tried_on_as_few_tests_as_asked_for(guide: pytest.Pytester) -> None:
     guide.runpytest_inprocess(*ASKED, "--hri-mutate-faults=4", "--hri-mutate-tests=1")
     assert {len(each["runs"]) for each in mutation(guide)["mutants"] if each["executing"]} == {1}
 
 
+@pytest.mark.slow
 def test_after_the_first_failure_further_tests_are_run_for_the_matrix_only(guide: pytest.Pytester) -> None:
     guide.runpytest_inprocess(*ASKED, "--hri-mutate-matrix")
     (dropped,) = (each for each in mutation(guide)["mutants"] if each["operator"] == "message dropped")
@@ -139,6 +143,7 @@ def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
     result.stdout.fnmatch_lines([f"  {found['total']['not_tried']} not tried: time was over *"])
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     say = Collection.say
 
@@ -159,6 +164,7 @@ def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest
     result.stdout.fnmatch_lines([f"  {not_tried} mutants not tried: it was interrupted"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "ini", "status"),
     [
@@ -178,6 +184,7 @@ def test_a_share_of_faults_can_be_asked_for(
     assert result.stdout.str().count(wanted) == status
 
 
+@pytest.mark.slow
 def test_tests_that_fail_without_a_fault_take_no_part(guide: pytest.Pytester) -> None:
     result = guide.runpytest_inprocess(SUITE, "--hri-mutate", "--hri-mutate-faults=2")
     assert result.ret == 1
@@ -187,6 +194,7 @@ def test_tests_that_fail_without_a_fault_take_no_part(guide: pytest.Pytester) ->
     result.stdout.fnmatch_lines(["  2 tests took no part, failing or unmeasured without a fault: *"])
 
 
+@pytest.mark.slow
 def test_a_run_that_depends_on_its_test_function_is_found_out(guide: pytest.Pytester) -> None:
     planted = "def test_lamps(hri_case, monkeypatch):\n    monkeypatch.setattr('lamps.guide.Switched', answer)"
     change(guide.path, "test_lamps.py", "def test_lamps(hri_case):", planted)

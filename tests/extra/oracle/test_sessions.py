@@ -29,6 +29,7 @@ def compared(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester, options: tuple[str, ...]) -> None:
     result = compared.runpytest_inprocess(SUITE, *options)
@@ -39,6 +40,7 @@ def test_a_run_that_conforms_passes_and_is_reported(compared: pytest.Pytester, o
     assert {test["requirements"]["MODEL"]["verdict"] for test in written["tests"]} == {"Passed", "NC"}
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester, options: tuple[str, ...]) -> None:
     change(compared.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.6")
@@ -59,6 +61,7 @@ def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester, optio
     assert failed
 
 
+@pytest.mark.slow
 def test_a_deviation_can_be_known_and_shrunk(compared: pytest.Pytester) -> None:
     change(compared.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 0.6")
     result = compared.runpytest_inprocess(SUITE, "--hri-known=MODEL", "--hri-known=R2", "--hri-shrink")

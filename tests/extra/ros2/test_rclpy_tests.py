@@ -74,6 +74,7 @@ def test_each_test_is_run_also_after_one_that_stops_the_run(tmp_path: Path, sour
     assert lines[lines.index("skipped: test_clock.py::test_is_skipped") + 1] == "    Skipped: not here"
 
 
+@pytest.mark.slow
 def test_as_many_may_fail_as_is_said(tmp_path: Path, source: Path) -> None:
     assert _conformance(tmp_path, str(source), "--may-fail=2").returncode == 0
     assert _conformance(tmp_path, str(source), "--may-fail=1").returncode == 1

@@ -21,6 +21,7 @@ def tight(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(
     tight: pytest.Pytester, options: tuple[str, ...]
@@ -48,6 +49,7 @@ def test_a_violation_beside_the_suite_fails_the_run_and_can_be_replayed(
     again.stdout.fnmatch_lines(["R3 Failed: *", f"replay of {found['id']}: the same run, to the bit"])
 
 
+@pytest.mark.slow
 def test_the_smallest_margin_is_told_even_when_nothing_fails(lamps: pytest.Pytester) -> None:
     with (lamps.path / "requirements.toml").open("a", encoding="utf-8") as file:
         file.write(NEVER)
@@ -82,6 +84,7 @@ def test_a_search_is_the_same_on_workers_and_another_with_another_seed(lamps: py
     assert found[0] != found[2]
 
 
+@pytest.mark.slow
 def test_a_known_violation_that_is_found_does_not_fail_the_run_and_is_shrunk(tight: pytest.Pytester) -> None:
     options = ("--hri-suite=rl", "--hri-search=40", "--hri-known=R3")
     result = tight.runpytest_inprocess(*options, "--hri-shrink")
@@ -93,6 +96,7 @@ def test_a_known_violation_that_is_found_does_not_fail_the_run_and_is_shrunk(tig
     assert tight.runpytest_inprocess(*options, "--hri-strict", "-k", "cellar").ret == 1
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_a_search_keeps_the_report(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nRUNS = 0\n")
     stop = "def run(run):\n    global RUNS\n    RUNS += 1\n    if RUNS > 10:\n        raise KeyboardInterrupt\n"

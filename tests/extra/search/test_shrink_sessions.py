@@ -22,6 +22,7 @@ def long(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
+@pytest.mark.slow
 @plain_and_slowly_in_other_modes
 def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replayed(
     long: pytest.Pytester, options: tuple[str, ...]
@@ -55,6 +56,7 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
     }
 
 
+@pytest.mark.slow
 def test_it_is_the_same_on_workers_and_nothing_is_shrunk_unasked(long: pytest.Pytester) -> None:
     found = []
     for options in (["--hri-shrink"], ["--hri-shrink", *A_WORKER], []):
@@ -64,6 +66,7 @@ def test_it_is_the_same_on_workers_and_nothing_is_shrunk_unasked(long: pytest.Py
     assert found == [found[0], found[0], []]
 
 
+@pytest.mark.slow
 def test_each_requirement_is_shrunk_by_itself_for_its_own_reason(long: pytest.Pytester) -> None:
     change(long.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.5")
     long.runpytest_inprocess(SUITE, "--hri-shrink")
@@ -74,6 +77,7 @@ def test_each_requirement_is_shrunk_by_itself_for_its_own_reason(long: pytest.Py
     }
 
 
+@pytest.mark.slow
 def test_runs_are_bounded_and_the_summary_says_so(long: pytest.Pytester) -> None:
     result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-shrink-runs=3")
     (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
@@ -89,6 +93,7 @@ COUNTED = """def run(run):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("limit", "actions"), [(2, 7), (3, 7), (8, 2)])
 def test_ctrl_c_keeps_the_best_so_far_and_the_report(long: pytest.Pytester, limit: int, actions: int) -> None:
     change(long.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nRUNS = 0\n")
@@ -103,6 +108,7 @@ def test_ctrl_c_keeps_the_best_so_far_and_the_report(long: pytest.Pytester, limi
         assert (long.path / shrunk["replay"]).is_file()
 
 
+@pytest.mark.slow
 def test_a_failure_that_its_fixture_made_is_told_from_one_that_can_be_shrunk(lamps: pytest.Pytester) -> None:
     planted = "def test_lamps(hri_case, monkeypatch):\n    monkeypatch.setattr('lamps.guide.SWITCHING_S', 1.5)"
     change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):", planted)
@@ -111,6 +117,7 @@ def test_a_failure_that_its_fixture_made_is_told_from_one_that_can_be_shrunk(lam
     result.stdout.fnmatch_lines(["R1 of rl-* was not shrunk: it did not fail again outside of its test function: *"])
 
 
+@pytest.mark.slow
 def test_what_is_short_already_stays_as_it_is(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=rl", "--hri-shrink")
     (test,) = [test for test in report(lamps.path)["tests"] if test.get("shrunk")]

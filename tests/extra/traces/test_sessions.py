@@ -72,6 +72,7 @@ def test_a_trace_has_the_record_and_the_verdicts(lamps: pytest.Pytester, workers
     result.stdout.fnmatch_lines(["traces: 4 of 4 tests, beside the report"])
 
 
+@pytest.mark.slow
 def test_without_more_the_failing_tests_have_one_and_it_is_the_same_each_time(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*ASKED, "-p", "no:xdist", "--hri-mcap")
     outcomes, found = project.outcomes(lamps.path), traces(lamps)
@@ -83,6 +84,7 @@ def test_without_more_the_failing_tests_have_one_and_it_is_the_same_each_time(la
     assert {name: path.read_bytes() for name, path in traces(lamps).items()} == before
 
 
+@pytest.mark.slow
 def test_units_are_in_the_schemas(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*ASKED, "-p", "no:xdist", "--hri-mcap")
     with next(iter(traces(lamps).values())).open("rb") as file:
@@ -98,6 +100,7 @@ def test_without_its_library_it_says_what_to_install(lamps: pytest.Pytester, mon
     result.stderr.fnmatch_lines(['ERROR: --hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"'])
 
 
+@pytest.mark.slow
 def test_a_trace_that_cannot_be_written_is_a_note(lamps: pytest.Pytester) -> None:
     (lamps.path / "hri-report").mkdir()
     (lamps.path / "hri-report" / "traces").write_text("in the way", encoding="utf-8")

@@ -19,6 +19,7 @@ def lines(lamps: pytest.Pytester) -> list[dict[str, Any]]:
     return [json.loads(line) for line in text.splitlines()]
 
 
+@pytest.mark.slow
 def test_each_session_adds_a_line_and_the_report_has_those_that_can_be_compared(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE)
     lamps.runpytest_inprocess(*SUITE, "-k", "hall")
@@ -36,6 +37,7 @@ def test_each_session_adds_a_line_and_the_report_has_those_that_can_be_compared(
     assert kept[3]["outcomes"] == {"known-violation": 1, "passed": 3}
 
 
+@pytest.mark.slow
 def test_the_page_says_what_changed_since_the_session_before(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE)
     page = lamps.path / "hri-report" / "index.html"
@@ -49,6 +51,7 @@ def test_the_page_says_what_changed_since_the_session_before(lamps: pytest.Pytes
     assert "R3: failed 0 -&gt; 2, not checked 2 -&gt; 2" in text
 
 
+@pytest.mark.slow
 def test_a_damaged_line_is_named_and_a_torn_one_does_not_take_the_next_along(
     lamps: pytest.Pytester,
 ) -> None:
@@ -61,6 +64,7 @@ def test_a_damaged_line_is_named_and_a_torn_one_does_not_take_the_next_along(
     assert len(report(lamps.path)["history"]) == 2
 
 
+@pytest.mark.slow
 def test_one_that_cannot_be_written_fails_the_session(lamps: pytest.Pytester) -> None:
     (lamps.path / "kept").write_text("in the way", encoding="utf-8")
     result = lamps.runpytest_inprocess(*SUITE)
@@ -69,6 +73,7 @@ def test_one_that_cannot_be_written_fails_the_session(lamps: pytest.Pytester) ->
     assert report(lamps.path)["reported"] == 4
 
 
+@pytest.mark.slow
 def test_without_it_nothing_is_kept_and_a_merged_report_has_none(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE[:-1])
     assert "history" not in report(lamps.path)

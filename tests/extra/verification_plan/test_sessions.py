@@ -51,6 +51,7 @@ def goals(parts: list[dict[str, Any]]) -> dict[str, tuple[str, tuple[str, ...]]]
     return {part["name"]: (part.get("state", "open"), tuple(part.get("missing", ()))) for part in parts}
 
 
+@pytest.mark.slow
 def test_each_goal_has_a_state_and_what_it_lacks(lamps: pytest.Pytester) -> None:
     write(lamps)
     result = lamps.runpytest_inprocess(*SUITE)
@@ -70,6 +71,7 @@ def test_each_goal_has_a_state_and_what_it_lacks(lamps: pytest.Pytester) -> None
     )
 
 
+@pytest.mark.slow
 def test_a_violation_and_what_was_not_checked(lamps: pytest.Pytester) -> None:
     write(lamps)
     lamps.runpytest_inprocess(*SUITE, "--hri-strict", "-k", "hall")
@@ -78,6 +80,7 @@ def test_a_violation_and_what_was_not_checked(lamps: pytest.Pytester) -> None:
     assert goals(report(lamps.path)["plan"])["manners.answer"] == ("not checked", ("R3 was not checked",))
 
 
+@pytest.mark.slow
 def test_a_merged_report_has_the_plan_over_all_sessions(lamps: pytest.Pytester) -> None:
     write(lamps)
     lamps.runpytest_inprocess(*SUITE)
@@ -97,6 +100,7 @@ def test_the_page_begins_with_it(lamps: pytest.Pytester) -> None:
     assert "Wishes come true" in page
 
 
+@pytest.mark.slow
 def test_the_file_of_the_ini_is_relative_to_it(lamps: pytest.Pytester) -> None:
     write(lamps)
     with (lamps.path / "pytest.ini").open("a", encoding="utf-8") as file:
