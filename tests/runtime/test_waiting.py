@@ -193,6 +193,7 @@ def test_a_second_of_simulated_time_may_not_take_for_ever() -> None:
 
     kernel = Kernel(stuck_after_s=0.1)
     kernel.spawn("polling", polls)
-    with pytest.raises(NodeError, match=r"a second of simulated time takes more than 1 s of work, now at .*in polling"):
+    # Some of the time is the kernel's own, so that may be where it is ended, and no node is at work then.
+    with pytest.raises(KernelError, match=r"a second of simulated time takes more than 1 s of work, now at .*"):
         kernel.run(10.0)
     kernel.close()
