@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.run.environment import NoEnvironment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
@@ -45,7 +46,21 @@ def _run(options: argparse.Namespace) -> int:
     result = _run_project(options, trace=False)
     for line in result.prints:
         print(visible(line, keep="\n\t"))
+    actions = sorted({action.partition("(")[0] for _, action in result.actions})
+    if actions and not options.quiet:
+        print(f"warning: {_unimplemented(actions, options.strict_actions)}", file=sys.stderr)
     return _print_end(options, result)
+
+
+def _unimplemented(actions: Sequence[str], fail: bool) -> str:
+    """What happens to external actions that no environment implements."""
+    names = visible(", ".join(actions))
+    if fail:
+        return f"no environment implements the external actions {names}: each failed, as in Jason"
+    return (
+        f"no environment implements the external actions {names}: here each succeeds without an effect, in Jason each "
+        "fails; bdi run --strict-actions fails them, an Environment in Python implements them"
+    )
 
 
 def _trace(options: argparse.Namespace) -> int:
@@ -62,17 +77,21 @@ def _trace(options: argparse.Namespace) -> int:
 
 
 def _lint(options: argparse.Namespace) -> int:
-    from pytest_hricdv.bdi.lint import lint
+    from pytest_hricdv.bdi.lint import external_actions, lint
 
     percepts = [name for names in options.percepts for name in names.split(",") if name]
     findings = lint(options.files, percepts)
     print(visible("\n\n".join(map(str, findings)), keep="\n\t"), end="\n" if findings else "")
+    actions = external_actions(options.files)
+    if actions:
+        print(f"note: {_unimplemented(actions, fail=False)}", file=sys.stderr)
     print(f"{len(findings)} finding{'s'[: len(findings) != 1]}" if findings else "nothing found", file=sys.stderr)
     return 1 if findings else 0
 
 
 def _run_project(options: argparse.Namespace, trace: bool) -> Result:
-    system = MultiAgentSystem.load(options.file)
+    environment = NoEnvironment() if getattr(options, "strict_actions", False) else None
+    system = MultiAgentSystem.load(options.file, environment)
     percepts: dict[str, list[str]] = {}
     for agent, literal in options.percept:
         percepts.setdefault(agent, []).append(literal)
@@ -106,9 +125,13 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    _with_run_options(_command(commands, "run", "run a project and print the output of its agents")).set_defaults(
-        command=_run
+    run = _with_run_options(_command(commands, "run", "run a project and print the output of its agents"))
+    run.add_argument(
+        "--strict-actions",
+        action="store_true",
+        help="external actions fail, as in Jason where no environment implements them; otherwise they succeed",
     )
+    run.set_defaults(command=_run)
     trace = _with_run_options(
         _command(commands, "trace", "run a project and print the causes of its plans and actions")
     )

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.failures import drop_goal, fail_goal
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Event, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.syntax import Trigger
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, Structure, Term
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, String, Structure, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -184,20 +186,43 @@ def _resume(invocation: Invocation) -> Outcome:
 
 @internal_action("suspended", 2, inspects=True)
 def _suspended(invocation: Invocation) -> Outcome:
+    """The second argument is the reason, in the words of Jason 1.4.2: ``suspended``, or what it also waits for."""
     goal = invocation.literal(0)
     agent = invocation.agent
-    if any(_pursues(intention, goal) for intention in (*agent.suspended, *agent.suspending)):
-        return invocation.unify(1, Structure("suspended"))
+    for intention in (*agent.suspended, *agent.suspending):
+        if _pursues(intention, goal):
+            return invocation.unify(1, _reason(agent, intention))
     return False
+
+
+def _reason(agent: AgentState, intention: Intention) -> Term:
+    for wait in agent.waits:
+        if wait.intention is intention:
+            if wait.trigger is None and wait.condition is None and wait.deadline is not None:
+                return String(f"{intention.number}/time{Number((wait.deadline - wait.since) / TICKS_PER_MS)}")
+            return String(f"{intention.number}/{wait.trigger or wait.condition}")
+    return Structure("suspended")
 
 
 @internal_action("current_intention", 1, inspects=True)
 def _current_intention(invocation: Invocation) -> Outcome:
-    """``intention(Number, [im(Label, {what is left of the plan}), ...])``, the plan being executed first."""
+    """``intention(Number, [im(Label, {Event}, {what is left of the plan}, [map(Variable, Value), ...]), ...])``.
+
+    The plan being executed is the first.
+    """
     intention = invocation.own_intention()
-    stack = reversed(intention.stack)
-    means = [Structure("im", (Structure(means.plan.label), _rest(invocation.agent, means))) for means in stack]
-    return invocation.unify(0, Structure("intention", (Number(intention.number), ListTerm(tuple(means)))))
+    means = tuple(_described(invocation.agent, means) for means in reversed(intention.stack))
+    return invocation.unify(0, Structure("intention", (Number(intention.number), ListTerm(means))))
+
+
+def _described(agent: AgentState, means: IntendedMeans) -> Structure:
+    plan = means.plan
+    event = PlanTerm(replace(plan, label="_plan", trigger=Trigger(means.sign, means.literal), context=None, body=()))
+    # The names of variables are texts: as variables they would be those of the plan that asks.
+    values = sorted((str(name), agent.value(value, means.unifier)) for name, value in means.unifier.items())
+    maps = tuple(Structure("map", (String(name), value)) for name, value in values)
+    label = Structure(plan.label).with_annotations(plan.annots)
+    return Structure("im", (label, event, _rest(agent, means), ListTerm(maps)))
 
 
 def _rest(agent: AgentState, means: IntendedMeans) -> Term:

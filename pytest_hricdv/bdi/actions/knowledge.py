@@ -10,7 +10,17 @@ from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Rule, Trigger
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, String, Structure, Term, term_order
+from pytest_hricdv.bdi.language.terms import (
+    AnnotatedVariable,
+    ListTerm,
+    Number,
+    PlanTerm,
+    String,
+    Structure,
+    Term,
+    Variable,
+    term_order,
+)
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
@@ -63,10 +73,14 @@ def _belief(invocation: Invocation) -> Iterator[object]:
 
 @internal_action("abolish", 1)
 def _abolish(invocation: Invocation) -> Outcome:
-    """Remove every belief that matches, with all its sources; each removal is an event."""
+    """Remove every belief that matches, with all its sources; each removal is an event. A variable matches all."""
     agent = invocation.agent
-    pattern = invocation.literal(0)
-    for entry in list(agent.beliefs.candidates(pattern.key)):
+    pattern = invocation.value(0)
+    if isinstance(pattern, (Variable, AnnotatedVariable)):
+        entries = [entry for key in list(agent.beliefs.buckets) for entry in agent.beliefs.candidates(key)]
+    else:
+        entries = list(agent.beliefs.candidates(invocation.literal(0).key))
+    for entry in entries:
         if isinstance(entry, Rule):
             continue
         trail: list[object] = []
@@ -126,7 +140,7 @@ def _relevant_plans(invocation: Invocation) -> Outcome:
     else:
         trigger = invocation.read(invocation.text(0), parse_trigger)
     plans = [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
-    labels = ListTerm(tuple(Structure(plan.label) for plan in plans))
+    labels = ListTerm(tuple(Structure(plan.label, annots=plan.annots) for plan in plans))
     return invocation.unify(1, ListTerm(tuple(PlanTerm(plan) for plan in plans))) and (
         len(invocation.args) == 2 or invocation.unify(2, labels)
     )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from pytest_hricdv.bdi.actions.registry import MANY, WRONG, Invocation, internal_action
+from pytest_hricdv.bdi.actions.registry import INTERNAL, MANY, WRONG, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, sorted_terms, term_order
-from pytest_hricdv.bdi.logic.unify import undo, unify
+from pytest_hricdv.bdi.logic.unify import undo
 
 
 @internal_action("member", 2)
@@ -23,7 +23,7 @@ def _length(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
     if isinstance(value, String):
         return invocation.unify(1, Number(len(value.value)))
-    return invocation.unify(1, Number(len(invocation.items(0))))
+    return isinstance(value, ListTerm) and invocation.unify(1, Number(len(value.items)))
 
 
 @internal_action("empty", 1)
@@ -56,7 +56,7 @@ def _nth(invocation: Invocation) -> Iterator[object]:
         return
     index = int(invocation.number(0))
     if not 0 <= index < len(items):
-        raise EvaluationError(f"{invocation.call}: no item {index} in a list of {len(items)}", WRONG)
+        raise EvaluationError(f"{invocation.call}: no item {index} in a list of {len(items)}", INTERNAL)
     if invocation.unify(2, items[index]):
         yield items[index]
 
@@ -122,7 +122,8 @@ def _delete(invocation: Invocation) -> Outcome:
     if isinstance(unwanted, Number):
         index = int(unwanted)
         return invocation.unify(2, ListTerm(items[:index] + items[index + 1 :]))
-    kept = tuple(item for item in items if not unify(unwanted, item, dict(invocation.bindings), []))
+    # As in Jason, the first item that matches binds the variables of the pattern: the others must be equal to that one.
+    kept = tuple(item for item in items if not invocation.unify(0, item))
     return invocation.unify(2, ListTerm(kept))
 
 
@@ -174,8 +175,9 @@ def _suffix(invocation: Invocation) -> Iterator[object]:
 @internal_action("sublist", 2)
 def _sublist(invocation: Invocation) -> Iterator[object]:
     items = invocation.items(1)
-    size_and_start = [(size, start) for size in range(len(items), 0, -1) for start in range(len(items) - size + 1)]
-    return _any_of(invocation, [*(items[start : start + size] for size, start in size_and_start), ()])
+    # In Jason's order: those that begin with the first item come first, and of these the longest.
+    places = [(start, end) for start in range(len(items)) for end in range(len(items), start, -1)]
+    return _any_of(invocation, [*(items[start:end] for start, end in places), ()])
 
 
 @internal_action("list", 1)

@@ -19,6 +19,8 @@ from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 Parsed = TypeVar("Parsed")
 WRONG = "wrong_arguments"
 """The kind of failure of an action that cannot do with the arguments it is given."""
+INTERNAL = "internal_action"
+"""The kind of failure of an action that raises an error of its own."""
 MANY = 1_000
 """More arguments than any action is given: no upper limit."""
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import count
 
-from pytest_hricdv.bdi.actions.registry import FUNCTIONS, WRONG, Invocation, internal_action
+from pytest_hricdv.bdi.actions.registry import ACTIONS, FUNCTIONS, WRONG, Invocation, internal_action, is_function
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.messages import add_source, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_term
+from pytest_hricdv.bdi.language.syntax_tree import call_with_values
 from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.inference import solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -40,13 +42,17 @@ def _var(invocation: Invocation) -> Outcome:
 
 @internal_action("atom", 1)
 def _atom(invocation: Invocation) -> Outcome:
-    value = invocation.value(0)
+    return _is_atom(invocation.value(0))
+
+
+def _is_atom(value: Term) -> bool:
     return isinstance(value, Structure) and not value.args and not value.annots and not value.negated
 
 
 @internal_action("structure", 1)
 def _structure(invocation: Invocation) -> Outcome:
-    return isinstance(invocation.value(0), (Structure, ListTerm))
+    value = invocation.value(0)
+    return isinstance(value, ListTerm) or (isinstance(value, Structure) and not _is_atom(value))
 
 
 @internal_action("literal", 1)
@@ -195,8 +201,11 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
     Raises:
         EvaluationError: it is not a function, or has no value for these arguments.
     """
-    if call.name not in FUNCTIONS:
-        raise EvaluationError(f"{call.location}: {call.name} is not a function")
+    if not is_function(call):
+        if call.name not in ACTIONS:
+            raise EvaluationError(f"{call.location}: {call.name} is not a function")
+        # As in Jason, an action in the place of a term is handed over, and is a condition where its variable is one.
+        return call_with_values(call, partial(agent.value, bindings=bindings))
     if call.name == ".count":
         return Number(sum(1 for _ in solve(agent, call.args[0], bindings)))  # type: ignore[arg-type, misc]
     args = [agent.value(arg, bindings) for arg in call.args]  # type: ignore[arg-type]

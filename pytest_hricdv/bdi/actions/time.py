@@ -38,6 +38,11 @@ def _wait(invocation: Invocation) -> Outcome:
     value = invocation.value(0) if _is_value(awaited) else awaited
     wait = Wait(intention, run.ticks)
     if isinstance(value, Number):
+        if value <= 0:
+            # As an action that is done at once: it goes on behind the others, and behind a plan selected meanwhile.
+            agent.feedback.append((intention, True))
+            invocation.held = True
+            return True
         wait.deadline = run.deadline(value)
     elif isinstance(value, (String, PlanTerm)):
         wait.trigger = _trigger(invocation, value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
-from pytest_hricdv.bdi.agent.failures import fail, no_applicable_plan
+from pytest_hricdv.bdi.agent.failures import end_deadlines, fail, no_applicable_plan
 from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, RunServices
 from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
@@ -91,7 +91,7 @@ class Agent(AgentState):
 
     def may_change(self) -> bool:
         """Whether it may do anything but wait busily, even if nothing more comes to it."""
-        if self.waits or self.questions:
+        if self.waits or self.questions or self.deadlines:
             return True
         return self.has_news() if self.busy_waiting else self.awake
 
@@ -121,6 +121,8 @@ class Agent(AgentState):
 
     def end_waits(self, now: int) -> None:
         """Let the intentions go on, or fail, whose wait is over at a tick of the virtual clock, the earliest first."""
+        if self.deadlines:
+            end_deadlines(self, now)
         over = [wait for wait in self.waits if wait.deadline is not None and wait.deadline <= now]
         over.sort(key=lambda wait: wait.deadline or 0)
         for wait in over:

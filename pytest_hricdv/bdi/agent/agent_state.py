@@ -6,7 +6,16 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Protocol
 
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, RunServices, Wait
+from pytest_hricdv.bdi.agent.intentions import (
+    Event,
+    HardDeadline,
+    IntendedMeans,
+    Intention,
+    Message,
+    Question,
+    RunServices,
+    Wait,
+)
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.syntax import Formula, Plan
@@ -71,6 +80,8 @@ class AgentState:
         self.waits: list[Wait] = []
         self.questions: dict[str, Question] = {}
         """What intentions have asked other agents, by the name of the message."""
+        self.deadlines: list[HardDeadline] = []
+        """Of goals, those that were posted first first; some of the goals may have ended."""
         self.woken: list[Intention] = []
         """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
         self.suspended: list[Intention] = []
@@ -187,6 +198,14 @@ class AgentState:
         if self.current is not None:
             intentions.append((self.current, None))
         return intentions
+
+    def pending_deadlines(self) -> list[HardDeadline]:
+        """The deadlines of goals that have not ended yet; the others are forgotten."""
+        if self.deadlines:
+            posted = {id(literal) for _, literal, _ in self.events}
+            posted.update(id(means.literal) for intention, _ in self.all_intentions() for means in intention.stack)
+            self.deadlines = [deadline for deadline in self.deadlines if id(deadline.goal) in posted]
+        return self.deadlines
 
     def remove_intention(self, intention: Intention) -> None:
         """Remove an intention from all queues; it is neither ready nor waiting any more."""

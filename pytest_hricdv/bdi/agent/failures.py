@@ -8,13 +8,14 @@ of a plan for a belief event, is not handled: that intention is dropped with a w
 from __future__ import annotations
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
-from pytest_hricdv.bdi.agent.intentions import ADDED_GOALS, Event, IntendedMeans, Intention
+from pytest_hricdv.bdi.agent.intentions import ADDED_GOALS, Event, HardDeadline, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.syntax import Comparison, ConditionStatement, InternalActionCall, TestGoal
 from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.unify import unify
 
 _MESSAGE = (False, "error_msg", 1)
+_HARD_DEADLINE = (False, "hard_deadline", 1)
 NO_CODE = Structure("no_code")
 
 
@@ -37,7 +38,8 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
         Structure("code", (_code(agent, means),)),
         *_place(place),
     )
-    replaced = {annot.functor for annot in extra if isinstance(annot, Structure)}
+    # An `error(...)` of its own is one more, as in Jason: a plan that asks for it by name is applicable, too.
+    replaced = {annot.functor for annot in extra if isinstance(annot, Structure)} - {"error"}
     annots = tuple(annot for annot in annots if annot.functor not in replaced)
     if means.sign in ADDED_GOALS and _handle(agent, intention, len(intention.stack) - 1, annots + extra):
         return
@@ -162,6 +164,49 @@ def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[T
 def _post(agent: AgentState, sign: str, literal: Structure, annots: tuple[Term, ...], intention: Intention) -> None:
     agent.run.progress += 1
     agent.post(sign, literal.with_annotations(literal.annots + annots), intention)
+
+
+def note_deadline(agent: AgentState, goal: Structure) -> Structure:
+    """Let a goal that is being posted fail at its ``hard_deadline(Ms)``, if it has one.
+
+    Returns:
+        The goal to be posted: its own object, by which it is told from equal ones.
+    """
+    for annot in goal.annots:
+        if isinstance(annot, Structure) and annot.key == _HARD_DEADLINE:
+            if not isinstance(annot.args[0], Number):
+                agent.run.warn(f"{agent.name}: the deadline of !{goal} is not a number of milliseconds: it has none")
+                continue
+            own = goal.with_annotations(goal.annots)
+            deadline = agent.run.deadline(annot.args[0])
+            agent.run.note_deadline(deadline)
+            agent.deadlines.append(HardDeadline(own, deadline))
+            return own
+    return goal
+
+
+def end_deadlines(agent: AgentState, now: int) -> None:
+    """Let the goals fail whose deadline is over at a tick of the virtual clock."""
+    over = [goal for goal in agent.deadlines if goal.deadline <= now]
+    agent.deadlines = [goal for goal in agent.deadlines if goal.deadline > now]
+    for reached in sorted(over, key=lambda goal: goal.deadline):
+        for intention, event in agent.all_intentions():
+            if _reach_deadline(agent, intention, event, reached.goal):
+                break
+
+
+def _reach_deadline(agent: AgentState, intention: Intention, event: Event | None, goal: Structure) -> bool:
+    """Let the goal fail if the intention is pursuing it, or is going to."""
+    depth = next((depth for depth, means in enumerate(intention.stack) if means.literal is goal), None)
+    if depth is None and (event is None or event[1] is not goal):
+        return False
+    agent.remove_intention(intention)
+    if event is not None and event in agent.events:
+        agent.events.remove(event)
+    if depth is not None:
+        del intention.stack[depth:]
+    fail_goal(agent, intention, "+!", goal, "deadline_reached", f"the hard deadline of {goal} is over")
+    return True
 
 
 def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bool) -> bool:

@@ -119,8 +119,8 @@ class Intention:
         Args:
             sign: of the event of that goal; its predicate is that of the plan's goal.
         """
-        # Only where nothing is left to do after the goal, neither in this plan nor in an enclosing block, and where no
-        # variable of its own goal is still to be bound for a caller.
+        # Only where nothing is left to do after the goal, neither in this plan nor in an enclosing block, where no
+        # variable of its own goal is still to be bound for a caller, and where its own goal has no deadline.
         top = self.stack[-1]
         if (
             sign == "+!"
@@ -129,6 +129,7 @@ class Intention:
             and not top.blocks
             and not top.plan.atomic
             and top.literal.ground
+            and len(top.literal.annots) < 2
         ):
             self.stack.pop()
 
@@ -183,6 +184,21 @@ class Wait:
         """Unify the time waited until a tick with the variable given for it."""
         if self.elapsed is not None:
             unify(self.elapsed, Number(round((now - self.since) / TICKS_PER_MS)), self.intention.top.unifier, [])
+
+
+class HardDeadline:
+    """When a goal fails that was posted with the annotation ``hard_deadline(Ms)``, unless it has ended before.
+
+    Args:
+        goal: the goal, the object that its event and its plan have.
+        deadline: the tick of the virtual clock.
+    """
+
+    __slots__ = ("deadline", "goal")
+
+    def __init__(self, goal: Structure, deadline: float) -> None:
+        self.goal = goal
+        self.deadline = deadline
 
 
 class Message:

@@ -58,7 +58,7 @@ def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: 
     """
     to = agent.name if receiver == "self" else receiver
     if to not in agent.run.agents:
-        raise EvaluationError(f"there is no agent {receiver} to send to", "internal_action")
+        raise EvaluationError(f"there is no agent {receiver} to send to", "receiver_not_found")
     if not is_ground(content):
         # The receiver's plans may have variables of the same names as the sender's.
         renaming: Bindings = {variable: agent.fresh() for variable in free_variables(content)}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
-from pytest_hricdv.bdi.agent.failures import fail
+from pytest_hricdv.bdi.agent.failures import fail, note_deadline
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax import (
@@ -35,6 +35,8 @@ from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, subst
 
 def _achieve(agent: AgentState, intention: Intention, means: IntendedMeans, statement: AchievementGoal) -> None:
     goal = statement.event_literal or instantiate(agent, statement.literal, means)
+    if len(goal.annots) > 1:  # more than its source, as few have
+        goal = note_deadline(agent, goal)
     if statement.new_intention:
         agent.post_goal(goal)
         agent.go_on(intention)
@@ -82,7 +84,8 @@ def _internal(agent: AgentState, intention: Intention, means: IntendedMeans, sta
     if succeeded:
         agent.go_on(intention)
     else:
-        fail(agent, intention, "ia_failed", f"{statement} failed", failure)
+        # As in Jason, where `.fail` with annotations raises an error, and `.fail` without is an action that failed.
+        fail(agent, intention, "internal_action" if failure else "ia_failed", f"{statement} failed", failure)
 
 
 def _check(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ConditionStatement) -> None:

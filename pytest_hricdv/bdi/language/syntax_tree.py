@@ -46,6 +46,11 @@ def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
     return PlanTerm(_valued(term.plan, value)) if variables_of(term) else term
 
 
+def call_with_values(call: Call, value: Valuation) -> Call:
+    """The call of an action with the terms in its arguments replaced by their values; it is not executed."""
+    return Call(call.name, _valued(call.args, value), call.location)
+
+
 def _valued(part: Any, value: Valuation) -> Any:
     if isinstance(part, tuple):
         return tuple(replacement for item in part for replacement in _replacements(item, value))
@@ -53,7 +58,7 @@ def _valued(part: Any, value: Valuation) -> Any:
         return value(part)
     if isinstance(part, Call):
         # The action itself is executed with the body, not now.
-        return Call(part.name, _valued(part.args, value), part.location)
+        return call_with_values(part, value)
     names = child_fields(part)
     if not names:
         return part

@@ -53,6 +53,7 @@ from pytest_hricdv.bdi.language.terms import (
 )
 
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
+_NUMBERED = re.compile(r"\b_(\d{1,9})\b")
 _FORMULA_ONLY = (And, Or, Not, Comparison)
 Children = list[Any]
 
@@ -72,6 +73,8 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         self._text = text
         self._file = file
         self._anonymous = 0
+        self._numbered = {int(number) for number in _NUMBERED.findall(text)} if "_" in text else set()
+        """The numbers of variables that the author has named so, as `_1`: they are not given to other ones."""
 
     def _at(self, meta: Meta) -> Location:
         return Location(self._file, getattr(meta, "line", 1), getattr(meta, "column", 1))
@@ -266,14 +269,20 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     def variable(self, meta: Meta, items: Children) -> GoalTerm:
         negation, token, annotations = items
         name = str(token)
-        if name == "_":
-            # Each is a variable of its own, numbered from 1 (see `FIRST_FRESH` of the runs).
-            self._anonymous += 1
-            name = f"_{self._anonymous}"
+        if name[0] == "_" and not name[1:2].isdigit():
+            # Each is a variable of its own, in Jason also those with a name, `_q`; numbered from 1 (see `FIRST_FRESH`
+            # of the runs). Only `_1` is the same variable wherever it stands in a plan.
+            name = self._new_name()
         annots, tail = annotations or ((), None)
         if negation is None and annotations is None:
             return Variable(name)
         return AnnotatedVariable(Variable(name), annots, tail, negation is not None)
+
+    def _new_name(self) -> str:
+        self._anonymous += 1
+        while self._anonymous in self._numbered:
+            self._anonymous += 1
+        return f"_{self._anonymous}"
 
     def arguments(self, meta: Meta, items: Children) -> Children:
         return items

@@ -24,14 +24,16 @@ from pytest_hricdv.bdi.actions import check_calls
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.parser import read_program
 from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
-from pytest_hricdv.bdi.language.syntax import Program
+from pytest_hricdv.bdi.language.syntax import ExternalAction, Program
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
+from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, text_of
 from pytest_hricdv.bdi.lint.name_checks import GoalWithoutPlan, NearName, UnknownAgent, UnknownBelief, UnmatchedDeletion
 from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
 from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
 
-__all__ = ["CHECKS", "Check", "Finding", "lint"]
+__all__ = ["CHECKS", "Check", "Finding", "external_actions", "lint"]
 
 
 _REMARK = re.compile(r"//\s*lint:\s*(?P<directive>\w+)(?P<rest>[^\n]*)")
@@ -130,6 +132,17 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
                     text = text_of(place.file)
                     findings.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
     return sorted(findings.values(), key=_position)
+
+
+def external_actions(paths: Iterable[str | PathLike[str]]) -> list[str]:
+    """The names of the external actions in models, which an environment has to implement.
+
+    Raises:
+        BdiError: a file cannot be read.
+    """
+    plans = tuple(plan for path in paths for agent in _agents(Path(path))[0] for plan in agent.plans)
+    actions = [part.action for part in parts_of(plans) if isinstance(part, ExternalAction)]
+    return sorted({action.functor for action in actions if isinstance(action, Structure)})
 
 
 def _position(finding: Finding) -> tuple[str, int, int, str]:

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
-from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, substitute, substitute_only
 from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, undo, unify
@@ -216,6 +216,11 @@ def _alternatives(
         for part in goal.parts:
             yield (part, rest)
         return
+    if not isinstance(goal, (Structure, Call)):
+        goal = _meant(agent, goal, env)
+    if isinstance(goal, (Variable, AnnotatedVariable)):
+        yield from _by_any_belief(agent, goal, rest, env, trail)
+        return
     if isinstance(goal, Call):
         outcome = agent.call(goal, env, trail)
         if isinstance(outcome, bool):
@@ -225,7 +230,7 @@ def _alternatives(
             for _ in outcome:
                 yield rest
         return
-    literal = _literal(agent, goal, env)
+    literal = _literal(agent, goal, env)  # type: ignore[arg-type]
     if literal.functor in ("true", "false") and not literal.args:
         if literal.functor == "true":
             yield rest
@@ -237,13 +242,32 @@ def _alternatives(
             yield from _by_belief(literal, entry, rest, env, trail)
 
 
-def _literal(agent: Reasoner, goal: Formula, env: Bindings) -> Structure:
-    if isinstance(goal, Structure) and not goal.evaluable:
-        return goal
+def _meant(agent: Reasoner, goal: Formula, env: Bindings) -> Formula:
+    """What a variable in the place of a condition stands for: a literal or an internal action, or itself if unbound."""
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
-    if not isinstance(value, Structure):
+    if not isinstance(value, (Structure, Call, Variable, AnnotatedVariable)):
         raise EvaluationError(f"{goal} is not a literal but {value}")
     return value
+
+
+def _literal(agent: Reasoner, goal: Structure, env: Bindings) -> Structure:
+    if not goal.evaluable:
+        return goal
+    value = substitute(goal, env, agent.function)
+    assert isinstance(value, Structure)
+    return value
+
+
+def _by_any_belief(
+    agent: Reasoner, variable: Variable | AnnotatedVariable, rest: Goals, env: Bindings, trail: Trail
+) -> Iterator[Goals]:
+    """As in Jason, a variable without a value asks for every belief, of one predicate after the other."""
+    mark = len(trail)
+    for key in list(agent.beliefs.buckets):
+        for entry in agent.beliefs.candidates(key):
+            if not isinstance(entry, Rule) and unify(variable, entry, env, trail):
+                yield rest
+            undo(env, trail, mark)
 
 
 def _by_belief(literal: Structure, belief: Structure, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:

@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.language.terms import (
     is_ground,
     term_order,
 )
-from pytest_hricdv.bdi.logic.substitution import Bindings, Functions, free_variables, no_functions, substitute, walk
+from pytest_hricdv.bdi.logic.substitution import Bindings, Functions, free_variables, substitute, walk
 
 Trail = list[Variable]
 """The variables bound so far, in order: undoing a trail takes its bindings back."""
@@ -119,12 +119,10 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
         return False
     if not next(match_annotations(pattern, target.annots, bindings, trail), False):
         return False
-    # The variable stands for the literal with the annotations that the pattern does not name.
-    used = {substitute(annot, bindings, no_functions) for annot in pattern.annots}
-    rest = target.with_annotations(tuple(a for a in target.annots if a not in used))
     if isinstance(value, Variable):
-        return _bind(value, rest, bindings, trail)
-    return unify(value, rest, bindings, trail)
+        # As in Jason: a variable that is written with annotations stands for the literal without any.
+        return _bind(value, target.without_annotations(), bindings, trail)
+    return unify(value, target, bindings, trail)
 
 
 def _unify_lists(pattern: ListTerm, target: ListTerm, bindings: Bindings, trail: Trail) -> bool:

@@ -146,6 +146,14 @@ class Environment:
         return tuple(perceived)
 
 
+class NoEnvironment(Environment):
+    """Nobody implements the actions: each fails, as in Jason."""
+
+    def execute(self, agent: str, action: Structure) -> bool:
+        """Fail an external action."""
+        return False
+
+
 @lru_cache(maxsize=4096)  # far more than the percepts of a model, which are shown again in each of thousands of runs
 def percept_of(literal: str | Structure) -> Structure:
     """A literal as it is perceived, with ``source(percept)``.

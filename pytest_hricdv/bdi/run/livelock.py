@@ -123,6 +123,7 @@ def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
             for wait in agent.waits:
                 left = None if wait.deadline is None else wait.deadline - now
                 parts.append(f"{left} {_intention_text(agent, wait.intention)}")
+            parts += [f"{goal.deadline - now} {goal.goal}" for goal in agent.deadlines]
     # Each iteration makes new variables: without numbers of their own, no state would ever come again.
     numbers: dict[str, int] = {}
     return re.sub(r"\b_\d+\b", lambda match: f"_{numbers.setdefault(match[0], len(numbers))}", "\n".join(parts))

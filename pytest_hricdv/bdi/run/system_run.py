@@ -12,7 +12,7 @@ import random
 from collections.abc import Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Percepts, Question, Wait, ticks_of
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, HardDeadline, Message, Percepts, Question, Wait, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure, Variable
@@ -222,16 +222,17 @@ class SystemRun:
     def _end_waits(self) -> None:
         now = self.ticks
         for agent in self.agents.values():
-            if agent.waits or agent.questions:
+            if agent.waits or agent.questions or agent.deadlines:
                 agent.end_waits(now)
                 agent.awake = agent.awake or agent.has_work()
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
-        waiting: list[Wait | Question] = []
+        waiting: list[Wait | Question | HardDeadline] = []
         for agent in self.agents.values():
-            if agent.waits or agent.questions:
+            if agent.waits or agent.questions or agent.deadlines:
                 waiting += agent.waits
                 waiting += agent.questions.values()
+                waiting += agent.pending_deadlines()
         deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
         self.earliest_deadline = min(deadlines, default=math.inf)

@@ -313,9 +313,9 @@ def test_kinds_of_failure_are_named_as_jason_names_them(tmp_path: Path) -> None:
     assert prints_of(tmp_path, source) == [
         "test_goal_failed p(1)",
         "constraint_failed (1 > 2)",
-        "wrong_arguments .nth(7,[a],X)",
+        "internal_action .nth(7,[a],X)",
         "body_var_without_value X<no-value>",
-        "internal_action .send(ghost,tell,p)",
+        "receiver_not_found .send(ghost,tell,p)",
         "no_relevant nowhere[source(self)]",
     ]
 

@@ -3,6 +3,6 @@
    .wait(1500); .print(waited); .date(Y,M,D); .wait(86400000); .date(Y,M,E); .print(E-D); .puts("#{E-D} day, ",[X]," #{f(X)}");
    !about; .at("in a while",{+b(3)}).
 -!go[error(E)] <- .print(E).
-@s +!about <- .current_intention(intention(_,[im(L,_),im(M,B)])); .print(L," ",M).
+@s +!about <- .current_intention(intention(_,[im(L,_,_,_),im(M,_,B,_)])); .print(L," ",M).
 +!later(X) <- .print("later ",X).
 +b(X) : not b(X) <- .print("only the event of b",X).

@@ -1,0 +1,70 @@
+"""Small programs print what Jason printed for them, 1.4.2 or 3.3; where they do not, the documentation says why."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.bdi import BdiError, MultiAgentSystem
+
+FILE = Path(__file__).parent / "data" / "jason_cases.json"
+CASES: dict[str, dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))
+"""Programs by name: their files, and the lines that either Jason printed; None where it refused the program."""
+TABLE = Path(__file__).parents[2] / "docs" / "jason-support.md"
+
+DIFFERENT = (
+    *("achieve_fail_remote", "ask_how", "belief_event_failure", "compare_mixed", "default_action"),
+    *("error_kinds_of_internal", "nested_findall", "plan_printing", "string_concat"),
+)
+"""What comes otherwise than in both Jasons, on purpose: each has its row in the table of the two Jasons."""
+NOT_YET = (
+    *("copy_term", "create_agent", "directive_bdg", "directive_function", "empty_annotated_label", "foreach_ia"),
+    *("fork_and", "label_without_name", "meta_event_state", "single_quoted", "source_path_missing"),
+)
+"""What is refused, and legal in one Jason or both."""
+
+
+def _by_agent(lines: list[str]) -> dict[str, list[str]]:
+    """The lines of each agent: in Jason, agents are threads, so that only the order within each is the program's."""
+    own = defaultdict(list)
+    for line in lines:
+        agent = re.match(r"\[\w+\]", line)
+        if line.strip():
+            own[agent[0] if agent else ""].append(line.rstrip())
+    return dict(own)
+
+
+def _printed(name: str, folder: Path) -> dict[str, list[str]] | None:
+    """What the agents of a case print; None if it is refused."""
+    for file, text in CASES[name]["files"].items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_text(text, encoding="utf-8")
+    try:
+        return _by_agent(MultiAgentSystem.load(folder / "mas.mas2j").run(max_rounds=10_000).prints)
+    except BdiError:
+        return None
+
+
+def _expected(name: str) -> list[dict[str, list[str]]]:
+    printed = (CASES[name]["jason_1_4_2"], CASES[name]["jason_3_3"])
+    return [_by_agent(lines) for lines in printed if lines is not None]
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name not in (*DIFFERENT, *NOT_YET)])
+def test_case_prints_what_a_jason_printed(name: str, tmp_path: Path) -> None:
+    assert _printed(name, tmp_path) in _expected(name)
+
+
+@pytest.mark.parametrize("name", [*DIFFERENT, *NOT_YET])
+def test_case_that_is_said_to_differ_does(name: str, tmp_path: Path) -> None:
+    assert _printed(name, tmp_path) not in _expected(name), "it is as in Jason now: take it from the list"
+
+
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_case_that_differs_has_its_row_in_the_table(name: str) -> None:
+    assert f"`{name}`" in TABLE.read_text(encoding="utf-8")
