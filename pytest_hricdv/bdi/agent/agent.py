@@ -101,6 +101,18 @@ class Agent(AgentState):
         self._checked_version = self.beliefs.version
         self.awake = self.has_work()
 
+    def warn_of_standstill(self) -> None:
+        """At the end of a run, warn if an atomic plan still waits, and keeps the agent from everything else."""
+        atomic, others = self.atomic, len(self.events) + len(self.intentions)
+        if atomic is None or not atomic.stack or atomic in self.intentions or not others:
+            return
+        plan = atomic.top.plan
+        place = plan.location if atomic.top.finished else atomic.top.statement.location
+        self.run.warn(
+            f"{self.name}: {place}: the run ended while the atomic intention waited here, in plan @{plan.label}; until "
+            f"it goes on, the agent does nothing else, and {others} of its events and intentions are left"
+        )
+
     def receive(self, message: Message) -> None:
         """Process a message."""
         receive(self, message)

@@ -161,6 +161,13 @@ class SystemRun:
         Raises:
             BdiError: an agent cannot go on.
         """
+        ended = self._do_rounds(max_rounds)
+        if ended in ("idle", "spin"):
+            for agent in self.agents.values():
+                agent.warn_of_standstill()
+        return ended
+
+    def _do_rounds(self, max_rounds: int) -> str:
         self.order = tuple(self.agents.values())
         livelock = LivelockDetector(self.agents)
         while self.rounds < max_rounds:

@@ -323,3 +323,18 @@ def test_kinds_of_failure_are_named_as_jason_names_them(tmp_path: Path) -> None:
 def test_sums_in_initial_beliefs_and_goals_are_computed(tmp_path: Path) -> None:
     source = "p(1 + 2)[w(3 - 4)]. big(X) :- p(X) & X > 2. !g(1 + 1). +!g(2) : p(3)[w(-1)] & big(3) <- .print(yes)."
     assert prints_of(tmp_path, source) == ["yes"]
+
+
+@pytest.mark.parametrize("wait", [".wait({+done})", ".wait(done)", ".suspend"])
+def test_atomic_plan_that_waits_for_its_own_agent_is_said_at_the_end(tmp_path: Path, wait: str) -> None:
+    source = f"!x. !y. @l[atomic] +!x <- {wait}; .print(x). +!y <- +done; .resume(x)."
+    (warning,) = system_of(tmp_path, a=source).run().warnings
+    assert warning.startswith(
+        f"a: {tmp_path / 'a.asl'}:1:27: the run ended while the atomic intention waited here, in "
+    )
+
+
+def test_atomic_plan_that_waits_for_others_or_time_is_not_warned_of(tmp_path: Path) -> None:
+    source = "!x. !y. @l[atomic] +!x <- .wait(0); .wait({+q}); .wait({+never}, 5). -!x <- .print(x). +!y <- .print(y)."
+    result = system_of(tmp_path, a=source, b="!s. +!s <- .wait(20); .send(a, tell, q).").run()
+    assert (result.prints, result.warnings) == (["[a] x", "[a] y"], [])
