@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import ast
+import builtins
+import linecache
+import sys
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from itertools import islice
 from types import FrameType
 
 from pytest_hricdv.runtime.place import UNKNOWN, authors_frame
@@ -20,15 +26,16 @@ KINDS = {
 _KIND_OF = {
     "time": TIME,
     "threading": THREADING,
+    "_thread": THREADING,
     "queue": THREADING,
+    "_queue": THREADING,
     "concurrent": THREADING,
     "asyncio": ASYNCIO,
-    "selectors": ASYNCIO,
 }
-"""Module of Python's library, its package -> the kind of waiting that it is."""
+"""Module of Python's library, its package -> the kind of waiting that it is. Others wait for processes, machines,
+signals or people: no kind of virtual time is for these."""
 
-_OUTSIDE = ("subprocess", "socket", "ssl", "http", "urllib", "multiprocessing")
-"""Modules of the library that wait for other processes or machines: no kind of virtual time is for these."""
+_UNKNOWN = object()
 
 
 def real_wait(
@@ -46,18 +53,61 @@ def real_wait(
     own, inner = authors_frame(frame), frame
     while inner is not None and inner.f_back is not own:
         inner = inner.f_back
+    library = waits_in
     if not waits_in and inner is not None and frame is not own:
-        waits_in = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
+        library = waits_in = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
+    elif not waits_in and own is not None:
+        waits_in, library = _called(own)
     place = UNKNOWN if own is None else f"{own.f_code.co_filename}:{own.f_lineno}"
     module = "" if own is None else str(own.f_globals.get("__name__", ""))
-    advice = _remedy(module, who, waits_in, code, virtual)
+    advice = _remedy(module, who, library, code, virtual)
     where = f", in {waits_in}" if waits_in else ""
     return f"{place}: {who} waits in real time{where}, of which a simulated run has none: {advice}"
 
 
-def _remedy(module: str, who: str, waits_in: str, code: Collection[str], virtual: Collection[str]) -> str:
-    """What to do about code of a module that waits in real time."""
-    root = waits_in.partition(".")[0].rpartition(" ")[2]
+def _called(frame: FrameType) -> tuple[str, str]:
+    """The function in C that a frame calls now, as its author wrote it, and its module; empty where not known."""
+    nowhere = (None, None, None, None)  # with -X no_debug_ranges
+    line, last_line, start, end = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None), nowhere)
+    if line is None or line != last_line:
+        return "", ""
+    text = linecache.getline(frame.f_code.co_filename, line).encode()[start:end].decode(errors="replace")
+    try:
+        call = ast.parse(text, mode="eval").body
+    except SyntaxError:
+        return "", ""
+    if not isinstance(call, ast.Call):
+        return "", ""
+    return ast.unparse(call.func), _module_of(call.func, frame)
+
+
+def _module_of(function: ast.expr, frame: FrameType) -> str:
+    """The module of what an expression calls, without evaluating it; empty where that is not known."""
+    names = {**vars(builtins), **frame.f_globals, **frame.f_locals}
+    value = _value_of(function, names)
+    if value is not _UNKNOWN:
+        return str(getattr(value, "__module__", None) or type(getattr(value, "__self__", None)).__module__)
+    owner = _value_of(function.value, names) if isinstance(function, ast.Attribute) else _UNKNOWN
+    return "" if owner is _UNKNOWN else type(owner).__module__  # a method: its class says what it waits for
+
+
+def _value_of(expression: ast.expr, names: Mapping[str, object]) -> object:
+    """What names, attributes of objects, and items of lists and dictionaries stand for; `_UNKNOWN` for all else."""
+    match expression:
+        case ast.Name(name):
+            return names.get(name, _UNKNOWN)
+        case ast.Attribute(owner, name):
+            return getattr(_value_of(owner, names), "__dict__", {}).get(name, _UNKNOWN)
+        case ast.Subscript(owner, ast.Constant(key)):
+            items = _value_of(owner, names)
+            with suppress(LookupError, TypeError):
+                return items[key] if type(items) in (list, tuple, dict) else _UNKNOWN  # type: ignore[index]
+    return _UNKNOWN
+
+
+def _remedy(module: str, who: str, library: str, code: Collection[str], virtual: Collection[str]) -> str:
+    """What to do about code of a module that waits in real time, in something of another one."""
+    root = library.partition(".")[0].rpartition(" ")[2]
     if who == "run":
         return (
             "spawn what waits as a node, run.kernel.spawn(name, body), and let run.go simulate it; what is not "
@@ -65,7 +115,8 @@ def _remedy(module: str, who: str, waits_in: str, code: Collection[str], virtual
         )
     if who == "the world":
         return "let it compute instead, or ask for an answer that it gets at once"
-    if root in _OUTSIDE or any(module == package or module.startswith(f"{package}.") for package in code):
+    is_outside = root in sys.stdlib_module_names and root not in _KIND_OF
+    if is_outside or any(module == package or module.startswith(f"{package}.") for package in code):
         return "nothing outside of a run can be waited for: let a port give the code what it needs, in virtual time"
     kinds = [kind for kind in KINDS if kind in virtual or kind == _KIND_OF.get(root, kind)]
     wanted = ", ".join(f'"{kind}"' for kind in kinds)

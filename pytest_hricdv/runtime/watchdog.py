@@ -180,11 +180,13 @@ class Watch:
 class _Usage:
     """What the process did since the last tick: the watched thread worked, or all waited.
 
-    It waits if no thread of it had a processor, wanted one, or had to do with the disk. That others use all processors
-    has no effect where Linux tells for how long threads wanted one; elsewhere, being interrupted is a sign of it.
+    It waits if no thread of it had a processor, wanted one, or had to do with the disk, but for the thread of the
+    watchdog, which makes this. That others use all processors has no effect where Linux tells for how long threads
+    wanted one; elsewhere, being interrupted is a sign of it.
     """
 
     def __init__(self, watched: threading.Thread) -> None:
+        self._own = str(threading.get_native_id())  # on a busy machine it wants a processor for longer than it looks
         self._clock = time.CLOCK_PROCESS_CPUTIME_ID
         if hasattr(time, "pthread_getcpuclockid") and watched.ident is not None:
             self._clock = time.pthread_getcpuclockid(watched.ident)  # threads that compute for it are no loop of it
@@ -201,7 +203,7 @@ class _Usage:
 
     def _read(self) -> tuple[tuple[float, float, float], tuple[int, ...]]:
         """Times (s): real, worked, wanted; and counters that stay the same while a process waits."""
-        wanted_s = _wanted_s()
+        wanted_s = _wanted_s(self._own)
         used = resource.getrusage(resource.RUSAGE_SELF) if resource is not None else None
         counters = () if used is None else (used.ru_majflt, used.ru_inblock, used.ru_oublock)
         if wanted_s is None:
@@ -210,11 +212,17 @@ class _Usage:
         return (time.monotonic(), time.clock_gettime(self._clock), wanted_s), counters
 
 
-def _wanted_s() -> float | None:
-    """For how long threads of this process had, or wanted, a processor (s); None where the system does not tell."""
+def _wanted_s(but: str) -> float | None:
+    """For how long threads of this process had or wanted a processor (s); None where the system does not tell.
+
+    Args:
+        but: the number that the system has for a thread, which does not count.
+    """
     total_ns = 0
     try:
         for task in os.listdir("/proc/self/task"):
+            if task == but:
+                continue
             with open(f"/proc/self/task/{task}/schedstat", "rb") as file:
                 worked_ns, wanted_ns, _ = file.read().split()
             total_ns += int(worked_ns) + int(wanted_ns)

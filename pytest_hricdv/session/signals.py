@@ -2,7 +2,8 @@
 
 SIGTERM ends it within 5 s, whatever the code under test does: a node that goes on is left where it is, and
 where even that does not help, as in code of the testbench that catches everything, what has been reached becomes a
-report without the process that is stuck, which then ends.
+report without the process that is stuck, which then ends. So it is where the main thread is in code in C that does not
+return: Python calls no handler then, and a thread hears of the signal by Python's wake-up descriptor.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from types import FrameType
 
 from pytest_hricdv.runtime.kernel import running_node
@@ -58,6 +59,7 @@ class Signals:
         self._terminating = terminating
         self._stuck = stuck
         self._is_terminated = False
+        self._is_heard = False
         self._is_handling = False
         self._insists = False
         self._deferring = False
@@ -73,7 +75,8 @@ class Signals:
             for number in before:
                 signal.signal(number, self._receive)
             self._is_handling = bool(before)
-            yield
+            with _heard(self._hear) if signal.SIGTERM in before else nullcontext():
+                yield
         finally:
             self._is_handling = False
             for number, handler in before.items():
@@ -105,6 +108,19 @@ class Signals:
             node.kernel.abandon(Terminated("SIGTERM"))
         raise Terminated("SIGTERM")
 
+    def _hear(self, number: int) -> None:
+        """A signal came, says a thread: whether the main thread will ever handle it is another thing."""
+        if number != signal.SIGTERM or self._is_heard:
+            return
+        self._is_heard = True
+        waiting = _thread.allocate_lock()
+        waiting.acquire()
+        waiting.acquire(timeout=LETS_GO_WITHIN_S)
+        if self._is_handling and not self._is_terminated:
+            self._is_terminated = True
+            self._terminating()
+            self._stuck()
+
     def _insist(self) -> None:
         """Raise once more in code that goes on after SIGTERM, and end the process where nothing helps."""
         received_s, main = time.monotonic(), threading.main_thread()
@@ -121,6 +137,55 @@ class Signals:
             elif main.ident is not None and hasattr(signal, "pthread_kill"):
                 self._insists = True
                 signal.pthread_kill(main.ident, signal.SIGTERM)
+
+
+@contextmanager
+def _heard(hear: Callable[[int], None]) -> Iterator[None]:
+    """Within: a thread is told the numbers of signals that come. Not on Windows, nor where somebody else is told."""
+    before = signal.set_wakeup_fd(-1) if hasattr(signal, "pthread_kill") else None
+    if before != -1:
+        if before is not None:
+            signal.set_wakeup_fd(before)
+        yield
+        return
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+
+    def listen() -> None:
+        while (number := os.read(reading, 1)) not in (b"", _OVER):
+            hear(number[0])
+        os.close(reading)
+
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    _WAKING.add(writing)
+    _thread.start_new_thread(listen, ())
+    try:
+        yield
+    finally:
+        _WAKING.discard(writing)
+        signal.set_wakeup_fd(-1)
+        with suppress(BlockingIOError):  # nobody reads any more
+            os.write(writing, _OVER)
+        os.close(writing)
+
+
+_OVER = b"\0"
+"""No signal has this number."""
+
+_WAKING: set[int] = set()
+"""Descriptors of this process that hear of signals."""
+
+
+def _deaf() -> None:
+    """A fork's signals are not those of the process that it was forked from."""
+    if _WAKING:
+        before = signal.set_wakeup_fd(-1)
+        if before not in _WAKING:
+            signal.set_wakeup_fd(before)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_deaf)
 
 
 def end_with_parent() -> None:

@@ -33,14 +33,17 @@ WAYS = {
         "LOOP.run_until_complete(asyncio.sleep(0.01))",
         'code, with virtual=("asyncio",)',
     ),
-    "select": ("import select", "select.select([], [], [], 60)", ADVICE),
-    "socket": ("import socket\nENDS = socket.socketpair()", "ENDS[0].recv(1)", ADVICE),
+    "select": ("import select", "select.select([], [], [], 60)", NOTHING),
+    "socket": ("import socket\nENDS = socket.socketpair()", "ENDS[0].recv(1)", NOTHING),
     "process": ("import subprocess, sys", "subprocess.run([sys.executable, '-c', 'input()'], stdin=-1)", NOTHING),
     "process with output": (
         "import subprocess, sys",
         "subprocess.run([sys.executable, '-c', 'input()'], capture_output=True)",
         NOTHING,
     ),
+    "signal": ("import signal", "signal.sigwait({signal.SIGUSR1})", NOTHING),
+    "signal by name": ("from signal import pause as rest_of_it", "rest_of_it()", NOTHING),
+    "shell": ("import os", "os.system('exit 3')", NOTHING),
     "who catches all": (
         "import queue",
         "\n".join(

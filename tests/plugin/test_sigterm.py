@@ -30,6 +30,8 @@ STUBBORN = {
     "a lock": "import threading\n    threading.Lock().acquire() and threading.Event().wait()",
     "a lock that catches all": "import threading\n    lock = threading.Lock()\n    lock.acquire()\n    while True:\n"
     "        try:\n            lock.acquire()\n        except BaseException:\n            pass",
+    "in C": "import ctypes\n    mutex, lock = ctypes.create_string_buffer(64), ctypes.CDLL(None).pthread_mutex_lock\n"
+    "    lock(mutex)\n    lock(mutex)",
     "in the end": "try:\n        raise OSError\n    finally:\n        while True:\n            pass",
 }
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import _thread
 import contextlib
+import multiprocessing
+import os
+import queue
+import select
 import signal
 import socket
 import threading
@@ -13,6 +17,7 @@ from collections.abc import Callable
 import pytest
 
 from pytest_hricdv.runtime import Kernel, KernelError, NodeError
+from pytest_hricdv.runtime.virtual.outside import guarded
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that interrupt")
 
@@ -28,9 +33,9 @@ def waiting(wait: Callable[[], object]) -> str:
 
 
 def wait_for_nobody() -> None:
-    receiver, other = socket.socketpair()
-    with receiver, other:
-        receiver.recv(1)
+    ends = socket.socketpair()
+    with ends[0], ends[1]:
+        ends[0].recv(1)
 
 
 @pytest.mark.parametrize("wait", [threading.Event().wait, lambda: time.sleep(30), wait_for_nobody])
@@ -40,6 +45,86 @@ def test_it_is_ended_with_the_place(wait: Callable[[], object]) -> None:
     assert "test_waiting.py:" in said
     assert ": node waiter waits in real time" in said
     assert time.monotonic() - began_s < 30
+
+
+def at_a_pipe() -> None:
+    reading, writing = os.pipe()
+    try:
+        os.read(reading, 1)
+    finally:
+        os.close(reading)
+        os.close(writing)
+
+
+def at_a_lock() -> None:
+    lock = threading.Lock()
+    lock.acquire()
+    lock.acquire()
+
+
+def at_a_queue_in_c() -> None:
+    waiting = queue.SimpleQueue[int]()
+    waiting.get()
+
+
+def at_another_processs_lock() -> None:
+    semaphore = multiprocessing.Semaphore(0)
+    semaphore.acquire()
+
+
+@pytest.mark.parametrize(
+    ("wait", "said", "advice"),
+    [
+        (at_a_pipe, "in os.read", "nothing outside of a run can be waited for"),
+        (lambda: select.select([], [], [], 30), "in select.select", "nothing outside of a run can be waited for"),
+        (wait_for_nobody, "in ends[0].recv", "nothing outside of a run can be waited for"),
+        (at_another_processs_lock, "in semaphore.acquire", "nothing outside of a run can be waited for"),
+        (at_a_lock, "in lock.acquire", 'with virtual=("threading",)'),
+        (at_a_queue_in_c, "in waiting.get", 'with virtual=("threading",)'),
+    ],
+)
+def test_a_function_in_c_is_named_as_it_is_called_with_what_to_do(
+    wait: Callable[[], object], said: str, advice: str
+) -> None:
+    message = waiting(wait)
+    assert f"waits in real time, {said}, of which" in message
+    assert advice in message
+
+
+def refusing(wait: Callable[[], object]) -> str:
+    """How a run ends in which a node waits, with what refuses it."""
+    kernel = Kernel(stuck_after_s=30.0)
+    kernel.spawn("waiter", lambda: (kernel.sleep(1.0), wait()))
+    with guarded(kernel), pytest.raises(NodeError) as raised:
+        kernel.run(10.0)
+    kernel.close()
+    return str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("wait", "said"),
+    [
+        (lambda: signal.sigwait({signal.SIGUSR1}), "signal.sigwait"),  # nothing would interrupt it
+        (lambda: signal.pause(), "signal.pause"),
+        (lambda: signal.sigtimedwait({signal.SIGUSR1}, 30.0), "signal.sigtimedwait"),
+        (lambda: os.system("exit 3"), "os.system"),
+        (lambda: time.sleep(30), "time.sleep"),
+    ],
+)
+def test_waiting_for_a_signal_or_a_process_is_refused_at_once(wait: Callable[[], object], said: str) -> None:
+    message = refusing(wait)
+    assert f"test_waiting.py:{wait.__code__.co_firstlineno}: node waiter waits in real time, in {said}," in message
+
+
+def test_what_does_not_wait_and_what_is_no_node_is_let_through() -> None:
+    ended: list[object] = []
+    kernel = Kernel(stuck_after_s=30.0)
+    kernel.spawn("polling", lambda: ended.append(signal.sigtimedwait(set(), 0)))
+    with guarded(kernel):
+        assert os.system("exit 0") == 0
+        assert kernel.run(10.0) == "idle"
+    assert ended == [None]
+    assert os.system("exit 0") == 0
 
 
 def test_a_slow_world_is_no_wait() -> None:

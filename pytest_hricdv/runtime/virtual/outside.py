@@ -2,14 +2,15 @@
 Python's own modules there.
 
 What waits in real time is refused at once, with its line, where Python is the one that waits: `time.sleep`, event
-loops and other selectors, processes. Event loops that nodes make wait in virtual time, wherever they are made. Other
-waiting, as for a lock or a socket, is noticed by the watchdog of the kernel.
+loops and other selectors, processes, signals. Event loops that nodes make wait in virtual time, wherever they are made.
+Other waiting, as for a lock or a socket, is noticed by the watchdog of the kernel, which interrupts it.
 """
 
 from __future__ import annotations
 
 import os
 import selectors
+import signal
 import subprocess
 import sys
 import threading
@@ -37,6 +38,13 @@ _SELECTORS = tuple(
     if isinstance(kind, type) and issubclass(kind, selectors.BaseSelector) and "select" in vars(kind)
 )
 
+_SIGNALS = ("sigwait", "sigwaitinfo", "sigtimedwait", "pause")
+_REFUSED: dict[str, Callable[..., Any]] = {
+    "os.system": os.system,
+    **{f"signal.{name}": getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)},
+}
+"""What waits without end or for what no run has, by name: nothing interrupts `sigwait`, and a process not `system`."""
+
 _REAP_S = 1.0
 """A process that was ended because its wait was refused is waited for so long (s; chosen: it takes milliseconds)."""
 
@@ -63,6 +71,13 @@ class _Guard:
                 'the code under test, with virtual=("threading",), or start none'
             )
         _SLEEP(duration_s)
+
+    def waiting(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
+        """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
+        is_poll = real is _REFUSED.get("signal.sigtimedwait") and args[1:] == (0,)
+        if self._is_node() and not is_poll:
+            self._refuse(name)
+        return real(*args, **keywords)
 
     def start(self, thread: threading.Thread) -> None:
         """As `Thread.start`; those that nodes start are remembered."""
@@ -132,10 +147,12 @@ def guarded(kernel: Kernel) -> Iterator[None]:
     def sleep(seconds: float, /) -> None:
         guard.sleep(seconds)
 
+    others = {id(_SLEEP): sleep} | {id(real): _refusing(guard, name, real) for name, real in _REFUSED.items()}
     try:
-        for module in _sleeping():
-            for name in [name for name, value in vars(module).items() if value is _SLEEP]:
-                put(module, name, sleep)
+        for module in _waiting():
+            for name, value in [*vars(module).items()]:
+                if id(value) in others:
+                    put(module, name, others[id(value)])
         put(threading.Thread, "start", start)
         put(subprocess.Popen, "wait", wait)
         for kind in _SELECTORS:
@@ -156,6 +173,14 @@ def _selecting(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., l
     return select
 
 
+def _refusing(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(real)
+    def refusing(*args: Any, **keywords: Any) -> Any:
+        return guard.waiting(name, real, *args, **keywords)
+
+    return refusing
+
+
 def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
     """Nodes that make an event loop get one in virtual time."""
     from pytest_hricdv.runtime.virtual import event_loop
@@ -174,17 +199,18 @@ def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable
     return call
 
 
-_SLEEPING: dict[str, ModuleType] = {}
+_WAITING: dict[str, ModuleType] = {}
 _SCANNED: set[str] = set()
 _OURS = "pytest_hricdv"
+_WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values())))
 
 
-def _sleeping() -> list[ModuleType]:
-    """The modules that have `time.sleep` under any name. Each module is looked at once: they import at their head."""
+def _waiting() -> list[ModuleType]:
+    """The modules that have what waits under any name. Each module is looked at once: they import at their head."""
     for name in sys.modules.keys() - _SCANNED:
         module = sys.modules[name]
         _SCANNED.add(name)
         is_others = isinstance(module, ModuleType) and name.partition(".")[0] != _OURS
-        if is_others and any(value is _SLEEP for value in [*vars(module).values()]):
-            _SLEEPING[name] = module
-    return [module for name, module in _SLEEPING.items() if sys.modules.get(name) is module]
+        if is_others and not _WAITS.isdisjoint(map(id, [*vars(module).values()])):
+            _WAITING[name] = module
+    return [module for name, module in _WAITING.items() if sys.modules.get(name) is module]
