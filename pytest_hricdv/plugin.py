@@ -76,7 +76,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv._base.grammar import LarkError, require_lark
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.attachments import attaching
-    from pytest_hricdv.session.collection import Collection, worker_input
+    from pytest_hricdv.session.collection import ALONE, Collection, worker_input
     from pytest_hricdv.session.following import follow_imports, follow_no_longer
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
@@ -115,7 +115,7 @@ def _register(config: pytest.Config, options: Options) -> None:
         from pytest_hricdv.session.signals import end_with_parent
 
         end_with_parent()
-    if options.isolate:
+    if options.isolate and ALONE not in (worker_input(config) or {}):
         from pytest_hricdv.session.isolation import Isolation
 
         config.pluginmanager.register(Isolation(context), "hricdv-isolation")  # the last one, so that it is outside

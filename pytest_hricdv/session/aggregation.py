@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import zlib
 from collections.abc import KeysView, Mapping
@@ -134,7 +135,8 @@ class Aggregation:
     @property
     def hash_seed(self) -> str:
         """Of the processes that run the tests, see `pytest_hricdv.results.origin.ReportOrigin`."""
-        expected = hash_seed_of_children() if self.is_distributed else own_hash_seed()
+        spawns = self.collection.options.isolate and not hasattr(os, "fork")
+        expected = hash_seed_of_children() if self.is_distributed or spawns else own_hash_seed()
         seeds = self.worker_hash_seeds or {expected}
         return SEVERAL if len(seeds) > 1 else next(iter(seeds))
 

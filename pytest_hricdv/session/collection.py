@@ -35,6 +35,8 @@ REPLAYS = "hricdv_replays"
 WORKER_HASH_SEED = "hricdv_hash_seed"
 """In what a worker says at its end."""
 DONE = "hricdv_done"
+ALONE = "hricdv_alone"
+"""Of a process that was started for some tests: it starts no other one for each of them."""
 _NAMED = re.compile(r"::[^\[]*\[.*?(?P<id>[A-Za-z0-9_]+(?:-[A-Za-z0-9_]+)*-[0-9a-f]{8}(?:[0-9a-f]{8})?(?:-k\d+)?)\b")
 
 

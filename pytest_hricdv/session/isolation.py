@@ -6,10 +6,14 @@ scope, as pytest does.
 
 The fork returns from the hook as if it were the only process: it runs the test, and makes its report, with all that
 plugins attach. This it sends, and ends. Here, in the meantime, nothing is called; then its report is taken.
+
+Where this system has no forks, the process is started (see `pytest_hricdv.session.spawned`): pytest is configured in
+it, and sets the test's fixtures up once more.
 """
 
 from __future__ import annotations
 
+import base64
 import importlib
 import os
 import pickle
@@ -17,7 +21,6 @@ import sys
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import pytest
 
@@ -25,46 +28,18 @@ from pytest_hricdv.coverage.measurement import OwnMeasurement
 from pytest_hricdv.execution.case import formulas
 from pytest_hricdv.execution.execution_part import execution_parts
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
+from pytest_hricdv.execution.separate_process import ProcessError, started
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.runtime.virtual.modules import STAND_INS
-from pytest_hricdv.session.collection import ATTRIBUTE, case_of
+from pytest_hricdv.session.collection import ATTRIBUTE, case_of, worker_input
+from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
+from pytest_hricdv.session.isolated_call import Answer, answer_of
 from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.serving import arguments_of
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
-
-
-@dataclass(frozen=True)
-class Warned:
-    """A warning of a test: it is given again where pytest counts warnings."""
-
-    message: Warning | str
-    category: type[Warning]
-    filename: str
-    lineno: int
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a fork sends.
-
-    Args:
-        report: of the call, as pytest sends reports; None where there is none.
-        sections: what the test has written, by phase and kind, for the report of its teardown.
-        properties: that the test has recorded.
-        warned: its warnings.
-        exit: the test has ended the session, with this text and status.
-        problem: what went wrong beside the test: an error of a plugin.
-    """
-
-    report: dict[str, Any] | None = None
-    sections: tuple[tuple[str, str, str], ...] = ()
-    properties: tuple[tuple[str, object], ...] = ()
-    warned: tuple[Warned, ...] = ()
-    exit: tuple[str, int | None] | None = None
-    problem: str = ""
 
 
 @dataclass
@@ -72,7 +47,7 @@ class _Call:
     """The call of a test, as this process sees it, which does not make it.
 
     Args:
-        answer: of the fork; None where it ended without one.
+        answer: of the process; None where it ended without one.
         report: of the answer.
         problem: how it ended.
     """
@@ -82,30 +57,56 @@ class _Call:
     problem: str = ""
 
 
+_SPAWNED = "pytest_hricdv.session.spawned"
+_ARGUMENTS = "hricdv_arguments"
+"""In what a worker of xdist is sent: the arguments of the session, which its own are not."""
+
+
 class Isolation:
-    """Forks a process for the call of each generated test. Registered where tests run, last of the plugin's objects.
+    """Makes the call of each generated test in a process. Registered where tests run, last of the plugin's objects.
 
     Args:
         context: of the session.
-
-    Raises:
-        pytest.UsageError: this system cannot fork.
     """
 
     def __init__(self, context: RunContext) -> None:
-        if not hasattr(os, "fork"):
-            raise usage_error("--hri-isolate: this system cannot fork processes; use Linux or macOS")
         self._context = context
+        self._forks = hasattr(os, "fork")
+        self._environment, self._path = dict(os.environ), tuple(sys.path)  # before a test can change them
         self._is_prepared = False
         self._in_fork: InFork | None = None
         self._caught: list[warnings.WarningMessage] = []
         self._call: _Call | None = None
 
+    def pytest_sessionstart(self) -> None:
+        """Warns of what a process that is started does not do."""
+        config = self._context.collection.config
+        if self._forks or not config.getoption("cov_source", None) or worker_input(config) is not None:
+            return
+        text = (
+            "--cov does not count what --hri-isolate runs: this system has no forks; the report's own coverage is whole"
+        )
+        message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, str(config.inipath), 1)
+        # Not `warnings.warn`: where warnings are errors, it would end the session in a traceback.
+        config.hook.pytest_warning_recorded.call_historic(
+            kwargs={"warning_message": message, "nodeid": "", "when": "config", "location": None}
+        )
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_configure_node(self, node: object) -> None:
+        """xdist: a worker can start processes like those of the session."""
+        values: dict[str, object] = node.workerinput  # type: ignore[attr-defined]
+        values[_ARGUMENTS] = list(arguments_of(self._context.collection.config))
+
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
-        """Forks before anything is called."""
+        """Forks, or starts a process, before anything is called."""
         if case_of(item) is None or self._context.debugged:
             return (yield)
+        if not self._forks:
+            self._call = self._spawned(item)
+            yield from self._called_elsewhere(item, self._call)
+            return None
         self._prepare()
         process = fork()
         if isinstance(process, InFork):
@@ -154,11 +155,29 @@ class Isolation:
     def _awaited(self, process: Fork, item: pytest.Item) -> _Call:
         """The answer of a fork."""
         try:
-            answer: Answer = pickle.loads(process.message())
+            return self._taken(pickle.loads(process.message()), item)
         except ForkError as error:
             return _Call(problem=f"{item.nodeid}: its process {error}, without a result; see what it wrote last")
         finally:
             process.close()
+
+    def _spawned(self, item: pytest.Item) -> _Call:
+        """The answer of a process that is started for this test."""
+        collection = self._context.collection
+        config, sent = collection.config, worker_input(collection.config)
+        arguments = arguments_of(config) if sent is None else sent[_ARGUMENTS]
+        values = handed(config, collection.handed()) if sent is None else sent
+        session = FreshSession(without_editor(arguments), dict(values), (item.nodeid,))
+        directory = config.invocation_params.dir
+        with started(_SPAWNED, directory, path=self._path, inherited=self._environment) as process:
+            process.send(session)
+            try:
+                lines = [*process.answer()]
+            except ProcessError as error:
+                return _Call(problem=f"{item.nodeid}: its process gave no result: {error}")
+        return self._taken(pickle.loads(base64.b64decode(lines[0])), item)
+
+    def _taken(self, answer: Answer, item: pytest.Item) -> _Call:
         if answer.problem:
             return _Call(problem=f"{item.nodeid}: in its process: {answer.problem}")
         if answer.report is None:
@@ -168,7 +187,7 @@ class Isolation:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_pyfunc_call(self) -> bool | None:
-        """Ends the test here as it ended in the fork, for plugins that look at exceptions."""
+        """Ends the test here as it ended there, for plugins that look at exceptions."""
         call = self._call
         if call is None:
             return None
@@ -190,7 +209,7 @@ class Isolation:
         if self._in_fork is not None:
             try:
                 made: pytest.TestReport = yield  # type: ignore[assignment]
-                answer = self._answer(item, made)
+                answer = answer_of(item, made, self._caught)
             except BaseException as error:
                 answer = Answer(problem=f"{type(error).__name__}: {error}")
             self._send(self._in_fork, answer)
@@ -206,15 +225,6 @@ class Isolation:
         self._note(isolated.report)
         return isolated.report  # type: ignore[return-value]
 
-    def _answer(self, item: pytest.Item, report: pytest.TestReport) -> Answer:
-        data = item.config.hook.pytest_report_to_serializable(config=item.config, report=report)
-        return Answer(
-            report={key: value for key, value in data.items() if _can_be_sent(value)},
-            sections=tuple(item._report_sections),
-            properties=tuple(entry for entry in item.user_properties if _can_be_sent(entry)),
-            warned=tuple(map(_warned, self._caught)),
-        )
-
     def _send(self, process: InFork, answer: Answer) -> None:
         _keep_coverage()
         process.send_and_end(pickle.dumps(answer))
@@ -225,23 +235,6 @@ class Isolation:
             result = decode(text)
             for part in parts():
                 part.ran_elsewhere(self._context, result)
-
-
-def _warned(caught: warnings.WarningMessage) -> Warned:
-    message, category = caught.message, caught.category
-    whole = _can_be_sent(message) and _can_be_sent(category)
-    return Warned(
-        message if whole else str(message), category if whole else UserWarning, caught.filename, caught.lineno
-    )
-
-
-def _can_be_sent(value: object) -> bool:
-    """Whether it is the same on the other side of a pipe."""
-    try:
-        pickle.loads(pickle.dumps(value))
-    except Exception:
-        return False
-    return True
 
 
 def _keep_coverage() -> None:

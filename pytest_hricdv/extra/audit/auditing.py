@@ -12,13 +12,14 @@ import msgspec
 from pytest_hricdv.extra.audit.choice import chosen
 from pytest_hricdv.extra.audit.diagnosis import NOT_FOUND, Cause, Diagnosis
 from pytest_hricdv.extra.audit.difference import first_difference
-from pytest_hricdv.extra.audit.process import FreshSession, Order, handed, without_editor
+from pytest_hricdv.extra.audit.process import Order
 from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
 from pytest_hricdv.extra.audit.repeating import Begin, Repeat, Repeating, Start, StartError, key_of
 from pytest_hricdv.results.building import UNCHECKED
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.aggregation import TestTimes
+from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
 from pytest_hricdv.session.part import PartSession
 from pytest_hricdv.session.serving import arguments_of
 
