@@ -21,6 +21,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import pytest
 
@@ -83,9 +84,7 @@ class Isolation:
         config = self._context.collection.config
         if self._forks or not config.getoption("cov_source", None) or worker_input(config) is not None:
             return
-        text = (
-            "--cov does not count what --hri-isolate runs: this system has no forks; the report's own coverage is whole"
-        )
+        text = "--cov does not count what --hri-isolate runs: this system has no forks; the report's own coverage does"
         message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, str(config.inipath), 1)
         # Not `warnings.warn`: where warnings are errors, it would end the session in a traceback.
         config.hook.pytest_warning_recorded.call_historic(
@@ -164,7 +163,8 @@ class Isolation:
     def _spawned(self, item: pytest.Item) -> _Call:
         """The answer of a process that is started for this test."""
         collection = self._context.collection
-        config, sent = collection.config, worker_input(collection.config)
+        config = collection.config
+        sent: dict[str, Any] | None = worker_input(config)
         arguments = arguments_of(config) if sent is None else sent[_ARGUMENTS]
         values = handed(config, collection.handed()) if sent is None else sent
         session = FreshSession(without_editor(arguments), dict(values), (item.nodeid,))

@@ -92,7 +92,7 @@ def test_what_a_started_process_ends_with_is_the_end_of_its_test(forkless: pytes
     )
     forkless.makepyfile(test_lamps=test)
     result = forkless.runpytest_subprocess(*RUN, "--hri-isolate", "--junitxml=junit.xml")
-    result.assert_outcomes(failed=2, warnings=1)
+    result.assert_outcomes(failed=2)
     result.stdout.fnmatch_lines(["*- Captured stdout call -*", "said it", "*UserWarning: mind the lamp"])
     result.stdout.fnmatch_lines(["test_lamps.py::test_lamps*: its process gave no result: it ended with status 3"])
     junit = Path(forkless.path, "junit.xml").read_text(encoding="utf-8")
