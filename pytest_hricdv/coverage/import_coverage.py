@@ -63,6 +63,7 @@ class ImportCoverage:
     def __init__(self, root: Path | None = None) -> None:
         self._root = root
         self._library = Path(sysconfig.get_path("stdlib"))
+        self._plugin = Path(__file__).parents[1]  # in its own checkout, its modules would be followed: 266 of them
         self._own = None if root is None else _of_project(root)
         self._own_is_of_project = True
         self._code: CodeMap | None = None
@@ -82,7 +83,9 @@ class ImportCoverage:
     def _is_of_interest(self, file: Path) -> bool:
         if file in self._files:
             return True
-        if self._root is None or not file.is_relative_to(self._root) or file.is_relative_to(self._library):
+        if self._root is None or not file.is_relative_to(self._root):
+            return False
+        if file.is_relative_to(self._library) or file.is_relative_to(self._plugin):
             return False
         return INSTALLED.isdisjoint(file.parts)
 
@@ -245,9 +248,10 @@ def recorded(data: CoverageData, names: Iterable[str]) -> dict[str, Measured]:
     contexts = {f"{PREFIX}{name}": Measured() for name in names}
     for file in data.measured_files():
         data.set_query_contexts(None)
-        touched = {context for by in data.contexts_by_lineno(file).values() for context in by} & contexts.keys()
-        for context in touched:
-            data.set_query_contexts([exactly(context)])
+        recording = {context for by in data.contexts_by_lineno(file).values() for context in by}
+        for context in recording & contexts.keys():
+            if len(recording) > 1:  # a query for a context compares each row with it, and most files have one only
+                data.set_query_contexts([exactly(context)])
             contexts[context].add(file, data.lines(file) or (), data.arcs(file) or ())
     data.set_query_contexts(None)
     return {context.removeprefix(PREFIX): measured for context, measured in contexts.items()}
