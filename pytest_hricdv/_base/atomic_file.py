@@ -32,11 +32,19 @@ def replaced(path: Path) -> Iterator[Path]:
     temporary = temporary_path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        _make_own(temporary)
         yield temporary
         temporary.replace(path)
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _make_own(path: Path) -> None:
+    """Make a new empty file: what is there, as a link that somebody who foresaw the name has laid, is removed first."""
+    with contextlib.suppress(FileNotFoundError):
+        path.unlink()
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
 
 
 def temporary_path(path: Path) -> Path:

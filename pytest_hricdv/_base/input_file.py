@@ -10,6 +10,7 @@ import math
 import os
 import re
 import stat
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,6 +26,10 @@ MAX_REPORT_BYTES = 500_000_000
 
 MAX_TOML_BYTES = 1_000_000
 """Greatest size of a TOML file, all of which people write: a thousand requirements. Reading more takes seconds."""
+
+MAX_UNPACKED_BYTES = 200_000_000
+"""Greatest size of what is unpacked at once, the result of a test: a hundred times that of a long one. Two megabytes of
+zlib can hold four gigabytes."""
 
 MAX_DEPTH = 64
 """Greatest depth of lists and tables in each other: ten times that of any file here, and safe for Python's stack."""
@@ -92,6 +97,24 @@ def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:
     if max(size, len(data)) > most or len(data) > max(size, _BLOCK):
         raise MalformedError(f": too large: {max(size, len(data)):,} bytes; expected at most {most:,}")
     return data
+
+
+def unpacked(data: bytes, most: int = MAX_UNPACKED_BYTES) -> bytes:
+    """What zlib packed. Never more than `most` bytes of it are in memory.
+
+    Raises:
+        MalformedError: it has more, is cut off, or is nothing that zlib packed.
+    """
+    unpacking = zlib.decompressobj()
+    try:
+        content = unpacking.decompress(data, most + 1)
+    except zlib.error as error:
+        raise MalformedError(f": cannot be unpacked: {error}") from None
+    if len(content) > most:
+        raise MalformedError(f": unpacks to too much; expected at most {most:,} bytes")
+    if not unpacking.eof or unpacking.unused_data:
+        raise MalformedError(": cannot be unpacked: it is cut off, or has more behind its end")
+    return content
 
 
 def from_json(text: str, kind: type[T]) -> T:

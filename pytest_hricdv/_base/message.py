@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 
 MAX_MESSAGE = 900
@@ -13,6 +14,9 @@ MAX_QUOTED = 80
 _INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
 """Categories of Unicode. Some of these characters are not allowed in XML."""
 _GAP = " ... "
+
+_CI_COMMAND = re.compile(r"^(\s*:)(?=:)|(##)(?=\w*\[)")
+"""What a line of a CI service's log begins a command with: GitHub (`::`, `##[`), Azure (`##vso[`), TeamCity."""
 
 
 class InputError(Exception):
@@ -65,6 +69,15 @@ def visible(text: str, keep: str = "") -> str:
     return "".join(
         char if char in keep or unicodedata.category(char) not in _INVISIBLE else _escape(char) for char in text
     )
+
+
+def harmless_line(text: str) -> str:
+    """A line for a terminal or the log of a CI service: visible, and no command to either.
+
+    >>> harmless_line("  ::add-mask::a \x1b[31m")
+    '  : :add-mask::a \\x1b[31m'
+    """
+    return _CI_COMMAND.sub(lambda begin: f"{begin[0]} ", visible(text))
 
 
 def _shortened(text: str, most: int) -> str:

@@ -18,6 +18,10 @@ Count = Annotated[int, Meta(ge=0, le=_MOST)]
 NotNegative = Annotated[int, Meta(ge=0, le=_MOST)] | Annotated[float, Meta(ge=0)]
 Percent = Annotated[int, Meta(ge=0, le=100)] | Annotated[float, Meta(ge=0, le=100)]
 Names = tuple[str, ...]
+TestId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+\Z")]
+"""The id of a test, as `generate.abstract` makes it. Files are named after ids: no dot, no slash, nothing invisible."""
+ReplayName = Annotated[str, Meta(pattern=r"^[^\x00-\x1f\x7f]*[A-Za-z0-9_-]\.json\Z")]
+"""A replay file as it is given to pytest, from the folder where that was started."""
 
 
 class PlainRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):

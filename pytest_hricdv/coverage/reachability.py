@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
-from pytest_hricdv._base.input_file import from_cache
+from pytest_hricdv._base import sealed_cache
 from pytest_hricdv.coverage.closure import declare
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
@@ -105,15 +105,14 @@ def _kept(
     name: str, context: GenerationContext, cache: Any | None, explore_now: Callable[[], Exploration]
 ) -> Exploration:
     key = CACHE_KEY.format(context.fingerprint(name))
-    kept = from_cache(cache, key)
+    kept = sealed_cache.read(cache, key)
     if kept is not None:
         try:
             return Exploration.from_json(kept)
         except GenerateError:
             pass  # written by another version, or cut off: explore again
     exploration = explore_now()
-    if cache is not None:
-        cache.set(key, exploration.to_json())
+    sealed_cache.write(cache, key, exploration.to_json())
     return exploration
 
 

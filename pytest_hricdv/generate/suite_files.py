@@ -250,6 +250,10 @@ class Files:
             raise GenerateError(f"{self.path}: no text file (*.txt) in this folder; expected at least one")
         file_of: dict[str, Path] = {}
         for path in paths:
+            if path != self.path and path.is_symlink():
+                raise GenerateError(
+                    f"{path}: a symbolic link, and none is followed in a folder: name the file that it means"
+                )
             suite = slug(path.stem)
             for test in parse_tests(
                 _read(path), file=str(path), suite=suite, master_seed=context.seed, commands=context.commands

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from msgspec import structs
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.report import EXPORT_FORMATS, terminal
 from pytest_hricdv.report.carrying import Carrying
@@ -149,7 +149,7 @@ def _rebuild(options: argparse.Namespace) -> int:
         failed.append(f"{report.not_run} of {report.selected} tests have no result: totals are lower bounds")
     failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.fails]
     for text in failed:
-        print(visible(f"FAILED {text}"))
+        print(harmless_line(f"FAILED {text}"))
     return FAILED if failed else OK
 
 
@@ -159,9 +159,9 @@ def _export(options: argparse.Namespace) -> int:
         raise ReportError(f"export: say what to write, with {', '.join(f'--{name}=FILE' for name in EXPORT_FORMATS)}")
     written = write_exports(load(options.report), targets, options.root)
     for text in written.notes:
-        print(visible(text))
+        print(harmless_line(text))
     for text in written.problems:
-        print(visible(f"FAILED {text}"))
+        print(harmless_line(f"FAILED {text}"))
     return FAILED if written.problems else OK
 
 
@@ -183,12 +183,12 @@ def _minimal(options: argparse.Namespace) -> int:
 def _printed(report: Report, checked: GateResult, folder: Path) -> int:
     """Says what a session says at its end."""
     for line in (*terminal.summary(report, folder, shutil.get_terminal_size().columns), *terminal.findings(report)):
-        print(line.text)
+        print(harmless_line(line.text))
     print(f"expected {expected(report)}, merged {report.reported}")
     for text in checked.improved:
-        print(visible(text))
+        print(harmless_line(text))
     for text in checked.failed:
-        print(visible(f"FAILED {text}"))
+        print(harmless_line(f"FAILED {text}"))
     return FAILED if checked.failed else OK
 
 

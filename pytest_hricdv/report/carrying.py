@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,12 +12,16 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base.contained import files_inside, inside
 from pytest_hricdv.report.files import refused
+from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.section import report_sections, test_sections
 
 REPLAYS = "failures"
 """The folder of replay files inside of a report; parts have folders of their own."""
+
+_REPLAY_SUFFIXES = (".json",)
 
 
 @dataclass
@@ -29,6 +34,9 @@ class Carrying:
     Args:
         sources: folders of the reports that have the files.
         target: folder of the report that is to have them.
+
+    Raises:
+        ReportError: a file cannot be read, or is a symbolic link: what that leads to is no part of a report.
     """
 
     sources: Iterable[Path]
@@ -37,13 +45,19 @@ class Carrying:
     """Folder and name -> hashes of the files that have it."""
 
     def __post_init__(self) -> None:
-        for path in self._files():
-            self._hashes.setdefault(f"{path.parent.name}/{path.name}", set()).add(_hash(path))
+        try:
+            for path in self._files():
+                self._hashes.setdefault(f"{path.parent.name}/{path.name}", set()).add(_hash(path))
+        except OSError as error:
+            raise ReportError(
+                f"{error.filename or 'a report'}: {error.strerror or error}; nothing was merged"
+            ) from None
 
     def _files(self) -> Iterator[Path]:
+        folders = {section.folder: section.suffixes for section in test_sections() if section.folder}
         for source in self.sources:
-            for name in (REPLAYS, *(section.folder for section in test_sections() if section.folder)):
-                yield from sorted(path for path in (source / name).glob("*") if path.is_file())
+            for name, suffixes in {REPLAYS: _REPLAY_SUFFIXES, **folders}.items():
+                yield from files_inside(source, name, suffixes)
 
     def renamed(self, report: Report, source: Path) -> Report:
         """A report with the names that its files will have."""
@@ -62,9 +76,10 @@ class Carrying:
         """
         try:
             for path in self._files():
-                target = self.target / self.name(path)
-                if not target.is_file():
-                    atomic_file.write_bytes(target, path.read_bytes())
+                target = inside(self.target, self.name(path))
+                if not target.is_file() or target.is_symlink():
+                    with atomic_file.replaced(target) as part:
+                        shutil.copyfile(path, part)
         except OSError as error:
             raise refused(self.target, error) from error
 
@@ -101,10 +116,9 @@ class _Names:
     def file(self, folder: str, name: str | None) -> str | None:
         """Of a file in a folder, relative to the report."""
         path = self.source / folder / Path(name or "").name
-        if name and path.is_file():
-            return self.carrying.name(path)
-        return name and Path(os.path.relpath(self.source / name, self.carrying.target)).as_posix()
+        return self.carrying.name(path) if name and path.is_file() else name
 
 
 def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:8]
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:8]

@@ -9,6 +9,7 @@ from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation_line
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit
+from pytest_hricdv.report.markdown_text import escaped as _escaped
 from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -22,18 +23,6 @@ _MAX_FAILURES = 10
 """In the markdown of a job's summary; chosen, as are annotations: who has more opens the report."""
 _MAX_GAP_COLUMNS = 200
 """Of an entry with what is not covered; chosen: two or three lines of a browser."""
-_SPECIAL = {
-    "\\": "\\\\",
-    "&": "&amp;",
-    "<": "&lt;",
-    ">": "&gt;",
-    "|": "\\|",
-    "`": "\\`",
-    "*": "\\*",
-    "_": "\\_",
-    "[": "\\[",
-    "#": "\\#",
-}
 
 
 def markdown(report: Report) -> str:
@@ -236,11 +225,6 @@ def _fenced(lines: Sequence[str]) -> Iterator[str]:
 
 def _backquotes(line: str) -> list[str]:
     return "".join(char if char == "`" else " " for char in line).split()
-
-
-def _escaped(text: str) -> str:
-    """Text without any markup of markdown or HTML."""
-    return "".join(_SPECIAL.get(char, char) for char in visible(text))
 
 
 def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:

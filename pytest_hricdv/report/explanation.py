@@ -270,6 +270,8 @@ def _names(test: TestResult) -> list[str]:
 
 
 def _quoted(nodeid: str) -> str:
+    if nodeid.startswith("-"):  # pytest would take it for an option, and --basetemp=DIR empties a folder
+        nodeid = f"./{nodeid}"
     # Some shells require quotes around brackets. Every shell understands double quotes, so these are used unless a
     # character of the name has a meaning inside of them.
     if all(char.isalnum() or char in _PLAIN_IN_DOUBLE_QUOTES for char in nodeid):

@@ -2,11 +2,13 @@
 
 import contextlib
 import errno
+import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base.contained import inside
 from pytest_hricdv.report.tests_view import FOLDER
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, canonical
 from pytest_hricdv.results.journal import NAME as JOURNAL_NAME
@@ -29,6 +31,7 @@ _REMEDIES = {
     errno.EPERM: f"no permission to write there: change it, or {_OTHER_FOLDER}",
     errno.ENOTDIR: f"a file is in the way: remove it, or {_OTHER_FOLDER}",
     errno.EEXIST: f"a file is in the way: remove it, or {_OTHER_FOLDER}",
+    errno.ELOOP: "a symbolic link is in the way, and none is followed there: remove it",
     errno.EISDIR: f"a folder has the name of a report file: remove it, or {_OTHER_FOLDER}",
 }
 
@@ -67,8 +70,9 @@ def supersede(directory: Path, *, of_this_journal: bool = False) -> bool:
         ReportError: a file cannot be moved.
     """
     earlier = directory / EARLIER
-    names = [name for name in _MOVED if (directory / name).exists() and not (of_this_journal and name == JOURNAL_NAME)]
+    names = [name for name in _MOVED if _is_there(directory / name) and not (of_this_journal and name == JOURNAL_NAME)]
     try:
+        _refuse_links(directory)
         if names and earlier.exists():
             shutil.rmtree(earlier)
         _move(names, directory, earlier)
@@ -85,6 +89,7 @@ def keep_whole(directory: Path) -> None:
     """
     forget_whole(directory)
     try:
+        _refuse_links(directory)
         (directory / EARLIER).rename(directory / WHOLE)
     except OSError as error:
         raise refused(directory, error) from error
@@ -97,6 +102,7 @@ def forget_whole(directory: Path) -> None:
         ReportError: it cannot be removed.
     """
     try:
+        _refuse_links(directory)
         if (directory / WHOLE).exists():
             shutil.rmtree(directory / WHOLE)
     except OSError as error:
@@ -110,6 +116,7 @@ def reinstate(directory: Path) -> None:
         ReportError: a file cannot be moved.
     """
     try:
+        _refuse_links(directory)
         (directory / JOURNAL_NAME).unlink(missing_ok=True)
         _move(_MOVED, directory / EARLIER, directory)
         (directory / EARLIER).rmdir()
@@ -119,9 +126,20 @@ def reinstate(directory: Path) -> None:
 
 def _move(names: Sequence[str], source: Path, target: Path) -> None:
     for name in names:
-        if (source / name).exists():
+        if _is_there(source / name):
             target.mkdir(exist_ok=True)
             (source / name).rename(target / name)
+
+
+def _is_there(path: Path) -> bool:
+    """Also of a link that leads nowhere, through which a file would be written elsewhere."""
+    return os.path.lexists(path)
+
+
+def _refuse_links(directory: Path) -> None:
+    """Raise OSError where a folder for earlier reports is a link: what is in it is removed."""
+    for name in (EARLIER, WHOLE):
+        inside(directory, f"{name}/{REPORT_NAME}")
 
 
 def write(report: Report, directory: Path) -> tuple[Path, ...]:
@@ -134,12 +152,24 @@ def write(report: Report, directory: Path) -> tuple[Path, ...]:
         ReportError: the report holds NaN, the folder cannot be written, or the page cannot be made; then `report.json`
             is written without one.
     """
-    written = [write_text(directory / REPORT_NAME, canonical(report))]
+    written = [write_inside(directory, REPORT_NAME, canonical(report))]
     page, beside = _page(report)
     files = {**beside, PAGE_NAME: page}  # the page last, so that what it loads is there
-    written += [write_text(directory / name, text) for name, text in files.items()]
+    written += [write_inside(directory, name, text) for name, text in files.items()]
     _remove_leftovers(directory, written)
     return tuple(written)
+
+
+def write_inside(directory: Path, name: str, text: str) -> Path:
+    """Write a file of a report atomically; returns its path.
+
+    Raises:
+        ReportError: the folder cannot be written, or a link in it would lead out of it.
+    """
+    try:
+        return atomic_file.write_text(inside(directory, name), text)
+    except OSError as error:
+        raise refused(directory, error) from error
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -167,6 +197,7 @@ def _page(report: Report) -> tuple[str, dict[str, str]]:
 def _remove_leftovers(directory: Path, written: Sequence[Path]) -> None:
     """Removes files of tests' details that a larger report left, as far as possible."""
     with contextlib.suppress(OSError):
+        inside(directory, f"{FOLDER}/{PAGE_NAME}")
         for path in sorted(set((directory / FOLDER).glob("*.js")) - set(written)):
             path.unlink()
         (directory / FOLDER).rmdir()  # refused as long as anything is in it

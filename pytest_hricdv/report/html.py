@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
+from hashlib import sha256
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import Any, Literal, get_args
@@ -63,7 +65,7 @@ def page(report: Report) -> tuple[str, dict[str, str]]:
     packs = list(tests_view.packs(report))
     embedded = sum(map(len, packs)) <= EMBEDDED_BYTES
     template = _environment().get_template("index.html.jinja")
-    text = template.render(_context(report), packs=packs if embedded else [])
+    text = template.render(_context(report), packs=packs if embedded else [], **_inline_scripts())
     beside = {tests_view.pack_name(n): f'hricdvPack({n},"{pack}")\n' for n, pack in enumerate(packs)}
     return text, {} if embedded else beside
 
@@ -161,8 +163,6 @@ def _context(report: Report) -> dict[str, Any]:
         "nearest_miss": explanation.nearest_miss,
         "margin": lambda name, value: margin_text(value, margin_unit(report, name)),
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
-        "libraries": [Markup(_asset(f"vendor/{name}.js")) for name in ("d3.min", "plot.umd.min")],
-        "scripts": Markup("\n".join(_scripts())),
         "data": Markup(_json(_data(report, names))),
     }
 
@@ -196,6 +196,33 @@ def _json(value: object) -> str:
     """JSON that can stand in a script element: nothing in it ends the element or begins a comment."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False, sort_keys=True)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+@cache
+def _inline_scripts() -> dict[str, Any]:
+    """The page's own scripts, and its policy, which names each by its hash: a browser runs no other inline script.
+
+    So neither an attribute with a handler nor a link to `javascript:` runs, should one ever get onto the page. The
+    files of a large report's details are scripts beside it; `file:` stands for these where the page is opened from
+    disk, where `'self'` is nothing.
+    """
+    first = 'document.documentElement.className = "scripted";'
+    libraries = [_asset(f"vendor/{name}.js") for name in ("d3.min", "plot.umd.min")]
+    own = '\n(function () {\n"use strict";\n' + "\n".join(_scripts()) + "\n})();\n"
+    hashes = " ".join(map(_hash_of_script, (first, *libraries, own)))
+    policy = (
+        f"default-src 'none'; script-src {hashes} 'self' file:; "
+        "style-src 'unsafe-inline'; img-src data: 'self' file:; media-src 'self' file:; base-uri 'none'; "
+        "form-action 'none'"
+    )
+    scripts = {"first_script": first, "libraries": libraries, "own_script": own}
+    safe = {name: [*map(Markup, text)] if isinstance(text, list) else Markup(text) for name, text in scripts.items()}
+    return {"policy": Markup(policy), **safe}
+
+
+def _hash_of_script(text: str) -> str:
+    """As a Content-Security-Policy has it."""
+    return f"'sha256-{base64.b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def _scripts() -> Iterator[str]:

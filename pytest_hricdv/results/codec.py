@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
 from pytest_hricdv._base.message import InputError, quoted
 from pytest_hricdv.results import journal
@@ -101,6 +102,8 @@ def load(path: Path) -> Report:
     file = path / REPORT_NAME if path.is_dir() else path
     _refuse_unfinished(file)
     try:
+        if path.is_dir():
+            file_inside(path, REPORT_NAME)
         text = read_text(file, MAX_REPORT_BYTES)
         schema = from_json(text, _Head).schema
         if schema != SCHEMA:
@@ -113,6 +116,8 @@ def load(path: Path) -> Report:
         return report
     except FileNotFoundError:
         raise ReportError(f"{file}: no such report; a run with --hri-suite writes one") from None
+    except OSError as error:
+        raise ReportError(f"{file}: {error.strerror}") from None
     except MalformedError as error:
         raise ReportError(f"{file}{error}; run the suite again") from None
 

@@ -6,6 +6,8 @@ import contextlib
 import os
 from pathlib import Path
 
+from pytest_hricdv._base.contained import NO_LINK
+
 try:
     import fcntl
 except ImportError:  # Windows: nothing is locked there
@@ -34,7 +36,7 @@ class FolderLock:
     """
 
     def __init__(self, folder: Path, name: str = NAME) -> None:
-        self._file = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o666)
+        self._file = os.open(folder / name, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
         try:
             self._lock()
         except BaseException:

@@ -13,13 +13,18 @@ artifact, at any time: a copy of a growing text is a shorter journal, a copy of 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import stat
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
+
+from pytest_hricdv._base.contained import NO_LINK
 
 NAME = "journal.jsonl"
 
@@ -66,7 +71,11 @@ class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
 JournalRecord = Began | Declared | Finished | Hindered | Ended
 
 _DECODER: msgspec.json.Decoder[JournalRecord] = msgspec.json.Decoder(JournalRecord)
-_FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
+MAX_BYTES = 2_000_000_000
+"""Greatest size of a journal: four times that of the largest report, for sessions that went on with it."""
+
+_BINARY = getattr(os, "O_BINARY", 0)
+_FLAGS = os.O_RDWR | os.O_CREAT | NO_LINK | _BINARY
 """Windows would translate line ends, so that the lengths in the lines were wrong."""
 _LONGEST_END = 200
 """Bytes: the line of an `Ended` is shorter."""
@@ -144,10 +153,10 @@ class Journal:
 
 
 def read(path: Path) -> Journal:
-    """Read a journal. Raises OSError where there is none, or it cannot be read."""
+    """Read a journal. Raises OSError where there is none, or it cannot be read, is a symbolic link, or too large."""
     journal = Journal()
     end = 0
-    with path.open("rb") as file:
+    with _opened(path) as file:
         for text in file:
             end += len(text)
             record = parse(text)
@@ -159,15 +168,24 @@ def read(path: Path) -> Journal:
     return journal
 
 
+def _opened(path: Path) -> BinaryIO:
+    file = open(os.open(path, os.O_RDONLY | NO_LINK | _BINARY), "rb")  # noqa: SIM115
+    status = os.fstat(file.fileno())
+    if stat.S_ISREG(status.st_mode) and status.st_size <= MAX_BYTES:
+        return file
+    file.close()
+    raise OSError(errno.EFBIG, f"no file, or one of more than {MAX_BYTES:,} bytes", str(path))
+
+
 def records(path: Path) -> list[JournalRecord]:
     """The whole records of a journal, in order. Raises OSError where it cannot be read."""
-    with path.open("rb") as file:
+    with _opened(path) as file:
         return [record for record in map(parse, file) if record is not None]
 
 
 def is_ended(path: Path) -> bool:
     """Whether the last record of a journal says that its session ended. Raises OSError where it cannot be read."""
-    with path.open("rb") as file:
+    with _opened(path) as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - _LONGEST_END))
         last = file.read().splitlines(keepends=True)[-1:]
     return bool(last) and isinstance(parse(last[0]), Ended)

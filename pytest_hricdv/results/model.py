@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 
 from msgspec import Meta
 
-from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, Percent, PlainRecord, ReplayName, TestId
 from pytest_hricdv.coverage.cross_records import CrossCoverage, ExplorationRecord, ProductDeclaration
 from pytest_hricdv.coverage.records import (
     Closure,
@@ -34,7 +34,7 @@ from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult
-from pytest_hricdv.results.origin import ReportOrigin
+from pytest_hricdv.results.origin import ReportOrigin, RerunOption
 from pytest_hricdv.results.section import extended, further_engines, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/2"
@@ -124,7 +124,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
 
     nodeid: str
     suite: SuiteName
-    id: str
+    id: TestId
     aim: str
     name: str
     beliefs: Names
@@ -149,7 +149,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     cross: Mapping[str, tuple[Names, ...]] | None = None
     record_sha256: str | None = None
     faults: Names = ()
-    replay: str | None = None
+    replay: ReplayName | None = None
     replayed: ReplayComparison | None = None
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
@@ -237,7 +237,7 @@ class RerunOptions(PlainRecord, frozen=True, kw_only=True):
     """What `--hri-suite` was given, and the other options that a test needs to be run again."""
 
     suite: str
-    options: Names
+    options: tuple[RerunOption, ...]
 
 
 class SessionSummary(PlainRecord, frozen=True, kw_only=True):
@@ -342,7 +342,7 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     may_be_nc: Mapping[str, NcExemption] = {}
     made_with: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
-    whole: str = ""
+    whole: Literal["", "whole/index.html"] = ""
     origin: ReportOrigin | None = None
 
 

@@ -8,11 +8,24 @@ import subprocess
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import Meta
 
 from pytest_hricdv._base.record import Names, PlainRecord
 
 _TIMEOUT_S = 10.0
 """For git, which answers within milliseconds. Chosen: how long a session may wait for a repository that hangs."""
+
+RerunOption = Annotated[
+    str,
+    Meta(
+        pattern=r"^--hri-(?!report|export|rl-save|update|baseline|cobertura|lcov|ucis|summary|history|cluster|send)"
+        r"[a-z][a-z0-9-]*(=[\s\S]*)?\Z"
+    ),
+]
+"""It stands in commands that people copy from a report, so it is one of the plugin's own, and none that writes a file:
+pytest's `--basetemp=DIR` would empty a folder."""
 
 _PACKAGES = ("pytest", "pytest-xdist", "coverage")
 

@@ -66,6 +66,7 @@ class TestSection(Generic[Value]):
             in it, and a merged report has one of its values.
         rename: its value, with other names of the files that it names.
         folder: of the report, with these files; empty where it has none of its own.
+        suffixes: of these files; none but those are carried along.
     """
 
     __test__ = False
@@ -76,6 +77,7 @@ class TestSection(Generic[Value]):
     identifies: bool = False
     rename: Callable[[Value, FileNames], Value] | None = None
     folder: str = ""
+    suffixes: tuple[str, ...] = ()
 
     def of(self, record: msgspec.Struct) -> Value:
         """Its value."""

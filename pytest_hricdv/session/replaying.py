@@ -82,6 +82,11 @@ def _files(paths: Iterable[Path]) -> Iterable[Path]:
         inside = sorted(path.glob("*.json"))
         if not inside:
             raise ReplayError(f"{path}: no replay file (*.json) in this folder")
+        for file in inside:
+            if file.is_symlink():
+                raise ReplayError(
+                    f"{file}: a symbolic link, and none is followed in a folder: name the file that it means"
+                )
         yield from inside
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import pytest
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import XFAILED
 from pytest_hricdv.report import ci_formats
 from pytest_hricdv.results.codec import decode
@@ -78,12 +79,13 @@ class Restoring:
         if report.when != "call":
             return
         report.duration = result.wall_s or 0.0
+        failure = visible(result.failure, keep="\n\t")  # whoever wrote the journal
         if result.outcome in XFAILED:
             report.outcome = "skipped"
-            report.wasxfail, _, report.longrepr = result.failure.partition("\n\n")
+            report.wasxfail, _, report.longrepr = failure.partition("\n\n")
         elif result.outcome != "passed":
             report.outcome = "failed"
-            report.longrepr = result.failure
+            report.longrepr = failure
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pytest_hricdv._base import sealed_cache
 from pytest_hricdv._base.atomic_file import write_text
-from pytest_hricdv._base.input_file import from_cache
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.concrete import UNIFORM, check_values, expand
@@ -115,7 +115,7 @@ def _generate(
     if isinstance(method, Files):  # reading files is as quick as reading the cache
         return GeneratedSuite(method.generate(context), 0.0, cached=False)
     key = f"{CACHE_FOLDER}/{context.fingerprint(method.name)}"
-    text = from_cache(cache, key)
+    text = sealed_cache.read(cache, key)
     learned_anew = method.name == METHOD and context.save is not None  # the cache keeps suites, not tables
     if isinstance(text, str) and not learned_anew:
         try:
@@ -126,8 +126,7 @@ def _generate(
     began = time.perf_counter()
     suite = method.generate(context)
     wall_s = time.perf_counter() - began
-    if cache is not None:
-        cache.set(key, suite.to_json())
+    sealed_cache.write(cache, key, suite.to_json())
     return GeneratedSuite(suite, wall_s, cached=False)
 
 

@@ -195,6 +195,7 @@ def _poisoned(value: Any, key: str = "") -> Any:
         "status",
         "kind",
         "suite",
+        "id",
     )
     if key in (*fixed, "suite"):
         return value
@@ -208,7 +209,7 @@ def _poisoned(value: Any, key: str = "") -> Any:
 def poisoned() -> Report:
     """A report in which every name is evil; two have a lone surrogate besides, which has no UTF-8.
 
-    Names of suites are not: a report with such a one is refused.
+    Names of suites and ids of tests are not: a report with such a one is refused.
     """
     report = _poisoned(sample.data(tests=3))
     report["suites"][0]["name"] = "rl"

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
+from pytest_hricdv.extra.traces.records import TraceResult
 from pytest_hricdv.report.files import write
 from tests.report import sample, sample_sections, sample_tests
 from tests.report.test_html import poisoned
@@ -182,4 +184,43 @@ def test_reports_with_little_in_them_have_quiet_pages(watched: Watched, tmp_path
         watched.show("tests")
         page.locator("#tests td a").first.click()
         page.wait_for_selector("#test .facts")
+    watched.assert_quiet()
+
+
+HANDLER = '<img src="missing.png" onerror="document.title = \'ran\'">'
+
+
+def test_nothing_but_the_pages_own_scripts_runs(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(sample.data(tests=2), tmp_path)
+    page.evaluate("html => document.body.insertAdjacentHTML('beforeend', html)", HANDLER)
+    page.evaluate(
+        """() => {
+          document.body.insertAdjacentHTML("beforeend", "<a id=evil href=\\"javascript:document.title='ran'\\">x</a>");
+          const script = document.createElement("script");
+          script.textContent = "document.title = 'ran'";
+          document.body.append(script);
+          document.getElementById("evil").click();
+        }"""
+    )
+    page.wait_for_function("() => document.querySelector('img[onerror]').complete")
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    assert page.title() != "ran"
+    refused = [text for text in watched.errors if "Content Security Policy" in text]
+    assert len(refused) == 3, watched.errors
+
+
+LEADING_OUT = ("javascript:alert(1)", "java\nscript:alert(1)", "//host/a", "/etc", "../a.mp4", "films/../../a", "a\\b")
+
+
+def test_no_address_on_the_page_leads_out_of_its_folder(watched: Watched, tmp_path: Path) -> None:
+    report = sample.typed(sample.data(tests=len(LEADING_OUT)))
+    traces = [TraceResult(file=address, bag="traces/a.mcap") for address in LEADING_OUT]
+    tests = tuple(replace(test, trace=trace) for test, trace in zip(report.tests, traces, strict=True))
+    page = watched.open(replace(report, tests=tests), tmp_path)
+    leading = "() => [...document.querySelectorAll('a[href]')].map((link) => link.getAttribute('href'))"
+    for row in page.evaluate("() => JSON.parse(document.getElementById('data').textContent).rows"):
+        watched.show(f"test/{row[0]}")
+        page.wait_for_function("anchor => document.getElementById('test').dataset.test === anchor", arg=row[0])
+        page.wait_for_selector("#test a[href='traces/a.mcap']")
+        assert [link for link in page.evaluate(leading) if not link.startswith("#")] == ["traces/a.mcap"]
     watched.assert_quiet()

@@ -122,6 +122,15 @@ BAD = {
         "Expected `array` of length 2 - at `$.code_under_test.files[0].missing_branches[0]`",
     ),
     "no curve": (_drop("suites", 0, "curve"), "missing required field `curve` - at `$.suites[0]`"),
+    "id with a path": (
+        _put("../../victim/x", "tests", 0, "id"),
+        "Expected `str` matching regex '^[A-Za-z0-9_-]+\\\\Z' - at `$.tests[0].id`",
+    ),
+    "link that runs": (
+        _put({"file": "javascript:alert(1)"}, "tests", 0, "trace"),
+        "- at `$.tests[0].trace.file`",
+    ),
+    "option that empties a folder": (_put(["--basetemp=/home"], "rerun", "options"), "- at `$.rerun.options[0]`"),
     "plans as count": (
         _put(46, "suites", 0, "plans", "human", "covered"),
         "Expected `array`, got `int` - at `$.suites[0].plans[...].covered`",

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from msgspec import structs
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import harmless_line, visible
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign import audit, page
@@ -145,11 +145,10 @@ def status(options: argparse.Namespace) -> int:
     """How far a campaign is, and who has worked for it."""
     with closing(Store.opened(options.state.resolve())) as store:
         now, counts = store.plan(), store.counts()
-        print(
-            f"campaign {options.state}: pytest {' '.join(now.planned.arguments)}, {now.concretizations} seeds of a test"
-        )
+        command = visible(" ".join(now.planned.arguments))
+        print(f"campaign {options.state}: pytest {command}, {now.concretizations} seeds of a test")
         for text in _summary(now, store, counts):
-            print(visible(text))
+            print(harmless_line(text))
         speed = f", {counts.sim_s / counts.wall_s:,.0f} a second" if counts.wall_s else ""
         print(f"{counts.sim_s:,.0f} s simulated in {counts.wall_s:,.0f} s{speed}")
         done, workers = store.runs_of_workers(), store.workers()
@@ -157,7 +156,7 @@ def status(options: argparse.Namespace) -> int:
         for number, worker in workers.items():
             differ = differences(first.versions, worker.versions) if first else ""
             versions = f"; other versions: {differ}" if differ else ""
-            print(visible(f"worker {worker.address} on {worker.host}: {done.get(number, 0):,} runs{versions}"))
+            print(harmless_line(f"worker {worker.address} on {worker.host}: {done.get(number, 0):,} runs{versions}"))
     return OK
 
 
@@ -184,12 +183,12 @@ def report(options: argparse.Namespace) -> int:
     made = structs.replace(made, gates=GateResult(failed=tuple(failed), improved=checked.improved))
     files.write(made, options.output)
     for line in terminal.summary(made, options.output, shutil.get_terminal_size().columns):
-        print(line.text)
+        print(harmless_line(line.text))
     if options.page:
         files.write_text(options.page, page.text(made, now))
         print(f"page: {options.page}")
     for text in failed:
-        print(visible(f"FAILED {text}"))
+        print(harmless_line(f"FAILED {text}"))
     return FAILED_RUNS if failed else OK
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import fill
 
+from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.campaign.plan import CampaignPlan
 from pytest_hricdv.extra.campaign.records import CAMPAIGN, CampaignRequirement, CampaignResult
 from pytest_hricdv.extra.campaign.view import share_text
 from pytest_hricdv.report.formatting import by_requirement, line_ranges, percent, plural, quantity
+from pytest_hricdv.report.markdown_text import escaped
 from pytest_hricdv.results.model import Report
 
 _MAX_LISTED = 20
@@ -29,7 +31,7 @@ def text(report: Report, plan: CampaignPlan) -> str:
         _spread(result),
         "## Coverage",
         _coverage(report),
-        f"## How {report.outcome_label} ended",
+        f"## How {escaped(report.outcome_label)} ended",
         _endings(result),
         *_failures(report, result),
         "## Repeated runs",
@@ -41,7 +43,7 @@ def text(report: Report, plan: CampaignPlan) -> str:
 
 
 def _what(result: CampaignResult, plan: CampaignPlan) -> str:
-    command = " ".join(plan.planned.arguments)
+    command = visible(" ".join(plan.planned.arguments)).replace("`", "'")
     last = plan.run((0, plan.concretizations - 1)).test.id
     introduction = (
         f"{plural(len(result.tests), 'abstract test')} of `pytest {command}`, each concretized with "
@@ -57,13 +59,13 @@ def _what(result: CampaignResult, plan: CampaignPlan) -> str:
 def _verdicts(result: CampaignResult) -> str:
     rows = (
         [
-            name,
+            escaped(name),
             f"{judged.passed:,}",
             f"{judged.failed:,}",
             f"{judged.nc:,}",
             f"{judged.triggers:,}",
             share_text(judged.share),
-            f"{quantity(judged.least.margin)} in `{judged.least.run}`" if judged.least else "-",
+            f"{quantity(judged.least.margin)} in `{_code(judged.least.run)}`" if judged.least else "-",
         ]
         for name, judged in _ordered(result)
     )
@@ -73,7 +75,9 @@ def _verdicts(result: CampaignResult) -> str:
 
 def _spread(result: CampaignResult) -> str:
     rows = (
-        [name, judged.ever, judged.always, judged.unsettled] for name, judged in _ordered(result) if judged.unsettled
+        [escaped(name), judged.ever, judged.always, judged.unsettled]
+        for name, judged in _ordered(result)
+        if judged.unsettled
     )
     return _table(["", "abstract tests that failed with some seed", "with each", "whose verdict depends on it"], rows)
 
@@ -97,24 +101,24 @@ def _coverage(report: Report) -> str:
     for file in report.code_under_test.files:
         lines = [line for line in file.missing_lines if (file.file, line) not in waived]
         if lines:
-            rows.append([f"not reached: {file.file}", ", ".join(line_ranges(lines))])
+            rows.append([f"not reached: {escaped(file.file)}", ", ".join(line_ranges(lines))])
     return _table(["by all runs together", ""], rows)
 
 
 def _endings(result: CampaignResult) -> str:
     total = sum(result.endings.values())
-    rows = ([name, f"{count:,}", percent(100.0 * count / total)] for name, count in result.endings.items())
+    rows = ([escaped(name), f"{count:,}", percent(100.0 * count / total)] for name, count in result.endings.items())
     return _table(["", "", "share"], rows)
 
 
 def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
     """Runs that failed, and those that were lost."""
-    items = [f"- `{run.id}` was lost: {run.reason}" for run in result.lost]
+    items = [f"- `{_code(run.id)}` was lost: {escaped(run.reason)}" for run in result.lost]
     for test in report.tests:
         if test.fails:
             names = [name for name, judged in test.requirements.items() if judged.verdict == "Failed"]
             violated = " and ".join(sorted(names, key=by_requirement)) or test.outcome
-            items.append(f"- `{test.id}`: {violated}")
+            items.append(f"- `{_code(test.id)}`: {escaped(violated)}")
     if not items:
         return
     more = [f"- and {len(items) - _MAX_LISTED:,} more"] if len(items) > _MAX_LISTED else []
@@ -123,7 +127,7 @@ def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
 
 
 def _repeated(result: CampaignResult) -> str:
-    differing = "\n".join(f"- `{run.id}`: {run.parting}" for run in result.differing)
+    differing = "\n".join(f"- `{_code(run.id)}`: {escaped(run.parting)}" for run in result.differing)
     again = f"{result.repeated:,} runs were done again, on another worker where there is one"
     summary = f"{again}; {len(result.differing):,} gave another record."
     return f"{summary}\n\n{differing}".strip()
@@ -131,8 +135,13 @@ def _repeated(result: CampaignResult) -> str:
 
 def _versions(plan: CampaignPlan) -> str:
     versions = plan.planned.versions
-    named = [f"{name} {versions[name]}" for name in _SHOWN_VERSIONS if name in versions]
+    named = [f"{name} {escaped(versions[name])}" for name in _SHOWN_VERSIONS if name in versions]
     return f"{', '.join(named)}; {len(plan.planned.project)} files of the project, whose hashes the campaign has."
+
+
+def _code(text: str) -> str:
+    """For between backquotes, where nothing else has a meaning."""
+    return visible(text).replace("`", "'").replace("|", "/")
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -9,14 +9,18 @@ from pathlib import Path
 
 from msgspec import structs
 
-from pytest_hricdv._base.atomic_file import write_text
+from pytest_hricdv._base.contained import files_inside
 from pytest_hricdv._base.project_files import differences
+from pytest_hricdv.extra.campaign.database import damaged, located
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignResult, DifferingRun, LostRun
 from pytest_hricdv.extra.campaign.statistics import Statistics
 from pytest_hricdv.extra.campaign.store import Store
+from pytest_hricdv.report import files
 from pytest_hricdv.results.assembling import assemble
+from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.results.replay import Replay, ReplayError
 from pytest_hricdv.session.replaying import FOLDER
 
 
@@ -33,13 +37,16 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
     """
     statistics = Statistics(sorted(plan.declared.requirements))
     keys = []
-    for row in store.rows():
-        statistics.add(row)
-        keys.append(row.key)
+    with located(store.path):
+        for row in store.rows():
+            statistics.add(row)
+            keys.append(row.key)
     listed = keys if len(keys) <= most else statistics.kept()
-    results = tuple(_results(store, listed, output / FOLDER))
+    results = tuple(_results(store, plan, listed, output))
     counts = store.counts()
-    report, problem = assemble(plan.declared, results, {}, counts.wall_s)
+    with located(store.path):
+        check_report(structs.replace(plan.declared, tests=results))
+        report, problem = assemble(plan.declared, results, {}, counts.wall_s)
     campaign = CampaignResult(
         expected=plan.runs,
         stored=len(keys),
@@ -57,17 +64,30 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
     return structs.replace(report, campaign=campaign), problem
 
 
-def _results(store: Store, keys: list[RunKey], folder: Path) -> Iterator[TestResult]:
+def _results(store: Store, plan: CampaignPlan, keys: list[RunKey], output: Path) -> Iterator[TestResult]:
     """Results of runs; what failed gets its replay file."""
     with contextlib.suppress(OSError):
-        for path in folder.glob("*.json"):  # of an earlier report
+        for path in files_inside(output, FOLDER, (".json",)):  # of an earlier report
             path.unlink()
-    for _, result, replay in store.results(keys):
+    for key, result, replay in store.results(keys):
+        if result.id != plan.name(key):
+            raise damaged(store.path, f"the run of {plan.name(key)} has the result of {result.id}")
         if not replay:
             yield result
             continue
-        path = write_text(folder / f"{result.id}.json", replay)
+        path = files.write_inside(output, f"{FOLDER}/{result.id}.json", _checked(store, result, replay))
         yield structs.replace(result, replay=os.path.relpath(path))
+
+
+def _checked(store: Store, result: TestResult, replay: str) -> str:
+    """The text of a replay file, which is one, and of this run."""
+    with located(store.path):
+        try:
+            if Replay.from_json(replay, f"replay of {result.id}").test.id == result.id:
+                return replay
+        except ReplayError as error:
+            raise damaged(store.path, error) from None
+        raise ValueError(f"the replay of {result.id} is of another test")
 
 
 def _differing(store: Store, plan: CampaignPlan) -> Iterator[DifferingRun]:
@@ -75,6 +95,6 @@ def _differing(store: Store, plan: CampaignPlan) -> Iterator[DifferingRun]:
     hashes = store.hashes(repeat.key for repeat in repeats)
     for repeat in repeats:
         if repeat.sha256 != hashes[repeat.key]:
-            first, other = workers[store.row(repeat.key).worker], workers[repeat.worker]
-            versions = differences(first.versions, other.versions)
+            first, other = workers.get(store.row(repeat.key).worker), workers.get(repeat.worker)
+            versions = differences(first.versions, other.versions) if first and other else ""
             yield DifferingRun(id=plan.name(repeat.key), parting=repeat.parting, versions=versions)

@@ -5,8 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
+import msgspec
+from msgspec import Meta
+
+from pytest_hricdv._base.record import Count, NotNegative
+from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.extra.campaign.plan import RunKey
 from pytest_hricdv.results.model import TestResult
 
@@ -65,23 +70,46 @@ def note(result: TestResult) -> str:
     return result.failure.strip().partition("\n")[0] if result.fails else ""
 
 
+Bits = Annotated[str, Meta(pattern=r"^0x[0-9a-f]+\Z")]
+
+
+class _Cells(msgspec.Struct, array_like=True):
+    """A row as SQLite has it, whose columns take values of any type."""
+
+    test: Count
+    k: Count
+    outcome: TestOutcome | Literal["lost"]
+    note: str
+    sim_s: NotNegative
+    sha256: str
+    verdicts: Annotated[str, Meta(pattern=r"^((Passed|Failed|NC)( |\Z))*\Z")]
+    triggers: Annotated[str, Meta(pattern=r"^(\d{1,18}( |\Z))*\Z")]
+    margins: str
+    bins: str
+    ended: str
+    statements: Bits
+    branches: Bits
+    worker: Count
+
+
 def read_row(fields: tuple[Any, ...]) -> Row:
-    """A row of the store. Raises ValueError where it is no such row."""
-    test, k, outcome, note, sim_s, sha256, verdicts, triggers, margins, bins, ended, statements, branches, worker = (
-        fields
+    """A row of the store. Raises msgspec.ValidationError or ValueError where it is no such row."""
+    cells = msgspec.convert(fields, _Cells)
+    row = Row(
+        key=(cells.test, cells.k),
+        outcome=cells.outcome,
+        note=cells.note,
+        sim_s=cells.sim_s,
+        sha256=cells.sha256,
+        verdicts=tuple(cells.verdicts.split()),
+        triggers=tuple(map(int, cells.triggers.split())),
+        margins=msgspec.convert(json.loads(cells.margins or "[]"), tuple[int | float | None, ...]),
+        bins=msgspec.convert(json.loads(cells.bins), dict[str, list[list[str]]]),
+        ended=msgspec.convert(json.loads(cells.ended), tuple[str, ...]),
+        statements=int(cells.statements, 16),
+        branches=int(cells.branches, 16),
+        worker=cells.worker,
     )
-    return Row(
-        key=(test, k),
-        outcome=outcome,
-        note=note,
-        sim_s=sim_s,
-        sha256=sha256,
-        verdicts=tuple(verdicts.split()),
-        triggers=tuple(map(int, triggers.split())),
-        margins=tuple(json.loads(margins or "[]")),
-        bins=json.loads(bins),
-        ended=tuple(json.loads(ended)),
-        statements=int(statements, 16),
-        branches=int(branches, 16),
-        worker=worker,
-    )
+    if not len(row.verdicts) == len(row.triggers) == len(row.margins):
+        raise ValueError(f"run {row.key}: expected a verdict, a count and a margin for each requirement")
+    return row

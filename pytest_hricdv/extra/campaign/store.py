@@ -11,34 +11,24 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
 import msgspec
 
+from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, unpacked
+from pytest_hricdv.extra.campaign.database import TABLES, check_keys, check_tables, located, opened
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST, Row, columns, note, read_row
 from pytest_hricdv.extra.cluster.service import WorkerName
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.model import TestResult
 
 SCHEMA = "hricdv-campaign/3"
-
-_TABLES = """
-CREATE TABLE campaign (name TEXT PRIMARY KEY, value BLOB) WITHOUT ROWID;
-CREATE TABLE workers (id INTEGER PRIMARY KEY, address TEXT, host TEXT, versions TEXT, UNIQUE (address, host, versions));
-CREATE TABLE runs (
-    test INTEGER, k INTEGER, outcome TEXT, note TEXT, sim_s REAL, sha256 TEXT, verdicts TEXT, triggers TEXT,
-    margins TEXT, bins TEXT, ended TEXT, statements TEXT, branches TEXT, worker INTEGER,
-    PRIMARY KEY (test, k)) WITHOUT ROWID;
-CREATE INDEX outcomes ON runs (outcome, sim_s);
-CREATE TABLE results (test INTEGER, k INTEGER, result BLOB, replay BLOB, PRIMARY KEY (test, k));
-CREATE TABLE again (test INTEGER, k INTEGER, sha256 TEXT, worker INTEGER, parting TEXT, PRIMARY KEY (test, k, worker));
-CREATE TABLE sessions (began_utc TEXT, wall_s REAL);
-"""
 
 
 @dataclass(frozen=True)
@@ -85,10 +75,10 @@ class Store:
             raise CampaignError(f"{path}: there is such a file already")
         if not path.parent.is_dir():
             raise CampaignError(f"{path}: there is no folder {path.parent}")
-        with _located(path):
-            store = cls(path, _connection(path))
+        with located(path):
+            store = cls(path, opened(path))
             with store._connection:
-                store._connection.executescript(_TABLES)
+                store._connection.executescript(TABLES)
                 store._put("schema", SCHEMA.encode())
                 store._put("plan", zlib.compress(plan.to_json()))
         return store
@@ -100,11 +90,12 @@ class Store:
             raise CampaignError(
                 f"{path}: no such campaign: 'python -m pytest_hricdv.campaign run --state={path}' begins one"
             )
-        with _located(path):
-            store = cls(path, _connection(path))
-            schema = store._get("schema")
+        with located(path):
+            store = cls(path, opened(path))
+            schema = store._schema()
             if schema != SCHEMA.encode():
                 raise CampaignError(f"{path}: expected a campaign of schema {SCHEMA}, found {schema!r}")
+            check_tables(path, store._connection)
             # Reads the largest table: a file that was cut off is noticed here, and not in the middle of a report.
             store._connection.execute("SELECT count(*) FROM results WHERE test < 0").fetchone()
         return store
@@ -127,42 +118,41 @@ class Store:
             self._lock = None
 
     def plan(self) -> CampaignPlan:
-        """What the campaign runs."""
-        with _located(self.path):
-            text = self._get("plan")
-        try:
-            return CampaignPlan.from_json(zlib.decompress(text or b""))
-        except (zlib.error, msgspec.DecodeError) as error:
-            raise _damaged(self.path, error) from None
+        """What the campaign runs. Of all runs that are stored, the tests are in it."""
+        with located(self.path):
+            plan = CampaignPlan.from_json(unpacked(self._get("plan") or b"", MAX_REPORT_BYTES))
+            check_keys(self.path, self._connection, len(plan.tests))
+            check_report(plan.declared)
+        return plan
 
     def begin(self, utc: str, plan: CampaignPlan) -> None:
         """A session begins; the number of concretizations may have grown."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             self._put("plan", zlib.compress(plan.to_json()))
             self._connection.execute("DELETE FROM campaign WHERE name = 'cancelled'")
             self._connection.execute("INSERT INTO sessions VALUES (?, 0)", (utc,))
 
     def lasted(self, wall_s: float) -> None:
         """The session has lasted so long (s)."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             self._connection.execute(
                 "UPDATE sessions SET wall_s = ? WHERE rowid = (SELECT max(rowid) FROM sessions)", (wall_s,)
             )
 
     def cancel(self) -> None:
         """Ask whoever runs this campaign to stop."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             self._put("cancelled", b"")
 
     @property
     def is_cancelled(self) -> bool:
         """Whether somebody asked to stop."""
-        with _located(self.path):
+        with located(self.path):
             return self._get("cancelled") is not None
 
     def add(self, key: RunKey, result: TestResult, replay: str, worker: WorkerName) -> None:
         """Keep a run; one that is there already stays, and where it differs, both are kept."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             number = self._worker(worker)
             values = (*key, result.outcome, note(result), result.sim_s, result.record_sha256 or "", *columns(result))
             marks = ", ".join("?" * (len(values) + 1))
@@ -176,13 +166,13 @@ class Store:
 
     def add_lost(self, key: RunKey, reason: str) -> None:
         """Keep that a run cannot be done."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             values = (*key, LOST, reason, 0.0, "", "", "", "", "{}", "[]", "0x0", "0x0", 0)
             self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({', '.join('?' * len(values))})", values)
 
     def lost(self) -> list[tuple[RunKey, str]]:
         """Runs that cannot be done, and why."""
-        with _located(self.path):
+        with located(self.path):
             rows = self._connection.execute(
                 "SELECT test, k, note FROM runs WHERE outcome = ? ORDER BY test, k", (LOST,)
             )
@@ -190,12 +180,12 @@ class Store:
 
     def forget_lost(self) -> None:
         """Runs that were lost are done again."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             self._connection.execute("DELETE FROM runs WHERE outcome = ?", (LOST,))
 
     def add_repeat(self, key: RunKey, sha256: str, worker: WorkerName, parting: str) -> None:
         """Keep what a run gave on another worker."""
-        with _located(self.path), self._connection:
+        with located(self.path), self._connection:
             self._repeat(key, sha256, self._worker(worker), parting)
 
     def _repeat(self, key: RunKey, sha256: str, worker: int, parting: str) -> None:
@@ -203,14 +193,14 @@ class Store:
 
     def done(self) -> set[RunKey]:
         """Of all runs that have an outcome."""
-        with _located(self.path):
+        with located(self.path):
             return set(self._connection.execute("SELECT test, k FROM runs"))
 
     def counts(self) -> Counts:
         """How far the campaign is."""
-        with _located(self.path):
+        with located(self.path):
             grouped = self._connection.execute(
-                "SELECT outcome, count(*), sum(sim_s) FROM runs GROUP BY outcome"
+                "SELECT outcome, count(*), total(sim_s) FROM runs GROUP BY outcome"
             ).fetchall()
             (wall_s,) = self._connection.execute("SELECT total(wall_s) FROM sessions").fetchone()
         repeats = self.repeats()
@@ -221,18 +211,18 @@ class Store:
 
     def rows(self) -> Iterator[Row]:
         """All runs, by test and concretization."""
-        with _located(self.path):
+        with located(self.path):
             for row in self._connection.execute("SELECT * FROM runs ORDER BY test, k"):
                 yield read_row(row)
 
     def row(self, key: RunKey) -> Row:
         """One run."""
-        with _located(self.path):
+        with located(self.path):
             return read_row(self._connection.execute("SELECT * FROM runs WHERE test = ? AND k = ?", key).fetchone())
 
     def hashes(self, keys: Iterable[RunKey]) -> dict[RunKey, str]:
         """Of the records of these runs."""
-        with _located(self.path):
+        with located(self.path):
             query = "SELECT sha256 FROM runs WHERE test = ? AND k = ?"
             return {key: self._connection.execute(query, key).fetchone()[0] for key in keys}
 
@@ -240,27 +230,34 @@ class Store:
         """The whole results of runs, and the texts of their replay files."""
         query = "SELECT result, replay FROM results WHERE test = ? AND k = ?"
         for key in keys:
-            with _located(self.path):
+            with located(self.path):
                 row = self._connection.execute(query, key).fetchone()
             if row is not None:
-                replay = zlib.decompress(row[1]).decode() if row[1] else ""
-                yield key, msgspec.json.decode(zlib.decompress(row[0]), type=TestResult), replay
+                with located(self.path):
+                    packed, packed_replay = msgspec.convert(row, tuple[bytes, bytes])
+                    replay = unpacked(packed_replay).decode() if packed_replay else ""
+                    result = msgspec.json.decode(unpacked(packed), type=TestResult)
+                yield key, result, replay
 
     def repeats(self) -> list[Repeat]:
         """Runs that were done again, in order."""
-        with _located(self.path):
+        with located(self.path):
             rows = self._connection.execute("SELECT test, k, sha256, worker, parting FROM again ORDER BY 1, 2, 4")
-            return [Repeat((test, k), sha256, worker, parting) for test, k, sha256, worker, parting in rows]
+            again = msgspec.convert(list(rows), list[_Again])
+            return [Repeat((row.test, row.k), row.sha256, row.worker, row.parting) for row in again]
 
     def workers(self) -> dict[int, WorkerName]:
         """Number -> worker."""
-        with _located(self.path):
+        with located(self.path):
             rows = self._connection.execute("SELECT id, address, host, versions FROM workers ORDER BY id").fetchall()
-        return {number: WorkerName(address, host, json.loads(versions)) for number, address, host, versions in rows}
+            return {
+                number: msgspec.convert((address, host, json.loads(versions)), _Worker).named
+                for number, address, host, versions in rows
+            }
 
     def runs_of_workers(self) -> dict[int, int]:
         """Number of a worker -> runs that it did."""
-        with _located(self.path):
+        with located(self.path):
             return dict(self._connection.execute("SELECT worker, count(*) FROM runs WHERE worker > 0 GROUP BY worker"))
 
     def _worker(self, worker: WorkerName) -> int:
@@ -269,39 +266,36 @@ class Store:
         query = "SELECT id FROM workers WHERE address = ? AND host = ? AND versions = ?"
         return int(self._connection.execute(query, values).fetchone()[0])
 
+    def _schema(self) -> bytes | None:
+        """Of a file that was not checked yet: it may have no such table, or a view of this name, without end."""
+        query = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'campaign'"
+        return self._get("schema") if self._connection.execute(query).fetchone()[0] else None
+
     def _put(self, name: str, value: bytes) -> None:
         self._connection.execute("INSERT OR REPLACE INTO campaign VALUES (?, ?)", (name, value))
 
     def _get(self, name: str) -> bytes | None:
         row = self._connection.execute("SELECT value FROM campaign WHERE name = ?", (name,)).fetchone()
-        return None if row is None else bytes(row[0])
+        return None if row is None else msgspec.convert(row[0], bytes)
 
 
-def _connection(path: Path) -> sqlite3.Connection:
-    connection = sqlite3.connect(path, timeout=30)  # s: `status` and `report` hold their locks for moments only
-    connection.execute("PRAGMA journal_mode = WAL")
-    # With a write-ahead log the file stays whole; a power failure may cost the last rows, which are run again.
-    connection.execute("PRAGMA synchronous = NORMAL")
-    return connection
+class _Again(msgspec.Struct, array_like=True):
+    """A row of runs that were done again."""
+
+    test: int
+    k: int
+    sha256: str
+    worker: int
+    parting: str
 
 
-@contextmanager
-def _located(path: Path) -> Iterator[None]:
-    """Errors of the file, with its name and what to do."""
-    try:
-        yield
-    except sqlite3.OperationalError as error:
-        if "no such table" in str(error):
-            raise _damaged(path, error) from None
-        raise CampaignError(
-            f"{path}: cannot be read or written: {error}; what was stored before is kept, and the same command goes on"
-        ) from None
-    except (sqlite3.DatabaseError, zlib.error, ValueError) as error:
-        raise _damaged(path, error) from None
+class _Worker(msgspec.Struct, array_like=True):
+    """A row of the workers."""
 
+    address: str
+    host: str
+    versions: Mapping[str, str]
 
-def _damaged(path: Path, error: Exception) -> CampaignError:
-    return CampaignError(
-        f"{path}: damaged, or no campaign ({error}): 'sqlite3 {path} .recover' may save its rows; otherwise give "
-        "another --state"
-    )
+    @property
+    def named(self) -> WorkerName:
+        return WorkerName(self.address, self.host, self.versions)

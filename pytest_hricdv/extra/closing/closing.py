@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from pytest_hricdv._base.input_file import from_cache
+from pytest_hricdv._base import sealed_cache
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
@@ -271,7 +271,7 @@ class KeptSuite:
 
     def read(self) -> GeneratedSuite | None:
         """The suite; None where there is none, or it is of other files."""
-        kept = from_cache(self._cache, self._key)
+        kept = sealed_cache.read(self._cache, self._key)
         try:
             if kept is None or kept["files"] != self._digests(kept["files"]):
                 return None
@@ -285,7 +285,9 @@ class KeptSuite:
         if self._cache is not None:
             evidence = msgspec.json.encode(closing).decode()
             digests = self._digests(dict.fromkeys(files, ""))
-            self._cache.set(self._key, {"files": digests, "suite": suite.to_json(), "closing": evidence})
+            sealed_cache.write(
+                self._cache, self._key, {"files": digests, "suite": suite.to_json(), "closing": evidence}
+            )
 
     def _digests(self, files: Mapping[str, str]) -> dict[str, str]:
         digests = {}

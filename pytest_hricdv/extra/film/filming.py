@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from pytest_hricdv._base.atomic_file import temporary_path
+from pytest_hricdv._base.atomic_file import replaced
+from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
@@ -56,7 +57,7 @@ class Filming:
         name = re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                return self._replay(result, self._folder / FOLDER / name)
+                return self._replay(result, inside(self._folder, f"{FOLDER}/{name}"))
         except Exception as error:
             return _without(f"not filmed: {type(error).__name__}: {error}")
 
@@ -76,8 +77,8 @@ class Filming:
                 raise TestbenchError("the testbench's run did not call run.go")
             film.finish()
             strip = path.with_name(path.name + ".png")
-            film_run.recorder.strip().save(temporary_path(strip), format="PNG")
-            temporary_path(strip).replace(strip)
+            with replaced(strip) as part:
+                film_run.recorder.strip().save(part, format="PNG")
         finally:
             film.discard()
         same = again.record.sha256 == result.record.sha256

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from msgspec import Meta
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, NotNegative, PlainRecord
@@ -11,11 +14,16 @@ FOLDER = "films"
 """Of the report: the files are in it."""
 
 
+VideoName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.(mp4|gif)\Z")]
+StripName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.png\Z")]
+"""Of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
+
+
 class FilmResult(PlainRecord, frozen=True, kw_only=True):
     """The film of a failed test, with paths relative to the report; `note` says why there is none, or what is wrong."""
 
-    video: str | None
-    strip: str | None
+    video: VideoName | None
+    strip: StripName | None
     seconds: NotNegative | None
     frames: Count
     note: str
@@ -25,7 +33,9 @@ def _renamed(film: FilmResult | None, names: FileNames) -> FilmResult | None:
     return film and replace(film, video=names.file(FOLDER, film.video), strip=names.file(FOLDER, film.strip))
 
 
-FILM: TestSection[FilmResult | None] = TestSection("film", FilmResult | None, None, rename=_renamed, folder=FOLDER)
+FILM: TestSection[FilmResult | None] = TestSection(
+    "film", FilmResult | None, None, rename=_renamed, folder=FOLDER, suffixes=(".mp4", ".gif", ".png")
+)
 """Of a test that failed in a session with `--hri-film`."""
 
 TEST_SECTIONS = (FILM,)

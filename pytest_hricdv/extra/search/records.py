@@ -7,7 +7,7 @@ from typing import Literal
 
 from msgspec.structs import replace
 
-from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord, ReplayName, TestId
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
@@ -20,8 +20,8 @@ class ShrunkTest(PlainRecord, frozen=True, kw_only=True):
     `id` and `replay` are None where nothing could be removed; `note` says why the test was not shrunk at all.
     """
 
-    id: str | None
-    replay: str | None
+    id: TestId | None
+    replay: ReplayName | None
     abstract: Names
     concrete: Names
     actions_before: Count
@@ -45,12 +45,12 @@ class SearchResult(PlainRecord, frozen=True, kw_only=True):
     status: Literal["violated", "not violated", "violated by the suite", "never triggered"]
     suite_margin: Number | None
     margin: Number | None
-    test: str | None
+    test: TestId | None
     runs: Count
     wall_s: NotNegative
     ended: SearchEnd
-    id: str | None
-    replay: str | None
+    id: TestId | None
+    replay: ReplayName | None
     abstract: Names
     shrunk: ShrunkTest | None = None
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from msgspec import Meta
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import PlainRecord
@@ -11,22 +14,28 @@ FOLDER = "traces"
 """Of the report: the files are in it."""
 
 
+McapName = Annotated[str, Meta(pattern=r"^traces/[A-Za-z0-9._-]+\.mcap\Z")]
+"""Of a file, relative to the report. It becomes a link on the page, so it can lead nowhere else."""
+
+
 class TraceResult(PlainRecord, frozen=True, kw_only=True):
     """The MCAP file of a run, relative to the report; `note` says why there is none, or what is wrong with it.
 
     `bag` is a second one, with the messages of ROS 2 as `ros2 bag` has them; None where there are none.
     """
 
-    file: str | None
+    file: McapName | None
     note: str = ""
-    bag: str | None = None
+    bag: McapName | None = None
 
 
 def _renamed(trace: TraceResult | None, names: FileNames) -> TraceResult | None:
     return trace and replace(trace, file=names.file(FOLDER, trace.file), bag=names.file(FOLDER, trace.bag))
 
 
-TRACE: TestSection[TraceResult | None] = TestSection("trace", TraceResult | None, None, rename=_renamed, folder=FOLDER)
+TRACE: TestSection[TraceResult | None] = TestSection(
+    "trace", TraceResult | None, None, rename=_renamed, folder=FOLDER, suffixes=(".mcap",)
+)
 """Of a test whose run was to be written."""
 
 TEST_SECTIONS = (TRACE,)

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.traces.records import FOLDER, TraceResult
 from pytest_hricdv.extra.traces.scene import ObservedWorld, SceneChange
@@ -43,8 +44,8 @@ class TraceWriter:
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 scene, note = self._scene(run)
-            mcap_trace.write(self._folder / name, mcap_trace.McapTrace(test, run.record, self._testbench, scene))
-            has_bag = ros2_bag.write(self._folder / bag, run.record)
+            mcap_trace.write(inside(self._folder, name), mcap_trace.McapTrace(test, run.record, self._testbench, scene))
+            has_bag = ros2_bag.write(inside(self._folder, bag), run.record)
         except Exception as error:
             return TraceResult(file=None, note=f"not written: {type(error).__name__}: {error}")
         return TraceResult(file=name, note=note, bag=bag if has_bag else None)

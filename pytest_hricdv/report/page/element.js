@@ -8,11 +8,20 @@ function visible(text) {
     char === "\n" || char === "\t" ? char : "\\u{" + char.codePointAt(0).toString(16) + "}");
 }
 
+// Of an address that leads away from the page's folder, or is a script: a scheme, a host, a root, a step upwards.
+const LEADS_AWAY = /^[^#]*?[\\:]|^\/|^(?:[^#]*\/)?\.\.(?:[\/#?]|$)/;
+
+/** An address of the page, or of a file beside it; null for any other, which then is no link. */
+function inside(address) {
+  return LEADS_AWAY.test(address) ? null : address;
+}
+
 /** An element; children are elements, texts, or lists of them; null and false are left out. */
 function h(tag, attributes, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes || {})) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if ((name === "href" || name === "src") && inside(value) === null) continue;
     else if (value === true) element.setAttribute(name, "");
     else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, visible(value));
   }

@@ -1,0 +1,115 @@
+"""The file of a campaign as a database of SQLite: its tables, how it is opened, and what is said where it is damaged.
+
+A campaign's file may come from somewhere else, as an artefact does. SQL in it would run here: a view in the place of a
+table may have no end, a trigger changes what is stored. So nothing is read before the file has the tables that the
+plugin makes, and no others of their names; what cells hold is checked where they are read.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv._base.contained import file_inside
+from pytest_hricdv.extra.campaign.plan import CampaignError
+from pytest_hricdv.generate import GenerateError
+
+TABLES = """
+CREATE TABLE campaign (name TEXT PRIMARY KEY, value BLOB) WITHOUT ROWID;
+CREATE TABLE workers (id INTEGER PRIMARY KEY, address TEXT, host TEXT, versions TEXT, UNIQUE (address, host, versions));
+CREATE TABLE runs (
+    test INTEGER, k INTEGER, outcome TEXT, note TEXT, sim_s REAL, sha256 TEXT, verdicts TEXT, triggers TEXT,
+    margins TEXT, bins TEXT, ended TEXT, statements TEXT, branches TEXT, worker INTEGER,
+    PRIMARY KEY (test, k)) WITHOUT ROWID;
+CREATE INDEX outcomes ON runs (outcome, sim_s);
+CREATE TABLE results (test INTEGER, k INTEGER, result BLOB, replay BLOB, PRIMARY KEY (test, k));
+CREATE TABLE again (test INTEGER, k INTEGER, sha256 TEXT, worker INTEGER, parting TEXT, PRIMARY KEY (test, k, worker));
+CREATE TABLE sessions (began_utc TEXT, wall_s REAL);
+"""
+
+_BESIDE = ("-wal", "-shm", "-journal")
+"""Endings of the files that SQLite writes beside a database."""
+
+_MOST_K = 10_000_000
+"""Concretizations of a test; as many as the command line takes."""
+
+_STRANGE_KEYS = "SELECT count(*) FROM {} WHERE typeof(test) != 'integer' OR typeof(k) != 'integer' OR test < 0 \
+OR test >= ? OR k < 0 OR k >= ?"
+
+
+def opened(path: Path) -> sqlite3.Connection:
+    """A connection to the file, which is made where it is missing.
+
+    Raises:
+        OSError: SQLite would write through a symbolic link beside it.
+        sqlite3.Error: it cannot be opened.
+    """
+    for ending in _BESIDE:
+        file_inside(path.parent, path.name + ending)
+    connection = sqlite3.connect(path, timeout=30)  # s: `status` and `report` hold their locks for moments only
+    connection.execute("PRAGMA trusted_schema = OFF")  # functions that SQL in the file may call: harmless ones only
+    connection.execute("PRAGMA journal_mode = WAL")
+    # With a write-ahead log the file stays whole; a power failure may cost the last rows, which are run again.
+    connection.execute("PRAGMA synchronous = NORMAL")
+    return connection
+
+
+def check_tables(path: Path, connection: sqlite3.Connection) -> None:
+    """Check that the file has the tables of a campaign.
+
+    Raises:
+        CampaignError: one is missing or another one, or there is a view or a trigger.
+    """
+    with sqlite3.connect(":memory:") as made:
+        made.executescript(TABLES)
+        expected = _tables(made)
+    made.close()
+    tables = _tables(connection)
+    for name, statement in expected.items():
+        if tables.get(name) != statement:
+            raise damaged(path, f"its table {name} is {'another one' if name in tables else 'missing'}")
+    if strange := sorted(kind for kind, _ in tables.values() if kind in ("view", "trigger")):
+        raise damaged(path, f"there is a {strange[0]} in it, and campaigns have none")
+
+
+def _tables(connection: sqlite3.Connection) -> dict[str, tuple[str, str]]:
+    """Name -> kind and SQL, without what SQLite makes itself."""
+    rows = connection.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
+    return {name: (kind, " ".join(str(sql).split())) for kind, name, sql in rows if not name.startswith("sqlite_")}
+
+
+def check_keys(path: Path, connection: sqlite3.Connection, tests: int) -> None:
+    """Check that all rows are of tests of the plan. Raises CampaignError."""
+    for table in ("runs", "results", "again"):
+        (count,) = connection.execute(_STRANGE_KEYS.format(table), (tests, _MOST_K)).fetchone()
+        if count:
+            raise damaged(path, f"{count:,} rows of {table} are of no test of its plan")
+
+
+@contextmanager
+def located(path: Path) -> Iterator[None]:
+    """Errors of the file, with its name and what to do."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        if "no such table" in str(error):
+            raise damaged(path, error) from None
+        raise CampaignError(
+            f"{path}: cannot be read or written: {error}; what was stored before is kept, and the same command goes on"
+        ) from None
+    except OSError as error:
+        raise CampaignError(f"{error.filename or path}: {error.strerror or error}") from None
+    except (sqlite3.DatabaseError, msgspec.MsgspecError, ValueError, OverflowError, GenerateError) as error:
+        raise damaged(path, error) from None
+
+
+def damaged(path: Path, why: object) -> CampaignError:
+    """The error of a file that is no campaign's, or no longer."""
+    return CampaignError(
+        f"{path}: damaged, or no campaign ({why}): 'sqlite3 {path} .recover' may save its rows; otherwise give "
+        "another --state"
+    )

@@ -1,0 +1,221 @@
+"""Reports that somebody else made: what merging, rebuilding and gates make of links, names and files in them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from pytest_hricdv.report.__main__ import main
+from pytest_hricdv.report.explanation import generate_command
+from pytest_hricdv.report.files import supersede, write
+from pytest_hricdv.results.codec import ReportError, encode, load
+from pytest_hricdv.results.journal import NAME, Began, Declared, Finished, JournalWriter, read
+from tests.report import sample
+
+
+@pytest.fixture
+def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A report as an artefact brings it: a folder with its JSON alone."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "artefact"
+    folder.mkdir()
+    (folder / "report.json").write_text(json.dumps(sample.data(tests=2)), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def victim(tmp_path: Path) -> Path:
+    """A folder of the user, which holds something of worth."""
+    folder = tmp_path / "victim"
+    folder.mkdir()
+    (folder / "secret.json").write_text("precious", encoding="utf-8")
+    (folder / "main.js").write_text("precious", encoding="utf-8")
+    return folder
+
+
+def untouched(victim: Path) -> bool:
+    return {path.name: path.read_text() for path in victim.iterdir()} == dict.fromkeys(
+        ("secret.json", "main.js"), "precious"
+    )
+
+
+def change(folder: Path, **keys: object) -> None:
+    """Change keys of the first test."""
+    data = sample.data(tests=2)
+    data["tests"][0] |= keys
+    (folder / "report.json").write_text(json.dumps(data), encoding="utf-8")
+
+
+FILM = {"video": None, "strip": None, "seconds": None, "frames": 0, "note": ""}
+ADDRESSES = [
+    *("javascript:alert(1)", "data:text/html,x", "file:///etc/passwd", "http://e", "//e/a.mcap", "/a.mcap"),
+    *("traces/../../a.mcap", "traces/a.html", "traces/a\n.mcap", "traces/%2e%2e/a.mcap", "traces\\a.mcap"),
+]
+VIDEOS = ["javascript:x", "films/a.svg", "films/a.html", "films/../a.gif"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *(("id", name) for name in ("../../victim/x", "/etc/x", "a/b", "..", ".", "", "a\x1b", "a\n", "a b", "ä")),
+        *(("trace", {"file": address}) for address in ADDRESSES),
+        *(("trace", {"file": None, "bag": address}) for address in ADDRESSES[:3]),
+        *(("film", FILM | {"video": name}) for name in VIDEOS),
+        *(("film", FILM | {"strip": name}) for name in ("javascript:x", "films/a.svg", "http://e/a.png")),
+        *(("replay", name) for name in ("javascript:alert(1)", "failures/a.json\nrm -rf", "failures/a.py")),
+    ],
+)  # fmt: skip
+def test_a_name_or_address_that_leads_elsewhere_is_refused(report: Path, key: str, value: object) -> None:
+    change(report, **{key: value})
+    with pytest.raises(ReportError, match=rf"Expected `str.* matching regex .* - at `\$\.tests\[0\]\.{key}"):
+        load(report)
+
+
+@pytest.mark.parametrize(
+    "option", ["--basetemp=/home/me", "-c/tmp/e.ini", "-pevil", "--hri-report=/x", "--hri-rl-save=x"]
+)
+def test_no_command_to_copy_has_an_option_that_writes(report: Path, option: str) -> None:
+    data = sample.data(tests=1)
+    data["rerun"]["options"] = [option]
+    (report / "report.json").write_text(json.dumps(data))
+    with pytest.raises(ReportError, match=r"\$\.rerun\.options\[0\]"):
+        load(report)
+
+
+def test_the_name_of_a_test_is_no_option_of_a_command_to_copy() -> None:
+    assert generate_command("--basetemp=/home/me", "rl", 0).startswith('pytest "./--basetemp=/home/me" ')
+
+
+@pytest.mark.parametrize("address", ["javascript:alert(1)", "../x.html", "http://e"])
+def test_the_last_whole_report_is_in_the_folder(report: Path, address: str) -> None:
+    (report / "report.json").write_text(json.dumps(sample.data(tests=1) | {"whole": address}))
+    with pytest.raises(ReportError, match=r"at `\$\.whole`"):
+        load(report)
+
+
+@pytest.mark.parametrize("name", ["failures/evil.json", "traces/evil.mcap", "films/evil.png"])
+def test_merging_carries_nothing_along_that_a_link_leads_to(report: Path, victim: Path, name: str, capsys: Any) -> None:
+    (report / name).parent.mkdir()
+    (report / name).symlink_to(victim / "secret.json")
+    assert main(["merge", str(report), "-o", "merged"]) == 2
+    assert "evil" in (errors := capsys.readouterr().err)
+    assert "a symbolic link, and none is followed here: remove it" in errors
+    assert not Path("merged").exists()
+
+
+@pytest.mark.parametrize("name", ["failures", "traces", "films"])
+def test_merging_carries_no_folder_along_that_is_a_link(report: Path, victim: Path, name: str) -> None:
+    (report / name).symlink_to(victim)
+    assert main(["merge", str(report), "-o", "merged"]) == 2
+    assert not Path("merged").exists()
+
+
+def test_merging_reads_no_report_that_is_a_link(report: Path, tmp_path: Path, capsys: Any) -> None:
+    (report / "report.json").rename(tmp_path / "private.json")
+    (report / "report.json").symlink_to(tmp_path / "private.json")
+    assert main(["merge", str(report), "-o", "merged"]) == 2
+    assert "a symbolic link" in capsys.readouterr().err
+
+
+def test_merging_carries_replays_films_and_traces_only(report: Path, tmp_path: Path) -> None:
+    for name in ("failures/a.json", "failures/a.html", "films/a.svg", "films/a.png", "traces/a.mcap", "traces/x.js"):
+        (report / name).parent.mkdir(exist_ok=True)
+        (report / name).write_text("{}")
+    main(["merge", str(report), "-o", "merged"])
+    carried = {path.name for path in Path("merged").rglob("*") if path.parent.name != "merged" and path.is_file()}
+    assert carried == {"a.json", "a.png", "a.mcap"}
+
+
+@pytest.mark.parametrize("name", ["failures", "details"])
+def test_merging_writes_and_removes_nothing_through_a_link_in_its_output(
+    report: Path, victim: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 0 if name == "details" else 10**9)
+    (report / "failures").mkdir()
+    (report / "failures" / "new.json").write_text("{}")
+    Path("merged").mkdir()
+    Path("merged", name).symlink_to(victim)
+    assert main(["merge", str(report), "-o", "merged"]) == 2
+    assert untouched(victim)
+
+
+def test_leftovers_are_not_removed_through_a_link(victim: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "details").symlink_to(victim)
+    write(sample.report(tests=1), tmp_path / "out")
+    assert untouched(victim)
+
+
+@pytest.mark.parametrize("name", ["report.json", "index.html"])
+def test_a_link_in_the_place_of_a_file_is_replaced(report: Path, victim: Path, name: str, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).symlink_to(victim / "secret.json")
+    write(sample.report(tests=1), tmp_path / "out")
+    assert untouched(victim)
+    assert not (tmp_path / "out" / name).is_symlink()
+
+
+@pytest.mark.parametrize("name", ["earlier", "whole"])
+def test_an_earlier_report_is_moved_into_no_folder_that_is_a_link(report: Path, victim: Path, name: str) -> None:
+    (report / name).symlink_to(victim)
+    with pytest.raises(ReportError, match="a symbolic link is in the way"):
+        supersede(report)
+    assert untouched(victim)
+    assert (report / "report.json").is_file()
+
+
+def test_a_journal_that_is_a_link_is_neither_read_nor_written(tmp_path: Path, victim: Path) -> None:
+    for target in (victim / "secret.json", tmp_path / "new"):
+        (tmp_path / NAME).unlink(missing_ok=True)
+        (tmp_path / NAME).symlink_to(target)
+        with pytest.raises(OSError, match=r"symbolic links|No such file"):
+            JournalWriter(tmp_path / NAME)
+        with pytest.raises(OSError, match=r"symbolic links|No such file"):
+            read(tmp_path / NAME)
+    assert untouched(victim)
+    assert not (tmp_path / "new").exists()
+
+
+def test_rebuilding_empties_no_file_that_its_lock_leads_to(tmp_path: Path, victim: Path, capsys: Any) -> None:
+    (tmp_path / "out").mkdir()
+    JournalWriter(tmp_path / "out" / NAME).close()
+    (tmp_path / "out" / ".lock").symlink_to(victim / "secret.json")
+    assert main(["rebuild", str(tmp_path / "out")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert untouched(victim)
+
+
+def test_a_journal_with_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, capsys: Any) -> None:
+    declared = sample.report(tests=1)
+    evil = msgspec.structs.replace(declared.tests[0], id="../../victim/x")
+    writer = JournalWriter(tmp_path / NAME)
+    for record in (
+        Began("2026-01-01", {}),
+        Declared(msgspec.Raw(encode(declared).encode())),
+        Finished(evil.nodeid, 1.0, msgspec.Raw(encode(evil).encode())),
+    ):
+        writer.append(record)
+    writer.close()
+    assert main(["rebuild", str(tmp_path)]) == 2
+    assert "matching regex" in (errors := capsys.readouterr().err)
+    assert errors.count("\n") == 1
+
+
+EVIL = "\x1b]0;owned\x07\u202e"
+
+
+def test_nothing_that_a_report_holds_reaches_the_terminal_raw(report: Path, capsys: Any) -> None:
+    data = sample.data(tests=2) | {"testbench": EVIL, "problems": [EVIL], "units": {EVIL: EVIL}, "outcome_label": EVIL}
+    data["tests"][0] |= {"outcome": "failed", "failure": EVIL, "faults": [EVIL], "aim": EVIL, "nodeid": EVIL}
+    data["suites"][0]["fidelity"] = EVIL
+    (report / "report.json").write_text(json.dumps(data), encoding="utf-8")
+    for arguments in (["gate"], ["export", "--summary=a.md"], ["minimal"], ["merge", "-o", "merged"]):
+        more = ["out"] if arguments[0] == "minimal" else []
+        main([arguments[0], str(report), *more, *arguments[1:]])
+        said = "".join(capsys.readouterr())
+        assert [char for char in said if not char.isprintable() and char != "\n"] == [], arguments
+    assert [char for char in Path("a.md").read_text() if not char.isprintable() and char != "\n"] == []
