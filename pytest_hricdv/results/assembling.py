@@ -57,9 +57,15 @@ def rebuild(journal: Journal) -> tuple[Report, str]:
     Raises:
         ValueError: no test had begun, another version wrote it, or the parts contradict each other.
     """
+    declared, results = content(journal)
+    return assemble(declared, results, journal.reasons, journal.wall_s)
+
+
+def content(journal: Journal) -> tuple[Report, list[TestResult]]:
+    """The report without results, and the results, of a journal that anybody may have written. Raises as `rebuild`."""
     if journal.declared is None:
         raise ValueError("no test had begun")
     declared = from_json(str(journal.declared, "utf-8"), Report)
     results = [from_json(str(zlib.decompress(packed), "utf-8"), TestResult) for packed in journal.results.values()]
     check_report(replace(declared, tests=tuple(results)))
-    return assemble(declared, results, journal.reasons, journal.wall_s)
+    return declared, results

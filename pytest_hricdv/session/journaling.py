@@ -10,9 +10,11 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base.input_file import MalformedError
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.report import files
 from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.assembling import content
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.journal import (
@@ -114,6 +116,13 @@ class Journaling:
                 f"--hri-resume: the journal in {self._folder} is of something else: {differ}; without --hri-resume all "
                 "tests run"
             )
+        try:
+            content(earlier)
+        except ValueError as error:
+            raise usage_error(
+                f"--hri-resume: the journal in {self._folder} cannot be gone on with{_reason(error)}; without "
+                "--hri-resume all tests run"
+            ) from None
 
     def _open(self, size: int) -> None:
         self._writer = JournalWriter(self._folder / NAME, size)
@@ -251,6 +260,11 @@ class _Test(msgspec.Struct):
 
 class _Selection(msgspec.Struct):
     tests: tuple[_Test, ...]
+
+
+def _reason(error: ValueError) -> str:
+    """Errors of malformed records begin with what follows a file's name; others do not."""
+    return str(error) if isinstance(error, MalformedError) else f": {error}"
 
 
 def _check_selection(earlier: Journal, selected: Set[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -312,10 +313,14 @@ def test_the_table_says_which_extra_it_needs(pytester: pytest.Pytester, monkeypa
 def test_a_broken_cache_entry_is_generated_anew(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--collect-only", SUITE)
     (kept,) = (lamps.path / ".pytest_cache" / "v" / "hricdv").iterdir()
-    kept.write_text('"{}"', encoding="utf-8")
-    result = lamps.runpytest_inprocess("--collect-only", SUITE)
-    assert result.ret == 0
-    result.stdout.fnmatch_lines(["hricdv: generating suite by-hand (seed 0) ..."])
+    sealed = json.loads(kept.read_text(encoding="utf-8"))
+    suite = json.loads(sealed["content"])
+    doctored = json.dumps(suite | {"tests": suite["tests"][:1]})
+    for entry in ("{}", doctored, {**sealed, "content": doctored}):
+        kept.write_text(json.dumps(entry), encoding="utf-8")
+        result = lamps.runpytest_inprocess("--collect-only", SUITE)
+        assert result.ret == 0
+        result.stdout.fnmatch_lines(["hricdv: generating suite by-hand (seed 0) ...", "*4 tests collected*"])
 
 
 def test_code_that_is_no_python_ends_the_session_with_its_line(lamps: pytest.Pytester) -> None:

@@ -10,8 +10,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
 
+from pytest_hricdv.results import journal as journals
 from tests import json_schema
 from tests.plugin.project import (
     A_WORKER,
@@ -279,6 +281,29 @@ def test_only_the_same_options_and_selection_are_resumed(lamps: pytest.Pytester,
     fewer.stderr.fnmatch_lines(["ERROR: --hri-resume: 4 tests were selected, and 2 are now; *"])
     assert other.ret == fewer.ret == pytest.ExitCode.USAGE_ERROR
     assert report(lamps.path) == before
+
+
+@pytest.mark.slow
+def test_a_journal_that_somebody_doctored_is_not_resumed(lamps: pytest.Pytester) -> None:
+    lamps.runpytest_inprocess(SUITE)
+    path = lamps.path / "hri-report" / journals.NAME
+    records = journals.records(path)
+    last = max(number for number, record in enumerate(records) if isinstance(record, journals.Finished))
+    done = records[last]
+    assert isinstance(done, journals.Finished)
+    evil = bytes(done.result).replace(b'"id":"by-hand-', b'"id":"../../by-hand-')
+    records[last] = journals.Finished(done.nodeid, done.at_s, msgspec.Raw(evil))
+    path.write_bytes(b"".join(map(journals.line, records)))
+    result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --hri-resume: the journal in * cannot be gone on with: Expected `str`*"])
+    path.unlink()
+    path.symlink_to(lamps.path / "requirements.toml")
+    before = (lamps.path / "requirements.toml").read_text()
+    result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *a symbolic link is in the way, and none is followed there: remove it*"])
+    assert (lamps.path / "requirements.toml").read_text() == before
 
 
 def test_a_session_without_a_journal_is_resumed_from_its_begin(lamps: pytest.Pytester) -> None:

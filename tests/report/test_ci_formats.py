@@ -80,7 +80,8 @@ ODD = st.text(alphabet=st.sampled_from('|`<>&*_[]()#"\n\r\t\\%:,;a1\x1b é\u202e
 @given(ODD, ODD)
 def test_odd_names_break_no_table_and_no_fence(name: str, title: str) -> None:
     report = _failing("R1")
-    report["tests"][0]["id"] = report["tests"][0]["nodeid"] = name
+    report["tests"][0]["nodeid"] = name
+    report["tests"][0]["faults"] = [name]
     report["requirements"]["R1"]["title"] = title
     lines = markdown(report).split("\n")
     rows = [line for line in lines if line.startswith("| R")]
@@ -149,7 +150,7 @@ def test_errors_and_gates_are_annotated_ten_at_most() -> None:
 @given(ODD, ODD)
 def test_an_annotation_is_one_line_whatever_the_names(name: str, title: str) -> None:
     report = _failing("R1")
-    report["tests"][0]["id"] = name
+    report["tests"][0]["nodeid"] = name
     report["requirements"]["R1"]["title"] = title
     (line,) = annotations(report, {report["tests"][0]["nodeid"]: (f"tests/{name}.py", 3)})
     assert line.isprintable()

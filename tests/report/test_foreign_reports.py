@@ -17,13 +17,20 @@ from pytest_hricdv.results.journal import NAME, Began, Declared, Finished, Journ
 from tests.report import sample
 
 
+def data() -> dict[str, Any]:
+    """Of a report that can be merged: without waivers of what its tests are made up to have covered."""
+    made = sample.data(tests=2)
+    made["code_under_test"]["waivers"] = []
+    return made
+
+
 @pytest.fixture
 def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A report as an artefact brings it: a folder with its JSON alone."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "artefact"
     folder.mkdir()
-    (folder / "report.json").write_text(json.dumps(sample.data(tests=2)), encoding="utf-8")
+    (folder / "report.json").write_text(json.dumps(data()), encoding="utf-8")
     return folder
 
 
@@ -45,9 +52,9 @@ def untouched(victim: Path) -> bool:
 
 def change(folder: Path, **keys: object) -> None:
     """Change keys of the first test."""
-    data = sample.data(tests=2)
-    data["tests"][0] |= keys
-    (folder / "report.json").write_text(json.dumps(data), encoding="utf-8")
+    changed = data()
+    changed["tests"][0] |= keys
+    (folder / "report.json").write_text(json.dumps(changed), encoding="utf-8")
 
 
 FILM = {"video": None, "strip": None, "seconds": None, "frames": 0, "note": ""}
@@ -79,9 +86,9 @@ def test_a_name_or_address_that_leads_elsewhere_is_refused(report: Path, key: st
     "option", ["--basetemp=/home/me", "-c/tmp/e.ini", "-pevil", "--hri-report=/x", "--hri-rl-save=x"]
 )
 def test_no_command_to_copy_has_an_option_that_writes(report: Path, option: str) -> None:
-    data = sample.data(tests=1)
-    data["rerun"]["options"] = [option]
-    (report / "report.json").write_text(json.dumps(data))
+    changed = data()
+    changed["rerun"]["options"] = [option]
+    (report / "report.json").write_text(json.dumps(changed))
     with pytest.raises(ReportError, match=r"\$\.rerun\.options\[0\]"):
         load(report)
 
@@ -92,7 +99,7 @@ def test_the_name_of_a_test_is_no_option_of_a_command_to_copy() -> None:
 
 @pytest.mark.parametrize("address", ["javascript:alert(1)", "../x.html", "http://e"])
 def test_the_last_whole_report_is_in_the_folder(report: Path, address: str) -> None:
-    (report / "report.json").write_text(json.dumps(sample.data(tests=1) | {"whole": address}))
+    (report / "report.json").write_text(json.dumps(data() | {"whole": address}))
     with pytest.raises(ReportError, match=r"at `\$\.whole`"):
         load(report)
 
@@ -205,17 +212,19 @@ def test_a_journal_with_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, c
     assert errors.count("\n") == 1
 
 
-EVIL = "\x1b]0;owned\x07\u202e"
+EVIL = "::add-mask::\x1b]0;owned\x07\u202e ##[group] ##vso[task.setvariable]"
 
 
 def test_nothing_that_a_report_holds_reaches_the_terminal_raw(report: Path, capsys: Any) -> None:
-    data = sample.data(tests=2) | {"testbench": EVIL, "problems": [EVIL], "units": {EVIL: EVIL}, "outcome_label": EVIL}
-    data["tests"][0] |= {"outcome": "failed", "failure": EVIL, "faults": [EVIL], "aim": EVIL, "nodeid": EVIL}
-    data["suites"][0]["fidelity"] = EVIL
-    (report / "report.json").write_text(json.dumps(data), encoding="utf-8")
+    changed = data() | {"testbench": EVIL, "problems": [EVIL], "units": {EVIL: EVIL}, "outcome_label": EVIL}
+    changed["tests"][0] |= {"outcome": "failed", "failure": EVIL, "faults": [EVIL], "aim": EVIL, "nodeid": EVIL}
+    changed["suites"][0]["fidelity"] = EVIL
+    (report / "report.json").write_text(json.dumps(changed), encoding="utf-8")
     for arguments in (["gate"], ["export", "--summary=a.md"], ["minimal"], ["merge", "-o", "merged"]):
         more = ["out"] if arguments[0] == "minimal" else []
         main([arguments[0], str(report), *more, *arguments[1:]])
         said = "".join(capsys.readouterr())
+        assert "owned" in said
         assert [char for char in said if not char.isprintable() and char != "\n"] == [], arguments
+        assert [line for line in said.splitlines() if line.strip().startswith("::") or "##[" in line] == []
     assert [char for char in Path("a.md").read_text() if not char.isprintable() and char != "\n"] == []

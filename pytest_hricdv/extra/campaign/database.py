@@ -105,6 +105,8 @@ def located(path: Path) -> Iterator[None]:
         raise CampaignError(f"{error.filename or path}: {error.strerror or error}") from None
     except (sqlite3.DatabaseError, msgspec.MsgspecError, ValueError, OverflowError, GenerateError) as error:
         raise damaged(path, error) from None
+    except RecursionError:
+        raise damaged(path, "nested too deeply") from None
 
 
 def damaged(path: Path, why: object) -> CampaignError:

@@ -93,7 +93,7 @@ def read(path: Path) -> tuple[list[HistoryEntry], list[int]]:
         if line.strip():
             try:
                 entries.append(msgspec.json.decode(line, type=HistoryEntry))
-            except msgspec.MsgspecError:
+            except (msgspec.MsgspecError, RecursionError):
                 damaged.append(number)
     return entries, damaged
 

@@ -116,6 +116,7 @@ def test_no_id_writes_outside_of_the_report(state: Path, capsys: Any, name: str)
         ("UPDATE runs SET outcome = NULL", "Expected `str`, got `null`"),
         ("UPDATE runs SET verdicts = 'Passed'", "expected a verdict, a count and a margin for each requirement"),
         ("UPDATE runs SET margins = '{}'", "Expected `array`, got `object`"),
+        ("UPDATE runs SET bins = replace(printf('%.99999c', '['), ' ', '[')", "nested too deeply"),
         ("UPDATE runs SET bins = '[1]'", "Expected `object`, got `array`"),
         ("UPDATE runs SET ended = '7'", "Expected `array`, got `int`"),
         ("UPDATE runs SET statements = 'zz'", "Expected `str` matching regex"),
