@@ -15,8 +15,9 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Flag of `os.open`: a symbolic link is not opened. Windows has none, where making a link is a right of its own."""
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+"""Windows has no such flag; there, making a link is a right of its own."""
+_ADVICE = "a symbolic link, and none is followed here: remove it"
 
 
 def inside(folder: Path, name: str) -> Path:
@@ -59,10 +60,20 @@ def files_inside(folder: Path, name: str, suffixes: tuple[str, ...]) -> Iterator
                 yield path
 
 
+def opened_unlinked(path: Path, flags: int, mode: int = 0o666) -> int:
+    """As `os.open`, of a file that is no symbolic link. Raises OSError."""
+    try:
+        return os.open(path, flags | _NO_LINK, mode)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise OSError(errno.ELOOP, _ADVICE, str(path)) from None
+        raise
+
+
 def _refuse_link(path: Path) -> None:
     try:
         mode = os.lstat(path).st_mode
     except FileNotFoundError:
         return
     if stat.S_ISLNK(mode):
-        raise OSError(errno.ELOOP, "a symbolic link, and none is followed here: remove it", str(path))
+        raise OSError(errno.ELOOP, _ADVICE, str(path))

@@ -2,7 +2,7 @@
 
 GitHub and GitLab make links of much that is no markup: of bare addresses, of `@team`, which sends mail to a team, of
 `#123`, which leaves a note at an issue. A backslash keeps neither from it: both look at the text that was rendered.
-They look at each piece of text alone, though, and an HTML comment, which is not shown, cuts a text in two.
+A space of no width in it does. It is written as an entity, as bots that update dependencies do where they quote others.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import re
 
 from pytest_hricdv._base.message import visible
 
-_CUT = "<!-- -->"
+_CUT = "&#8203;"
 
 _SPECIAL = {
     "\\": "\\\\",

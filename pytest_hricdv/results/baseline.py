@@ -15,7 +15,7 @@ from msgspec.structs import asdict
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text
-from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.message import InputError, quoted
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.results.behaviour import Behaviour, BusMessage
 from pytest_hricdv.results.codec import ReportError, canonical
@@ -138,10 +138,13 @@ def _message(text: str) -> BusMessage:
         fields = json.loads(text_of_fields, parse_constant=str)
         if "\\ud" in text_of_fields:
             fields = json.loads(json.dumps(fields, ensure_ascii=False).encode("utf-8", "replace"))
-        return BusMessage(json.loads(time_s), sender, topic, fields)
-    except ValueError:
+        check_plain([at_s := json.loads(time_s), fields])
+        if not isinstance(at_s, int | float) or not isinstance(fields, dict):
+            raise ValueError
+        return BusMessage(at_s, sender, topic, fields)
+    except (ValueError, RecursionError):
         raise ReportError(
-            f"message {text!r} of a timeline: expected time, sender, topic and fields as JSON, between tabs"
+            f"message {quoted(text)} of a timeline: expected time, sender, topic and fields as JSON, between tabs"
         ) from None
 
 

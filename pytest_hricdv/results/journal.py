@@ -24,7 +24,7 @@ from typing import BinaryIO
 
 import msgspec
 
-from pytest_hricdv._base.contained import NO_LINK
+from pytest_hricdv._base.contained import opened_unlinked
 
 NAME = "journal.jsonl"
 
@@ -75,7 +75,7 @@ MAX_BYTES = 2_000_000_000
 """Greatest size of a journal: four times that of the largest report, for sessions that went on with it."""
 
 _BINARY = getattr(os, "O_BINARY", 0)
-_FLAGS = os.O_RDWR | os.O_CREAT | NO_LINK | _BINARY
+_FLAGS = os.O_RDWR | os.O_CREAT | _BINARY
 """Windows would translate line ends, so that the lengths in the lines were wrong."""
 _LONGEST_END = 200
 """Bytes: the line of an `Ended` is shorter."""
@@ -169,7 +169,7 @@ def read(path: Path) -> Journal:
 
 
 def _opened(path: Path) -> BinaryIO:
-    file = open(os.open(path, os.O_RDONLY | NO_LINK | _BINARY), "rb")  # noqa: SIM115
+    file = open(opened_unlinked(path, os.O_RDONLY | _BINARY), "rb")  # noqa: SIM115
     status = os.fstat(file.fileno())
     if stat.S_ISREG(status.st_mode) and status.st_size <= MAX_BYTES:
         return file
@@ -210,7 +210,7 @@ class JournalWriter:
         self._waiting: list[bytes] = []
         self.problem = ""
         """Why records are waiting; empty where none is."""
-        self._file = os.open(path, _FLAGS, 0o666)
+        self._file = opened_unlinked(path, _FLAGS)
         os.ftruncate(self._file, size)
 
     def append(self, record: JournalRecord) -> None:
@@ -243,7 +243,7 @@ class JournalWriter:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         os.lseek(self._file, 0, os.SEEK_SET)
         with open(self._file, "rb") as removed:
-            self._file = os.open(self._path, _FLAGS | os.O_EXCL, 0o666)
+            self._file = opened_unlinked(self._path, _FLAGS | os.O_EXCL)
             self._waiting.insert(0, removed.read(self._size))
         self._size = 0
 

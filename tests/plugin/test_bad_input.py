@@ -320,7 +320,8 @@ def test_a_broken_cache_entry_is_generated_anew(lamps: pytest.Pytester) -> None:
         kept.write_text(json.dumps(entry), encoding="utf-8")
         result = lamps.runpytest_inprocess("--collect-only", SUITE)
         assert result.ret == 0
-        result.stdout.fnmatch_lines(["hricdv: generating suite by-hand (seed 0) ...", "*4 tests collected*"])
+        result.stdout.fnmatch_lines(["hricdv: generating suite by-hand (seed 0) ..."])
+        result.stdout.fnmatch_lines(["collected * / 4 selected"])
 
 
 def test_code_that_is_no_python_ends_the_session_with_its_line(lamps: pytest.Pytester) -> None:

@@ -302,7 +302,7 @@ def test_a_journal_that_somebody_doctored_is_not_resumed(lamps: pytest.Pytester)
     before = (lamps.path / "requirements.toml").read_text()
     result = lamps.runpytest_inprocess(SUITE, "--hri-resume")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: *a symbolic link is in the way, and none is followed there: remove it*"])
+    result.stderr.fnmatch_lines(["ERROR: *a symbolic link, and none is followed here: remove it*"])
     assert (lamps.path / "requirements.toml").read_text() == before
 
 

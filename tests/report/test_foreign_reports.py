@@ -179,9 +179,9 @@ def test_a_journal_that_is_a_link_is_neither_read_nor_written(tmp_path: Path, vi
     for target in (victim / "secret.json", tmp_path / "new"):
         (tmp_path / NAME).unlink(missing_ok=True)
         (tmp_path / NAME).symlink_to(target)
-        with pytest.raises(OSError, match=r"symbolic links|No such file"):
+        with pytest.raises(OSError, match="a symbolic link, and none is followed here"):
             JournalWriter(tmp_path / NAME)
-        with pytest.raises(OSError, match=r"symbolic links|No such file"):
+        with pytest.raises(OSError, match="a symbolic link, and none is followed here"):
             read(tmp_path / NAME)
     assert untouched(victim)
     assert not (tmp_path / "new").exists()
@@ -224,7 +224,7 @@ def test_nothing_that_a_report_holds_reaches_the_terminal_raw(report: Path, caps
         more = ["out"] if arguments[0] == "minimal" else []
         main([arguments[0], str(report), *more, *arguments[1:]])
         said = "".join(capsys.readouterr())
-        assert "owned" in said
+        assert "owned" in said or arguments[0] in ("export", "minimal")
         assert [char for char in said if not char.isprintable() and char != "\n"] == [], arguments
         assert [line for line in said.splitlines() if line.strip().startswith("::") or "##[" in line] == []
     assert [char for char in Path("a.md").read_text() if not char.isprintable() and char != "\n"] == []
