@@ -26,7 +26,8 @@ for _name in (
 
 @pytest.fixture(scope="session")
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The user's cache folder of all tests; with one for each, as with `pytester`, each builds all parsers anew."""
+    """The user's folder of caches and state, of all tests; with one for each, as with `pytester`, each builds all
+    parsers anew."""
     return tmp_path_factory.mktemp("cache")
 
 
@@ -36,5 +37,6 @@ def lamps(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, cache_fold
     for name in (*ENVIRONMENT, "PYTEST_XDIST_WORKER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache_folder))
+    monkeypatch.setenv("XDG_STATE_HOME", str(cache_folder))
     project.write(pytester.path)
     return pytester

@@ -213,6 +213,18 @@ def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, t
 
 
 @pytest.mark.slow
+def test_details_beside_the_page_are_scripts_that_its_policy_lets_run(
+    watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    page = watched.open(sample.data(tests=3), tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    watched.assert_quiet()
+    assert any(url.endswith("details/0000.js") for url in watched.requests)
+
+
+@pytest.mark.slow
 def test_details_that_are_not_beside_the_page_are_missed_by_name(
     watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
