@@ -123,6 +123,7 @@ def _register(config: pytest.Config, options: Options) -> None:
 
 def _register_in_controller(config: pytest.Config, context: RunContext, options: Options) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
+    from pytest_hricdv.session.early_end import EarlyEnd
     from pytest_hricdv.session.exports import Exporting, read_targets
     from pytest_hricdv.session.part import parts
     from pytest_hricdv.session.preparation import GateCheck, Preparation
@@ -133,6 +134,7 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     collection.generate_further = lambda suites: [suite for part in parts() for suite in part.generate(context, suites)]
     gate_check = GateCheck(collection)
     aggregation = Aggregation(collection, context)
+    config.pluginmanager.register(EarlyEnd(context, aggregation), "hricdv-early-end")
     reporting = Reporting(collection, context, aggregation, gate_check)
     preparation = Preparation(collection, context, gate_check, aggregation)
     config.pluginmanager.register(preparation, "hricdv-preparation")

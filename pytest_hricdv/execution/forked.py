@@ -122,13 +122,16 @@ def fork() -> Fork | InFork:
         os.close(writing)
         return Fork(pid, reading)
     os.close(reading)
-    _die_with(parent)
+    die_with(parent)
     gc.freeze()  # looking through what was there before would copy all of it, page by page
     return InFork(writing)
 
 
-def _die_with(parent: int) -> None:
-    """Nobody would end a run that goes on for ever after its session was killed; Linux does. Others cannot."""
+def die_with(parent: int) -> None:
+    """In a fork: end with the process that forked it.
+
+    Nobody would end a run that goes on for ever after its session was killed; Linux does. Others cannot.
+    """
     with suppress(OSError, AttributeError):  # a C library without it
         if sys.platform == "linux":
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -8,14 +8,13 @@ from __future__ import annotations
 import os
 import selectors
 import signal
-import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Generic, NoReturn, TypeVar
 
-LOOKS_EACH_S = 0.5
-"""So often the pool looks whether the process that started it is there (s; chosen)."""
+from pytest_hricdv.execution.awake_clock import LOOKS_EACH_S, AwakeClock
+from pytest_hricdv.execution.forked import die_with
 
 T = TypeVar("T")
 Send = Callable[[str], None]
@@ -41,7 +40,7 @@ class End(Generic[T]):
 class _Child(Generic[T]):
     item: T
     pid: int
-    silent_since_s: float = field(default_factory=time.monotonic)
+    silent_since_s: float
     rest: bytes = b""
     problem: str = ""
 
@@ -53,12 +52,13 @@ class ProcessPool(Generic[T]):
     Args:
         work: works on an item, in its process; what it sends is a line.
         processes: so many at a time.
-        silent_s: a process that writes nothing for so long (s of wall time) is ended.
+        silent_s: a process that writes nothing for so long (s of wall time, without pauses of this one) is ended.
     """
 
     work: Callable[[T, Send], None]
     processes: int
     silent_s: float
+    _clock: AwakeClock = field(default_factory=AwakeClock, init=False)
 
     def run(self, queue: deque[T]) -> Iterator[Line[T] | End[T]]:
         """Work until the queue is empty, from left to right; items may be added and removed in the meantime."""
@@ -79,12 +79,14 @@ class ProcessPool(Generic[T]):
 
     def _started(self, item: T) -> tuple[int, _Child[T]]:
         reading, writing = os.pipe()
+        parent = os.getpid()
         pid = os.fork()
         if pid == 0:
+            die_with(parent)
             os.close(reading)
             self._in_child(item, writing)
         os.close(writing)
-        return reading, _Child(item, pid)
+        return reading, _Child(item, pid, self._clock.look())
 
     def _in_child(self, item: T, descriptor: int) -> NoReturn:
         status = 1
@@ -99,7 +101,7 @@ class ProcessPool(Generic[T]):
             for descriptor in children:
                 selector.register(descriptor, selectors.EVENT_READ)
             ready = [key.fd for key, _ in selector.select(self._patience_s(children))]
-        now_s = time.monotonic()
+        now_s = self._clock.look()
         for descriptor in ready:
             child = children[descriptor]
             data = os.read(descriptor, 1 << 16)
@@ -116,7 +118,7 @@ class ProcessPool(Generic[T]):
 
     def _patience_s(self, children: dict[int, _Child[T]]) -> float:
         first_s = min(child.silent_since_s for child in children.values())
-        return min(max(0.0, first_s + self.silent_s - time.monotonic()) + 0.01, LOOKS_EACH_S)
+        return min(max(0.0, first_s + self.silent_s - self._clock.look()) + 0.01, LOOKS_EACH_S)
 
 
 def _write(descriptor: int, data: bytes) -> None:

@@ -7,25 +7,42 @@ because code under test that is to be changed must not have been imported. What 
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import IO
 
 import msgspec
 
 from pytest_hricdv._base.hash_seed import environment_of_child
+from pytest_hricdv.execution.awake_clock import LOOKS_EACH_S, AwakeClock
+
+_MOST_BYTES = 1 << 16
+"""So much is read at a time: what a pipe of Linux holds (pipe(7))."""
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Libraries for numbers start threads of their own, which a fork would not have, unless these variables say 1."""
 
 
+LetThrough = Callable[[], AbstractContextManager[None]]
+"""Within what it gives, a signal may raise."""
+
+_HAS_WAITID = hasattr(os, "waitid")
+"""Not on Windows, where nothing can wait for a pipe and look up meanwhile, either."""
+
+
 class ProcessError(Exception):
     """The process failed; the text is the last line that it wrote about it, or how it ended."""
+
+
+class LostError(ProcessError):
+    """The process was ended by a signal, as by a system without memory: another one may do better."""
 
 
 class SeparateProcess:
@@ -34,50 +51,107 @@ class SeparateProcess:
     Args:
         process: started, with pipes.
         errors: what it writes to its standard error.
+        let_through: while it is waited for, a signal may raise; what it has written by then is not lost.
     """
 
-    def __init__(self, process: subprocess.Popen[bytes], errors: IO[str]) -> None:
+    def __init__(
+        self, process: subprocess.Popen[bytes], errors: IO[str], let_through: LetThrough = nullcontext
+    ) -> None:
         self._process = process
         self._errors = errors
+        self._let_through = let_through
+        self._whole: deque[bytes] = deque()
+        """Lines that were read and not handed on yet."""
+        self._begun: list[bytes] = []
+        """The parts of a line whose end was not read yet."""
 
     def send(self, message: object) -> None:
         """Send a line: a message, which is encoded as JSON, or the bytes of one."""
         assert self._process.stdin is not None, "it is a pipe"
         line = message if isinstance(message, bytes) else msgspec.json.encode(message)
-        with suppress(BrokenPipeError):  # how it ended says more
+        with suppress(BrokenPipeError), self._let_through():  # how it ended says more
             self._process.stdin.write(line + b"\n")
             self._process.stdin.flush()
 
-    def lines(self) -> Iterator[bytes]:
+    def lines(self, silent_s: float | None = None) -> Iterator[bytes]:
         """The lines that it writes, up to its end.
+
+        Args:
+            silent_s: after so long without a line (s of wall time) it is ended; None: never.
 
         Raises:
             ProcessError: it failed.
+            LostError: it was ended by a signal, or for its silence.
         """
-        assert self._process.stdout is not None, "it is a pipe"
-        for line in self._process.stdout:  # noqa: UP028  a generator that is left in `yield from` closes the pipe
-            yield line
-        if self._process.wait() != 0:
-            raise ProcessError(self._failure())
+        while self._whole or (data := self._read(silent_s)):
+            if self._whole:
+                yield self._whole.popleft()
+                continue
+            *whole, rest = data.split(b"\n")
+            for line in whole:
+                self._whole.append(b"".join((*self._begun, line, b"\n")))
+                self._begun.clear()
+            self._begun.append(rest)
+        self._end_all()
+        if self._process.returncode != 0:
+            raise (LostError if self._process.returncode < 0 else ProcessError)(self._failure())
 
-    def answer(self) -> Iterator[bytes]:
+    def answer(self, silent_s: float | None = None) -> Iterator[bytes]:
         """The lines that it writes up to an empty one, which ends its answer to a message.
+
+        Args:
+            silent_s: see `lines`.
 
         Raises:
             ProcessError: it ended before.
+            LostError: it was ended by a signal, or for its silence.
         """
-        for line in self.lines():
+        for line in self.lines(silent_s):
             if line == b"\n":
                 return
             yield line
         raise ProcessError("it ended before its work was done")
 
+    def _read(self, silent_s: float | None) -> bytes:
+        """What it has written; nothing at its end, even where what it has started lives on and holds its pipe open."""
+        assert self._process.stdout is not None, "it is a pipe"
+        descriptor = self._process.stdout.fileno()
+        if not _HAS_WAITID:
+            with self._let_through():
+                return os.read(descriptor, _MOST_BYTES)
+        clock = AwakeClock()
+        while not self._is_readable(descriptor, LOOKS_EACH_S):
+            if self._has_ended():
+                return os.read(descriptor, _MOST_BYTES) if self._is_readable(descriptor, 0.0) else b""
+            if silent_s is not None and clock.look() > silent_s:
+                self.kill()
+                raise LostError(f"no sign of life for {silent_s:g} s")
+        return os.read(descriptor, _MOST_BYTES)
+
+    def _is_readable(self, descriptor: int, within_s: float) -> bool:
+        with self._let_through():
+            return bool(select.select([descriptor], [], [], within_s)[0])
+
+    def _has_ended(self) -> bool:
+        """It stays a zombie meanwhile, so that no other process can have its number."""
+        if self._process.returncode is not None:
+            return True
+        return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+    def _end_all(self) -> None:
+        """It ends, or has ended: wait for it, and end what it has started."""
+        if self._process.returncode is None and _HAS_WAITID:
+            os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOWAIT)
+            self.kill()
+        self._process.wait()
+
     def kill(self) -> None:
         """End it at once, with the processes that it has started."""
-        if self._process.poll() is not None:
+        if self._process.returncode is not None:
             return
         if hasattr(os, "killpg"):
-            os.killpg(self._process.pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
         else:
             self._process.kill()  # on Windows it starts none
 
@@ -98,6 +172,7 @@ def started(
     path: tuple[str, ...] | None = None,
     hash_seed: str | None = None,
     inherited: Mapping[str, str] | None = None,
+    let_through: LetThrough = nullcontext,
 ) -> Iterator[SeparateProcess]:
     """Start a module in a process in this directory; in the end, it and what it started are ended.
 
@@ -107,6 +182,7 @@ def started(
         path: where modules are found; None: as in this process.
         hash_seed: decimal digits; None: as all that this process starts (see `pytest_hricdv._base.hash_seed`).
         inherited: the variables that it has in place of those of this process, and of `ONE_THREAD`.
+        let_through: see `SeparateProcess`.
     """
     further = ({} if inherited is not None else dict.fromkeys(ONE_THREAD, "1")) | dict(variables or {})
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
@@ -121,7 +197,7 @@ def started(
         )
         assert process.stdin is not None, "it is a pipe"
         assert process.stdout is not None, "it is a pipe"
-        running = SeparateProcess(process, errors)
+        running = SeparateProcess(process, errors, let_through)
         try:
             yield running
         finally:

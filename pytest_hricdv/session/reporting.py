@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import os
 import shutil
-import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -38,7 +35,6 @@ from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.repeated_errors import RepeatedErrors
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S, Signals
 
 MARKUP: dict[str, dict[str, bool]] = {
     "title": {"bold": True},
@@ -62,7 +58,7 @@ class Reporting:
         self.report: Report | None = None
         self._gate_check = gates
         self._missing = ""
-        self.session = PartSession(context, aggregation, Signals(self._hurry, self._end_without))
+        self.session = PartSession(context, aggregation, context.signals)
         self._began = time.perf_counter()
         self._began_at = datetime.datetime.now(datetime.UTC)
 
@@ -79,10 +75,24 @@ class Reporting:
         self.aggregation.journaling.declare(self._declared, self.aggregation.chosen.keys())
 
     @pytest.hookimpl(wrapper=True)
+    def pytest_collection(self, session: pytest.Session) -> Iterator[None]:
+        """Writes the report of what was reached before the first test, where collecting is interrupted."""
+        try:
+            return (yield)
+        except KeyboardInterrupt:
+            self.session.interrupted = True
+            if self.aggregation.chosen or self._has_reached:
+                self._conclude(session, stopped=True)
+            raise
+
+    @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Iterator[None]:
         """Writes the report after the last test, or whatever ends the session before; failed gates fail the session."""
-        with self.session.signals.handled():
+        signals = self.session.signals
+        signals.begin()
+        try:
             try:
+                signals.release()
                 if self.aggregation.chosen and not self.aggregation.is_distributed and runs_tests(session.config):
                     self._declare()  # not within a test: plugins that limit its time count what happens in its hooks
                 result = yield
@@ -92,34 +102,19 @@ class Reporting:
                 self.session.interrupted = not isinstance(error, session.Failed)
                 self._conclude(session, stopped=True)
                 raise
+            self.session.interrupted |= signals.interrupted
             self._conclude(session, stopped=False)
-        if self.session.interrupted or self.session.signals.pending:
+        finally:
+            signals.end()
+        if self.session.interrupted or signals.pending:
             raise KeyboardInterrupt
         return result
 
-    def _hurry(self) -> None:
-        """SIGTERM came: workers have no time to end their tests; xdist waits for them up to 10 s otherwise."""
-        scheduling = self.collection.config.pluginmanager.get_plugin("dsession")
-        manager = getattr(scheduling, "nodemanager", None)
-        if manager is not None:
-            manager.EXIT_TIMEOUT = WORKERS_END_WITHIN_S
-
-    def _end_without(self) -> None:
-        """The code that runs does not let go: end the process, with a report of what the journal has.
-
-        Another process makes it: the main thread may hold any lock, as the one of an import.
-        """
-        folder = self.options.report
-        self.aggregation.journaling.abandon()
-        self.session.say("")
-        self.session.say("hricdv: SIGTERM: the code that runs does not let go; the report is made without it")
-        making = [sys.executable, "-m", "pytest_hricdv.report", "rebuild", str(folder)]
-        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
-            subprocess.run(making, stdin=subprocess.DEVNULL, capture_output=True, timeout=REBUILT_WITHIN_S, check=False)
-        os._exit(pytest.ExitCode.INTERRUPTED)
-
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
-        nothing_to_report = not self.aggregation.chosen and not self._is_empty_shard
+        reached = self._has_reached and (stopped or not self.collection.cases)
+        if reached and not self.aggregation.chosen:
+            self._collect_here(session)
+        nothing_to_report = not (self.aggregation.chosen or self._is_empty_shard or reached)
         if not runs_tests(session.config) or nothing_to_report:
             # xdist does not report node ids that its workers did not find.
             self._missing = "" if self.aggregation.chosen else missing_items(session.config.args, self.options)
@@ -130,6 +125,18 @@ class Reporting:
             self._report(stopped=stopped)
         if self.session.problems:
             session.testsfailed += 1
+
+    @property
+    def _has_reached(self) -> bool:
+        """Something is to be reported, even if there is no test: what a loop has done that generated a suite."""
+        made = self.collection.__dict__.get("selected", ())  # not to be generated now
+        return any(generated.sections and not generated.cached for generated in made)
+
+    def _collect_here(self, session: pytest.Session) -> None:
+        """Finds which tests were selected, where no worker of xdist has said so, and none will."""
+        with self.session.signals.deferred(), contextlib.suppress(Exception):  # then the report is without tests
+            if not session.items:
+                session.perform_collect()
 
     def _report(self, *, stopped: bool) -> None:
         """Makes the report and writes it."""

@@ -30,6 +30,7 @@ from pytest_hricdv.results.model import RequirementText
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.replaying import Failures, Provenance
+from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.usage import usage_error
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -47,6 +48,8 @@ class RunContext:
         self.options = collection.options
         self.stash = pytest.Stash()
         """What optional parts keep for this process."""
+        self.signals = Signals()
+        """Handles Ctrl-C and SIGTERM, where tests are generated and all results meet; elsewhere nobody does."""
 
     @cached_property
     def requirements(self) -> tuple[Criterion, ...]:

@@ -14,8 +14,9 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from types import FrameType
+from typing import Any
 
 from pytest_hricdv.runtime.kernel import running_node
 
@@ -43,9 +44,10 @@ class Terminated(KeyboardInterrupt):
 
 
 class Signals:
-    """Handles both signals while a session runs its tests.
+    """Handles both signals in a session, from before its suites are generated to its report.
 
-    `pending` says that one came while none was let through.
+    `pending` says that one came while none was let through. `terminated` says that SIGTERM came. `interrupted` says
+    that a part ended early and went on with what was reached.
 
     Args:
         terminating: called at SIGTERM, once, before it is raised.
@@ -56,49 +58,83 @@ class Signals:
         self, terminating: Callable[[], None] = lambda: None, stuck: Callable[[], None] = lambda: None
     ) -> None:
         self.pending = False
+        self.terminated = False
+        self.interrupted = False
         self._terminating = terminating
         self._stuck = stuck
-        self._is_terminated = False
         self._is_heard = False
-        self._is_handling = False
+        self._before: dict[signal.Signals, Callable[[int, FrameType | None], Any] | int | None] = {}
+        self._listening = ExitStack()
         self._insists = False
         self._deferring = False
+        self._holding = False
         self._raised_s = -AGAIN_S
 
-    @contextmanager
-    def handled(self) -> Iterator[None]:
-        """Within: a signal raises. Afterwards the handlers are as they were."""
-        before = {}
-        if threading.current_thread() is threading.main_thread():  # elsewhere Python cannot set handlers
-            before = {number: handler for number, handler in _REPLACED.items() if signal.getsignal(number) is handler}
-        try:
-            for number in before:
-                signal.signal(number, self._receive)
-            self._is_handling = bool(before)
-            with _heard(self._hear) if signal.SIGTERM in before else nullcontext():
-                yield
-        finally:
-            self._is_handling = False
-            for number, handler in before.items():
-                signal.signal(number, handler)
+    def begin(self) -> None:
+        """From now on a signal raises. Without effect where that is so: the first one counts."""
+        if self._before or threading.current_thread() is not threading.main_thread():
+            return  # in another thread Python cannot set handlers
+        self._before = {number: handler for number, handler in _REPLACED.items() if signal.getsignal(number) is handler}
+        for number in self._before:
+            signal.signal(number, self._receive)
+        if signal.SIGTERM in self._before:
+            self._listening.enter_context(_heard(self._hear))
+
+    def end(self) -> None:
+        """The handlers are as they were."""
+        self._holding = False
+        self._listening.close()
+        before, self._before = self._before, {}
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+    def hold(self) -> None:
+        """From now on, up to `release`, signals only set `pending`: something was reached that no report has yet."""
+        self._holding = self._deferring = True
+
+    def release(self) -> None:
+        """What was held can be reported now. Raises KeyboardInterrupt where a signal came meanwhile."""
+        if self._holding:
+            self._holding = self._deferring = False
+            self._raise_pending()
 
     @contextmanager
     def deferred(self, deferring: bool = True) -> Iterator[None]:
-        """Within: signals only set `pending`; or, where `deferring` is false, they raise again."""
-        outside, self._deferring = self._deferring, deferring
+        """Within: signals only set `pending`; or, where `deferring` is false, they raise again, also one that is
+        pending.
+        """
+        outside = self._deferring
         try:
-            yield
-        finally:
-            self._deferring = outside
+            try:
+                self._deferring = deferring
+                if not deferring:
+                    self._raise_pending()
+                yield
+            finally:
+                self._deferring = outside or self._holding
+        except KeyboardInterrupt:  # it may have been raised in the line above
+            self._deferring = outside or self._holding
+            raise
+
+    def let_through(self) -> AbstractContextManager[None]:
+        """Within: signals raise."""
+        return self.deferred(False)
+
+    def _raise_pending(self) -> None:
+        if self.pending or self.terminated:
+            self.pending = False
+            self._raised_s = time.monotonic()
+            raise Terminated("SIGTERM") if self.terminated else KeyboardInterrupt
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
-        if number == signal.SIGTERM and not self._is_terminated:
-            self._is_terminated = True
+        if number == signal.SIGTERM and not self.terminated:
+            self.terminated = True
             self._terminating()
             _thread.start_new_thread(self._insist, ())
         now_s, insists, self._insists = time.monotonic(), self._insists, False
-        if self._deferring or (now_s - self._raised_s < AGAIN_S and not insists):
-            self.pending = True
+        is_again = now_s - self._raised_s < AGAIN_S and not insists
+        if self._deferring or is_again:
+            self.pending |= number == signal.SIGTERM or not is_again
             return
         went_on, self._raised_s = self._raised_s > 0, now_s
         if number != signal.SIGTERM:
@@ -116,8 +152,8 @@ class Signals:
         waiting = _thread.allocate_lock()
         waiting.acquire()
         waiting.acquire(timeout=LETS_GO_WITHIN_S)
-        if self._is_handling and not self._is_terminated:
-            self._is_terminated = True
+        if self._before and not self.terminated:
+            self.terminated = True
             self._terminating()
             self._stuck()
 
@@ -127,11 +163,16 @@ class Signals:
         waiting = _thread.allocate_lock()
         waiting.acquire()
         while not waiting.acquire(timeout=LOOKS_EACH_S):
-            if self._deferring:
+            waits_s = time.monotonic() - received_s
+            if self._deferring and not self._holding:
                 received_s = time.monotonic()  # the report is being made: code has let go, and may not be called again
-            elif not self._is_handling:
+            elif self._holding and waits_s > LETS_GO_WITHIN_S:
+                received_s, self._holding, self._deferring = time.monotonic(), False, False
+            elif self._holding:
+                continue
+            elif not self._before:
                 return
-            elif time.monotonic() - received_s > LETS_GO_WITHIN_S:
+            elif waits_s > LETS_GO_WITHIN_S:
                 self._stuck()
                 return
             elif main.ident is not None and hasattr(signal, "pthread_kill"):

@@ -25,17 +25,19 @@ from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.fallback_way import FallbackWay
-from pytest_hricdv.extra.closing.loop import NAME, Loop, LoopError
+from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError
 from pytest_hricdv.extra.closing.model_way import ModelWay
+from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.online_run import role_of
 from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.options import ClosingOptions
 from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.progress import ClosingProgress, listed
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
-from pytest_hricdv.extra.closing.targets import by_kind, impossible_points, target_points
+from pytest_hricdv.extra.closing.targets import impossible_points, target_points
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
@@ -43,6 +45,7 @@ from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.concrete import concretize
+from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
@@ -51,14 +54,11 @@ from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
 from pytest_hricdv.session.usage import usage_error
 
 CACHE_SCHEMA = "hricdv-closing/4"
-
-STEPS = 10
-"""Where there is no terminal to rewrite a line on, progress is told so many times. Chosen: a log has ten lines of it;
-no result depends on it."""
 
 
 class Closing:
@@ -74,6 +74,7 @@ class Closing:
         self._collection = collection
         self._context = context
         self._options = options
+        self._is_over = False
 
     def suite(self, others: Sequence[GeneratedSuite]) -> GeneratedSuite:
         """The suite: from the cache, or of a new loop.
@@ -91,8 +92,9 @@ class Closing:
             return suite_before
         began_s = time.perf_counter()
         try:
-            with self._runs() as runs:
+            with self._signals.deferred(), self._runs() as runs:
                 suite, result = self._closed(runs, tests)
+                self._signals.hold()  # up to where a report can be made
         except (ProcessError, LoopError) as error:
             raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
         except (GenerateError, CoverageError, OnlineError) as error:
@@ -106,7 +108,7 @@ class Closing:
     def _runs(self) -> ClosingRuns:
         config = self._collection.config
         if not CLUSTER.settings(self._collection.options).address:
-            return RunsHere(config, _processes(config))
+            return RunsHere(config, _processes(config), self._say, self._signals.let_through)
         here = identity(Path(config.rootpath), self._context.provenance.code)
         return RunsOnCluster(self._collection, here.project)
 
@@ -116,12 +118,18 @@ class Closing:
         self._collection.say(f"hricdv: closing {listed(archive)}, at most {self._options.runs} runs (seed {seed}) ...")
         for note in self._exploration_notes:
             self._collection.say(f"hricdv: {note}")
-        self._run_others(archive, runs, others)
-        budget = Budget(self._options.runs, self._options.seconds)
-        loop = Loop(archive, self._used_ways(), runs.run, seed, budget, progress.show, FallbackWay(self._pool))
-        ended = loop.run()
-        suite, result = self._suite(archive, ended, runs, loop.faults)
-        progress.end(archive, ended, len(suite.tests))
+        faults: list[str] = []
+        ended = "interrupted" if self._is_over else self._run_others(archive, runs, others, faults)
+        if ended is None:
+            budget = Budget(self._options.runs, self._options.seconds)
+            ways, let_through = self._used_ways(), self._signals.let_through
+            loop = Loop(
+                archive, ways, runs.run, seed, budget, progress.show, FallbackWay(self._pool), let_through, faults
+            )
+            ended = loop.run()
+        suite, result = self._suite(archive, ended, runs, faults)
+        self._signals.interrupted |= result.ended == "interrupted"
+        progress.end(archive, result.ended, faults, len(suite.tests), goes_on=not self._signals.terminated)
         return suite, result
 
     def _used_ways(self) -> tuple[Way, ...]:
@@ -144,13 +152,31 @@ class Closing:
             *([] if role is None else [OnlineWay(role, pool.planned)]),
         )
 
-    def _run_others(self, archive: Archive, runs: ClosingRuns, tests: Sequence[AbstractTest]) -> None:
-        """What the other suites hit is not open. They are no part of the budget."""
+    def _run_others(
+        self, archive: Archive, runs: ClosingRuns, tests: Sequence[AbstractTest], faults: list[str]
+    ) -> ClosingEnd | None:
+        """What the other suites hit is not open. They are no part of the budget. Returns why there will be no loop."""
+        ended: ClosingEnd | None = None
+        observed: dict[int, Observation] = {}
         if tests:
-            self._collection.say(f"hricdv: running the {len(tests)} tests of the other suites first ...")
-        observed = dict(runs.run(tests, {})) if tests else {}
+            self._say(f"running the {len(tests)} tests of the other suites first ...")
+            try:
+                observed.update(runs.run(tests, {}))
+            except KeyboardInterrupt:
+                ended = "interrupted"
+            except GivenUpError as error:
+                faults.append(f"the loop did not begin: {error}")
+                ended = "error"
         for number in sorted(observed):
             archive.add(observed[number], GIVEN)
+        return ended
+
+    def _say(self, text: str) -> None:
+        self._collection.say(f"hricdv: {text}")
+
+    @property
+    def _signals(self) -> Signals:
+        return self._context.signals
 
     def _suite(
         self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns, faults: Sequence[str]
@@ -158,7 +184,9 @@ class Closing:
         online = (online_way.NAME,)
         try:
             entries, left_out = repeatable_suite(archive, online, runs_again.run)
-        except (ProcessError, ClusterError):  # nothing runs tests any more: only what needs no check can be kept
+        except (ProcessError, GivenUpError, ClusterError, KeyboardInterrupt) as error:
+            # Nothing runs tests any more, or nobody waits for it: only what needs no check can be kept.
+            ended = "interrupted" if isinstance(error, KeyboardInterrupt) else ended
             left_out = tuple(entry for entry in archive.entries if entry.way in online)
             entries = smallest_suite(archive, {entry.number for entry in left_out})
         entries = entries[: self._collection.options.tests]
@@ -208,10 +236,11 @@ class Closing:
         context = generation_context(self._collection.options, self._collection.testbench)
         cache = getattr(self._collection.config, "cache", None)
         try:
-            exploration = explored(context, cache)
-        except GenerateError as error:  # of one belief set, it may be, that other suites never use
-            exploration = Exploration(reason=f"the model cannot be explored: {error}")
-        return exploration if exploration.runs else sampled(context, exploration.reason, cache)
+            with self._signals.let_through():
+                return _explored(context, cache)
+        except KeyboardInterrupt:
+            self._is_over = True
+            return Exploration(reason="exploring the model was interrupted")
 
     @property
     def _exploration_notes(self) -> list[str]:
@@ -249,6 +278,14 @@ class Closing:
             testbench.transitions,
             [test.id for test in others],
         )
+
+
+def _explored(context: GenerationContext, cache: Any) -> Exploration:
+    try:
+        exploration = explored(context, cache)
+    except GenerateError as error:  # of one belief set, it may be, that other suites never use
+        exploration = Exploration(reason=f"the model cannot be explored: {error}")
+    return exploration if exploration.runs else sampled(context, exploration.reason, cache)
 
 
 def _processes(config: pytest.Config) -> int:
@@ -295,44 +332,3 @@ class KeptSuite:
             path = self._root / name
             digests[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
         return digests
-
-
-def listed(archive: Archive) -> str:
-    """`12 statements, 3 branches`: what is open."""
-    counts = by_kind(archive.open)
-    named = (f"{count} {kind if count == 1 else _PLURAL.get(kind, f'{kind}s')}" for kind, count in counts.items())
-    return ", ".join(named) or "nothing"
-
-
-_PLURAL = {"branch": "branches"}
-
-
-class ClosingProgress:
-    """Tells how far the loop is."""
-
-    def __init__(self, collection: Collection, runs: int) -> None:
-        self._collection = collection
-        self._runs = runs
-        self._told = 0
-        self._reporter: Any = collection.config.pluginmanager.get_plugin("terminalreporter")
-        self._rewrites = self._reporter is not None and self._reporter.isatty
-
-    def show(self, archive: Archive) -> None:
-        """After a generation."""
-        done = sum(entry.way != GIVEN for entry in archive.entries)
-        text = f"hricdv: {done} of {self._runs} runs, {archive.sim_s:.0f} s simulated, open: {listed(archive)}"
-        if self._rewrites and self._collection.config.get_verbosity() >= 0:
-            self._reporter.rewrite(text, erase=True)
-        elif done * STEPS // self._runs > self._told:
-            self._told = done * STEPS // self._runs
-            self._collection.say(text)
-
-    def end(self, archive: Archive, ended: ClosingEnd, tests: int) -> None:
-        """At the end."""
-        done = sum(entry.way != GIVEN for entry in archive.entries)
-        self._collection.say(
-            f"hricdv: closing ended ({ended}) after {done} runs, {archive.sim_s:.0f} s simulated; "
-            f"open: {listed(archive)}; {tests} tests"
-        )
-        if ended == "interrupted":
-            self._collection.say("hricdv: what was reached until Ctrl-C is kept and runs now; Ctrl-C again ends all")

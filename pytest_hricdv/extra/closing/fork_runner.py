@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -17,6 +18,13 @@ from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.generate.concrete import ConcreteTest
 
 T = TypeVar("T")
+
+MOST_ATTEMPTS = 3
+"""A run whose process is killed so many times is at fault itself. Chosen: a system without memory kills what is large
+just then, which a repetition need not be."""
+
+_KILLED = f"ended by {signal.Signals.SIGKILL.name}" if hasattr(signal, "SIGKILL") else ""
+"""How a process ended that nobody here has ended."""
 
 
 def may_fork() -> bool:
@@ -57,11 +65,15 @@ class ForkRunner(Generic[T]):
             send(self._executed(number, tests[number]))
 
         longest_first = sorted(range(len(tests)), key=lambda number: -len(tests[number].actions))  # all end together
-        done: set[int] = set()
-        for event in ProcessPool(work, self.processes, self.limit_s).run(deque(longest_first)):
+        done, attempts, queue = set[int](), Counter[int](), deque(longest_first)
+        for event in ProcessPool(work, self.processes, self.limit_s).run(queue):
             if isinstance(event, Line):
                 done.add(event.item)
                 yield event.item, event.text
+                continue
+            attempts[event.item] += 1
+            if event.item not in done and event.problem == _KILLED and attempts[event.item] < MOST_ATTEMPTS:
+                queue.append(event.item)
             elif event.item not in done:
                 problem = f"its process: {event.problem or 'ended without a result'}"
                 yield event.item, self.text(event.item, None, problem)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -44,7 +45,14 @@ class Runner(Protocol):
 
         What is run may be another test than the one that was handed over, where it is made up while it runs, and one
         may yield several.
+
+        Raises:
+            GivenUpError: nothing runs tests any more; the others of these have no run.
         """
+
+
+class GivenUpError(Exception):
+    """What runs the tests was lost again and again; the text says how."""
 
 
 class LoopError(Exception):
@@ -58,11 +66,12 @@ class Loop:
     Args:
         archive: with the targets; it keeps the runs.
         ways: that propose tests.
-        fallback: proposes where these know no more.
         runner: runs the tests.
         seed: the master seed.
         budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
         progress: called with the archive after each generation.
+        fallback: proposes where the ways know no more.
+        let_through: within what it gives, Ctrl-C may be raised; elsewhere it would leave the archive in pieces.
     """
 
     archive: Archive
@@ -72,6 +81,7 @@ class Loop:
     budget: Budget
     progress: Callable[[Archive], None] = lambda archive: None
     fallback: Way | None = None
+    let_through: Callable[[], AbstractContextManager[None]] = nullcontext
     faults: list[str] = field(default_factory=list)
     """What went wrong in the loop itself, each in a sentence: it goes on without the way that it went wrong in."""
     _drafts: list[Draft] = field(default_factory=list)
@@ -99,6 +109,9 @@ class Loop:
             return "interrupted"
         except LoopError:
             raise
+        except GivenUpError as error:
+            self.faults.append(f"the loop ended early: {error}")
+            return "error"
         except Exception as error:  # whatever it is, hours of runs are not to be lost for it
             if not self.archive.entries:
                 raise
@@ -130,13 +143,15 @@ class Loop:
                         ways.remove(way)
         if self.fallback is not None and len(proposals) < count:
             rng = self._rng(number, self.fallback, 0)
-            proposals += self.fallback.propose(self.archive, count - len(proposals), rng)
+            with self.let_through():
+                proposals += self.fallback.propose(self.archive, count - len(proposals), rng)
         return proposals
 
     def _proposed(self, way: Way, share: int, rng: Random) -> list[Proposal]:
         """What a way proposes; nothing, from now on, once it has failed."""
         try:
-            return way.propose(self.archive, share, rng)[:share]
+            with self.let_through():
+                return way.propose(self.archive, share, rng)[:share]
         except Exception as error:  # a way may fail on a testbench that nobody thought of; the others can go on
             self._left_out.add(way.name)
             self.faults.append(f"the way {way.name!r} failed, and is left out from there on: {_located(error)}")

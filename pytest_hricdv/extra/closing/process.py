@@ -57,24 +57,28 @@ class TestBatch:
     """A further line.
 
     Args:
+        number: of this request, which its answers repeat.
         tests: to run, as `AbstractTest.to_data` gives them.
         online: the numbers of those in which the person decides during the run, with the weights of choices.
     """
 
+    number: int
     tests: tuple[dict[str, Any], ...]
     online: dict[int, tuple[Weight, ...]] = field(default_factory=dict)
 
 
 class TestObserved(msgspec.Struct, frozen=True, tag=True):
-    """What the test with this number yielded."""
+    """What the test with this number yielded, of the request with that number."""
 
+    request: int
     number: int
     observation: Observation
 
 
 class BatchDone(msgspec.Struct, frozen=True, tag=True):
-    """All tests of a batch were run. `files`: of the project, that are loaded here, sorted."""
+    """All tests of the request were run. `files`: of the project, that are loaded here, sorted."""
 
+    request: int
     files: tuple[str, ...]
 
 
@@ -111,12 +115,12 @@ class _Serving:
             batch = msgspec.json.decode(line, type=TestBatch)
             tests = [AbstractTest.from_data(test) for test in batch.tests]
             self._online = {tests[number].id: weights for number, weights in batch.online.items()}
-            for answer in self._run(tests):
-                self._write(encode(answer).encode())
-            self._write(msgspec.json.encode(BatchDone(self._files())))
+            for number, observation in self._run(tests):
+                self._write(encode(TestObserved(batch.number, number, observation)).encode())
+            self._write(msgspec.json.encode(BatchDone(batch.number, self._files())))
             self._write(END)
 
-    def _run(self, tests: Sequence[AbstractTest]) -> Iterator[TestObserved]:
+    def _run(self, tests: Sequence[AbstractTest]) -> Iterator[tuple[int, Observation]]:
         commands = self._collection.testbench.commands
         concrete = [concretize(test, commands) for test in tests]
         well: list[ConcreteTest] = []
@@ -127,7 +131,7 @@ class _Serving:
         runner = ForkRunner(self._execute_in_fork, text_of, self._settings.processes, LIMIT_S)
         for number, text in runner.run(concrete):
             observation = msgspec.json.decode(text, type=Observation)
-            yield TestObserved(number, observation)
+            yield number, observation
             if not observation.error:
                 well.append(concrete[number])
         if not self._is_warm:

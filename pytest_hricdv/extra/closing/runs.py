@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 from typing import Self
 
 import msgspec
 import pytest
 
-from pytest_hricdv.execution.separate_process import SeparateProcess, started
+from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.closing import process as closing_process
-from pytest_hricdv.extra.closing.loop import OnlineWeights
+from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
 from pytest_hricdv.extra.cluster import code_archive
@@ -33,6 +33,13 @@ BATCH_S = 600.0
 `process`, after which each run is ended."""
 
 
+SILENT_S = BATCH_S
+"""The same beside the session."""
+
+MOST_LOSSES = 3
+"""A process that is lost so often is lost again. Chosen: what else takes all memory is gone after one or two."""
+
+
 class ClosingRuns(ABC):
     """Runs tests for a closing loop; a context manager, which ends the processes."""
 
@@ -41,6 +48,7 @@ class ClosingRuns(ABC):
 
     def __init__(self) -> None:
         self._stack = ExitStack()
+        self._requests = count(1)
 
     @abstractmethod
     def __enter__(self) -> Self: ...
@@ -54,12 +62,17 @@ class ClosingRuns(ABC):
 
         Raises:
             ProcessError, ClusterError: there is nothing that runs them.
+            GivenUpError: what ran them was lost again and again.
         """
 
-    def _observations(self, lines: Iterable[bytes], numbers: Sequence[int]) -> Iterator[tuple[int, Observation]]:
-        """What an answer says of the tests with these numbers."""
+    def _observations(
+        self, lines: Iterable[bytes], request: int, numbers: Sequence[int]
+    ) -> Iterator[tuple[int, Observation]]:
+        """What an answer says of the tests with these numbers; what answers another request is dropped."""
         for line in lines:
             answer = msgspec.json.decode(line, type=TestObserved | BatchDone)
+            if answer.request != request:
+                continue
             if isinstance(answer, BatchDone):
                 self.files = tuple(sorted({*self.files, *answer.files}))
             else:
@@ -67,33 +80,95 @@ class ClosingRuns(ABC):
 
 
 class RunsHere(ClosingRuns):
-    """Runs tests in a process beside the session.
+    """Runs tests in a process beside the session; in another one, where it is lost.
+
+    A process whose answer was not read to its end is ended: it may be busy with it, and a session that is interrupted
+    has no time for that.
 
     Args:
         config: of the session.
         processes: so many runs at a time.
+        say: receives messages.
+        let_through: while the process is waited for, a signal may raise.
     """
 
-    def __init__(self, config: pytest.Config, processes: int) -> None:
+    def __init__(
+        self,
+        config: pytest.Config,
+        processes: int,
+        say: Callable[[str], None] = lambda text: None,
+        let_through: LetThrough = nullcontext,
+    ) -> None:
         super().__init__()
         self._config = config
         self._processes = processes
+        self._say = say
+        self._let_through = let_through
+        self._process: SeparateProcess | None = None
+        self._has_begun = False
+        self._losses = 0
 
     def __enter__(self) -> Self:
-        directory = self._config.invocation_params.dir
-        self._process: SeparateProcess = self._stack.enter_context(started(closing_process.__name__, directory))
-        self._process.send(LoopSettings(arguments_of(self._config), self._processes))
-        self._has_begun = False
+        self._start()
         return self
 
+    def _start(self) -> SeparateProcess:
+        directory = self._config.invocation_params.dir
+        starting = started(closing_process.__name__, directory, let_through=self._let_through)
+        self._process = process = self._stack.enter_context(starting)
+        self._has_begun = False
+        process.send(LoopSettings(arguments_of(self._config), self._processes))
+        return process
+
+    def _end(self) -> None:
+        self._process = None
+        self._stack.close()
+
     def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
-        """See `ClosingRuns`."""
-        if not self._has_begun:  # not when it is started: until it is asked, the session has other things to do
-            self._has_begun = True
-            deque(self._process.answer(), maxlen=0)  # who it is, which is known here
-        everything = range(len(tests))
-        self._process.send(_batch(tests, everything, online))
-        yield from self._observations(self._process.answer(), everything)
+        """See `ClosingRuns`. Tests of a lost process run again, and do the same: each begins from the same state."""
+        observed: set[int] = set()
+        left = [*range(len(tests))]
+        while True:
+            try:
+                for number, observation in self._answer(tests, left, online):
+                    if number not in observed:
+                        observed.add(number)
+                        yield number, observation
+                return
+            except ProcessError as error:
+                if not (self._has_begun or isinstance(error, LostError)):
+                    raise  # it says why it cannot begin, and another one could not either
+                self._lose(error)
+            # The last one again, where all are known: only whoever has run a test tells all files of the project.
+            left = [number for number in left if number not in observed] or left[-1:]
+
+    def _answer(
+        self, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights
+    ) -> Iterator[tuple[int, Observation]]:
+        if self._losses >= MOST_LOSSES:
+            raise GivenUpError(_lost(self._losses))
+        process, request = self._process or self._start(), next(self._requests)
+        is_read = False
+        try:
+            if not self._has_begun:  # not when it is started: until it is asked, the session has other things to do
+                deque(process.answer(SILENT_S), maxlen=0)  # who it is, which is known here
+                self._has_begun = True
+            process.send(_batch(request, tests, numbers, online))
+            yield from self._observations(process.answer(SILENT_S), request, numbers)
+            is_read = True
+        finally:
+            if not is_read:
+                self._end()
+
+    def _lose(self, error: ProcessError) -> None:
+        self._losses += 1
+        if self._losses >= MOST_LOSSES:
+            raise GivenUpError(f"{_lost(self._losses)}, the last time: {error}") from None
+        self._say(f"the process of the closing loop was lost: {error}; another one takes its place")
+
+
+def _lost(times: int) -> str:
+    return f"the process that runs its tests was lost {times} times"
 
 
 @dataclass
@@ -135,14 +210,15 @@ class RunsOnCluster(ClosingRuns):
     def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
         """See `ClosingRuns`."""
         parts, questions = dict[str, _Part](), deque[Question]()
+        request = next(self._requests)
         for numbers in _parted(len(tests), max(1, self._cluster.threads)):
-            batch = _batch(tests, numbers, online)
+            batch = _batch(request, tests, numbers, online)
             parts[tests[numbers[0]].id] = _Part(numbers)
             questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(batch)))
         for question, answer in self._cluster.answers(self._service, questions, self._archive):
             part = parts[question.key]
             lines = () if isinstance(answer, Lost) else answer.lines
-            for number, observation in self._observations(lines, part.numbers):
+            for number, observation in self._observations(lines, request, part.numbers):
                 part.observed.add(number)
                 yield number, observation
             problem = answer.reason if isinstance(answer, Lost) else answer.problem
@@ -150,9 +226,9 @@ class RunsOnCluster(ClosingRuns):
                 yield number, Observation(tests[number].to_data(), error=problem)
 
 
-def _batch(tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights) -> TestBatch:
+def _batch(request: int, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights) -> TestBatch:
     weights = {place: tuple(online[number]) for place, number in enumerate(numbers) if number in online}
-    return TestBatch(tuple(tests[number].to_data() for number in numbers), weights)
+    return TestBatch(request, tuple(tests[number].to_data() for number in numbers), weights)
 
 
 def _parted(size: int, parts: int) -> list[range]:

@@ -1,0 +1,30 @@
+"""A clock for patience: it counts while somebody looks at it, so that no pause is taken for silence.
+
+A machine sleeps, a job is suspended, a process is stopped (SIGSTOP) and goes on: for others, and for what they were
+sent meanwhile, no time has passed that they could have used. Clocks that are set have no effect on it either.
+"""
+
+from __future__ import annotations
+
+import time
+
+LOOKS_EACH_S = 0.5
+"""So often who waits looks at the clock (s; chosen)."""
+
+_LONGEST_S = 2 * LOOKS_EACH_S
+"""A look that comes later (s; chosen: on a busy machine a look is late, too) ends a pause."""
+
+
+class AwakeClock:
+    """Begins with 0."""
+
+    def __init__(self) -> None:
+        self._seen_s = time.monotonic()
+        self._now_s = 0.0
+
+    def look(self) -> float:
+        """For how long somebody was there to look (s of wall time)."""
+        now_s = time.monotonic()
+        self._now_s += min(now_s - self._seen_s, _LONGEST_S)
+        self._seen_s = now_s
+        return self._now_s

@@ -1,0 +1,69 @@
+"""What ends a session early: signals, from before its suites are generated. In the controlling process only."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from pytest_hricdv.session.aggregation import Aggregation
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.signals import REBUILT_WITHIN_S, WORKERS_END_WITHIN_S, Signals
+
+
+class EarlyEnd:
+    """Handles signals from the begin of a session on, and hurries what would take longer than SIGTERM allows.
+
+    Args:
+        context: of the session.
+        aggregation: of its results.
+    """
+
+    def __init__(self, context: RunContext, aggregation: Aggregation) -> None:
+        self._config = context.collection.config
+        self._context = context
+        self._aggregation = aggregation
+        self._signals = context.signals = Signals(self._hurry, self._end_without)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_sessionstart(self) -> Iterator[None]:
+        """Outside of all that begins with the session: a part that generates a suite may reach something."""
+        self._signals.begin()
+        return (yield)
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
+        """xdist: a session that is to end starts no workers."""
+        if self._signals.pending or self._signals.terminated:
+            specs.clear()
+
+    def pytest_unconfigure(self) -> None:
+        """The handlers are as they were, however the session ended."""
+        self._signals.end()
+
+    def _hurry(self) -> None:
+        """SIGTERM came: workers have no time to end their tests; xdist waits for them up to 10 s otherwise."""
+        scheduling = self._config.pluginmanager.get_plugin("dsession")
+        manager = getattr(scheduling, "nodemanager", None)
+        if manager is not None:
+            manager.EXIT_TIMEOUT = WORKERS_END_WITHIN_S
+
+    def _end_without(self) -> None:
+        """The code that runs does not let go: end the process, with a report of what the journal has.
+
+        Another process makes it: the main thread may hold any lock, as the one of an import.
+        """
+        folder = self._context.options.report
+        self._aggregation.journaling.abandon()
+        self._context.collection.say("")
+        self._context.collection.say(
+            "hricdv: SIGTERM: the code that runs does not let go; the report is made without it"
+        )
+        making = [sys.executable, "-m", "pytest_hricdv.report", "rebuild", str(folder)]
+        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+            subprocess.run(making, stdin=subprocess.DEVNULL, capture_output=True, timeout=REBUILT_WITHIN_S, check=False)
+        os._exit(pytest.ExitCode.INTERRUPTED)
