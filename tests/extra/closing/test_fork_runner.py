@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -54,6 +57,17 @@ def test_each_test_has_a_process_of_its_own() -> None:
 def test_what_goes_wrong_in_a_run_is_an_error_of_that_run_only(command: str, problem: str) -> None:
     tests = [toy.concrete("ask", command, "say"), *TESTS]
     assert texts(tests, limit_s=0.3) == [problem, *toy.texts(TESTS)]
+
+
+def test_a_run_whose_process_was_killed_runs_again(tmp_path: Path) -> None:
+    def execute(test: ConcreteTest) -> str:
+        with contextlib.suppress(FileExistsError):
+            (tmp_path / test.id).touch(exist_ok=False)
+            os.kill(os.getpid(), signal.SIGKILL)
+        return toy.execute(test)
+
+    said = [*ForkRunner(execute, lambda number, result, problem: result or problem, 1, 30.0).run(TESTS[:1])]
+    assert said == [(0, toy.execute(TESTS[0]))]
 
 
 def test_the_watchdog_of_the_kernel_holds_in_forks_too() -> None:

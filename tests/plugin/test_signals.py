@@ -1,0 +1,93 @@
+"""Signals raise where they may, are kept where they may not, and are never lost between."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from pytest_hricdv.session import signals as module
+from pytest_hricdv.session.signals import Signals, Terminated
+
+
+def send(number: signal.Signals = signal.SIGINT) -> None:
+    os.kill(os.getpid(), number)
+
+
+@pytest.fixture
+def handled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Signals]:
+    """In this process; a second signal may come at once."""
+    monkeypatch.setattr(module, "AGAIN_S", 0.0)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signals = Signals()
+    signals.begin()
+    try:
+        yield signals
+    finally:
+        signals.end()
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def test_it_raises_where_it_is_let_through_and_at_once_if_it_came_before(handled: Signals) -> None:
+    with handled.deferred():
+        send()
+        assert handled.pending
+        with pytest.raises(KeyboardInterrupt), handled.let_through():
+            pytest.fail("it was let through")
+        assert not handled.pending
+        with pytest.raises(KeyboardInterrupt), handled.let_through():
+            send()
+        send()  # not let through: the block has ended, although by what was raised
+    assert handled.pending
+
+
+def test_what_is_held_is_raised_once_it_is_released(handled: Signals) -> None:
+    with handled.deferred():
+        handled.hold()
+    send()
+    with handled.deferred():
+        send()
+    assert handled.pending
+    with pytest.raises(KeyboardInterrupt):
+        handled.release()
+    handled.release()
+    with pytest.raises(KeyboardInterrupt):
+        send()
+
+
+def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals) -> None:
+    with handled.deferred():
+        send(signal.SIGTERM)
+        assert handled.terminated
+        for _ in range(2):
+            with pytest.raises(Terminated), handled.let_through():
+                pytest.fail("it was let through")
+        handled.hold()
+    with pytest.raises(Terminated):
+        handled.release()
+
+
+def test_a_second_one_right_after_the_first_is_no_second_wish(
+    handled: Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "AGAIN_S", 3600.0)
+    with handled.deferred():
+        with pytest.raises(KeyboardInterrupt), handled.let_through():
+            send()
+        send()
+        with handled.let_through():
+            send()
+
+
+def test_handlers_of_others_stay_and_come_back(handled: Signals) -> None:
+    handled.end()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handled.begin()
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
