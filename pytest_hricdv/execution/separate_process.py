@@ -45,6 +45,10 @@ class LostError(ProcessError):
     """The process was ended by a signal, as by a system without memory: another one may do better."""
 
 
+class SilentError(LostError):
+    """The process was ended because it gave no sign of life."""
+
+
 class SeparateProcess:
     """The process, as the one sees it that started it.
 
@@ -81,7 +85,8 @@ class SeparateProcess:
 
         Raises:
             ProcessError: it failed.
-            LostError: it was ended by a signal, or for its silence.
+            LostError: it was ended by a signal.
+            SilentError: it was ended for its silence.
         """
         while self._whole or (data := self._read(silent_s)):
             if self._whole:
@@ -104,7 +109,8 @@ class SeparateProcess:
 
         Raises:
             ProcessError: it ended before.
-            LostError: it was ended by a signal, or for its silence.
+            LostError: it was ended by a signal.
+            SilentError: it was ended for its silence.
         """
         for line in self.lines(silent_s):
             if line == b"\n":
@@ -125,7 +131,7 @@ class SeparateProcess:
                 return os.read(descriptor, _MOST_BYTES) if self._is_readable(descriptor, 0.0) else b""
             if silent_s is not None and clock.look() > silent_s:
                 self.kill()
-                raise LostError(f"no sign of life for {silent_s:g} s")
+                raise SilentError(f"no sign of life for {silent_s:g} s")
         return os.read(descriptor, _MOST_BYTES)
 
     def _is_readable(self, descriptor: int, within_s: float) -> bool:

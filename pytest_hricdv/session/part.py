@@ -61,7 +61,13 @@ class PartSession:
         from pytest_hricdv.session.replaying import Rerunning  # needed by few sessions
 
         context = self.context
-        return Rerunning(context.run_settings, context.provenance, context.failures, self.aggregation.seeds)
+        return Rerunning(
+            context.run_settings,
+            context.provenance,
+            context.failures,
+            self.aggregation.seeds,
+            self.signals.let_through,
+        )
 
     def say(self, text: str) -> None:
         """Report progress; an empty text ends pytest's line of dots."""

@@ -7,7 +7,8 @@ import io
 import json
 import os
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -242,17 +243,19 @@ class Rerunning:
         provenance: what runs depend on in this process.
         failures: keeps files.
         seeds: suite -> the seed that it was generated from.
+        let_through: while a test runs, a signal may raise.
     """
 
     settings: RunSettings
     provenance: Provenance
     failures: Failures
     seeds: Mapping[str, int]
+    let_through: Callable[[], AbstractContextManager[None]] = contextlib.nullcontext
 
     def run(self, test: ConcreteTest) -> CaseResult | None:
         """Run a test; None where the run came to no end. What it prints goes nowhere."""
         try:
-            with contextlib.redirect_stdout(io.StringIO()):
+            with self.let_through(), contextlib.redirect_stdout(io.StringIO()):
                 return execute(self.settings, test)
         except Exception:
             return None

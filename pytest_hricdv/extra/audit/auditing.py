@@ -74,17 +74,22 @@ class Auditing:
         further = [result for result in results if result.fails and result.nodeid in place and result not in tests]
         further = further[:MOST_FURTHER] if self._number is None else []
         start = self._start.with_tests([test.nodeid for test in (*tests, *further)])
-        repeating, problem, marked = Repeating(start, wall_s), "", dict[str, TestResult]()
+        repeating, problem = Repeating(start, wall_s, self._session.signals.let_through), ""
+        differing, marked = dict[str, tuple[TestResult, Repeat]](), dict[str, TestResult]()
         try:
             with repeating.open():
-                differing = self._differing(repeating, tests)
+                self._compare(repeating, tests, differing)
                 if differing:
-                    differing |= self._differing(repeating, further)
+                    self._compare(repeating, further, differing)
                 for nodeid, (result, repeat) in differing.items():
                     marked[nodeid] = self._mark(result, repeat, self._cause(repeating, result, repeat, changed))
         except StartError as error:
             problem = f"the audit could not run tests again in a fresh process: {error}"
             self._session.warnings.append(problem)
+        except KeyboardInterrupt:
+            self._session.interrupted, problem = True, "the audit was interrupted"
+            for nodeid in [name for name in differing if name not in marked]:
+                marked[nodeid] = self._mark(*differing[nodeid], Cause(NOT_FOUND, problem))
         self._session.sections[AUDIT.name] = AuditResult(
             tests=tuple(test.nodeid for test in tests),
             differing=tuple(marked),
@@ -98,13 +103,14 @@ class Auditing:
             self._session.aggregation.journaling.finish(nodeid, encode(result))
         return [marked.get(result.nodeid, result) for result in results]
 
-    def _differing(self, repeating: Repeating, tests: Sequence[TestResult]) -> dict[str, tuple[TestResult, Repeat]]:
-        differing = {}
+    def _compare(
+        self, repeating: Repeating, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Repeat]]
+    ) -> None:
+        """Run tests again; those that come otherwise are added."""
         for test in tests:
             repeat = repeating.run(Order((test.nodeid,)), self._hash_seed)
             if repeat.key != key_of(test):
                 differing[test.nodeid] = test, repeat
-        return differing
 
     def _cause(self, repeating: Repeating, result: TestResult, repeat: Repeat, changed: Mapping[str, str]) -> Cause:
         aggregation = self._session.aggregation

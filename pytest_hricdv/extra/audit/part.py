@@ -71,13 +71,7 @@ class AuditPart(Part[AuditOptions]):
             return results
         from pytest_hricdv.extra.audit.auditing import Auditing  # needed after the last test
 
-        auditing = Auditing(session, settings.tests, begin)
-        try:
-            with session.signals.deferred(False):
-                return auditing.audit(results)
-        except KeyboardInterrupt:
-            session.interrupted = True
-            return results
+        return Auditing(session, settings.tests, begin).audit(results)
 
 
 PART = AuditPart()

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
+from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.separate_process import (
+    LetThrough,
+    LostError,
+    ProcessError,
+    SeparateProcess,
+    SilentError,
+    started,
+)
 from pytest_hricdv.extra.audit import process as process_module
 from pytest_hricdv.extra.audit.process import Order, Ran
 from pytest_hricdv.results.model import TestResult
@@ -84,6 +91,8 @@ class Fresh:
         self._running = running
         self.problem = ""
         """Why it has ended; empty while it has not."""
+        self.is_lost = False
+        """It was killed by somebody else."""
 
     def begin(self, session: FreshSession) -> None:
         """Start pytest there. Raises StartError where it does not begin."""
@@ -107,15 +116,13 @@ class Fresh:
     def _lines(self, patience_s: float) -> list[bytes]:
         if self.problem:
             return []
-        timer = threading.Timer(patience_s, self._running.kill)
-        timer.start()
         try:
-            return [*self._running.answer()]
+            return [*self._running.answer(patience_s)]
+        except SilentError:
+            self.problem = f"{SILENT} for {patience_s:g} s"
         except ProcessError as error:
-            self.problem = str(error) if timer.is_alive() else f"{SILENT} for {patience_s:g} s"
-            return []
-        finally:
-            timer.cancel()
+            self.problem, self.is_lost = str(error), isinstance(error, LostError)
+        return []
 
 
 @dataclass
@@ -125,10 +132,12 @@ class Repeating:
     Args:
         start: of processes.
         wall_s: node id -> how long the test took (s).
+        let_through: while a process is waited for, a signal may raise.
     """
 
     start: Start
     wall_s: Mapping[str, float]
+    let_through: LetThrough = nullcontext
     runs: int = 0
     _stack: ExitStack = field(default_factory=ExitStack)
     _kept: dict[tuple[object, ...], Fresh] = field(default_factory=dict)
@@ -157,18 +166,21 @@ class Repeating:
             variables: of the environment, beside those of the session.
             among: the tests that the process is to have; none: those of the start.
         """
-        self.runs += len(order.nodeids)
         start = self.start.with_tests(among) if among else self.start
         name = (hash_seed, copy, tuple(sorted((variables or {}).items())), start.session.nodeids)
-        fresh = self._kept.get(name)
-        if fresh is None:
-            fresh = self._started(start, hash_seed, variables or {})
-            if start.reusable:
-                self._kept[name] = fresh
         patience_s = PATIENCE_S + PATIENCE_FACTOR * sum(self.wall_s.get(nodeid, 1.0) for nodeid in order.nodeids)
-        repeat = fresh.run(order, patience_s)
-        if fresh.problem:
-            self._kept.pop(name, None)  # the next order gets another one
+        for _ in range(MOST_ATTEMPTS):
+            self.runs += len(order.nodeids)
+            fresh = self._kept.get(name)
+            if fresh is None:
+                fresh = self._started(start, hash_seed, variables or {})
+                if start.reusable:
+                    self._kept[name] = fresh
+            repeat = fresh.run(order, patience_s)
+            if fresh.problem:
+                self._kept.pop(name, None)  # the next order gets another one
+            if not fresh.is_lost:
+                break
         return repeat
 
     def _started(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
@@ -180,6 +192,7 @@ class Repeating:
                 path=start.begin.path,
                 hash_seed=hash_seed,
                 inherited=start.begin.environment,
+                let_through=self.let_through,
             )
         )
         fresh = Fresh(running)

@@ -7,24 +7,16 @@ from __future__ import annotations
 
 import gc
 import os
-import signal
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import KILLED, MOST_ATTEMPTS, Line, ProcessPool, Send
 from pytest_hricdv.generate.concrete import ConcreteTest
 
 T = TypeVar("T")
-
-MOST_ATTEMPTS = 3
-"""A run whose process is killed so many times is at fault itself. Chosen: a system without memory kills what is large
-just then, which a repetition need not be."""
-
-_KILLED = f"ended by {signal.Signals.SIGKILL.name}" if hasattr(signal, "SIGKILL") else ""
-"""How a process ended that nobody here has ended."""
 
 
 def may_fork() -> bool:
@@ -72,7 +64,7 @@ class ForkRunner(Generic[T]):
                 yield event.item, event.text
                 continue
             attempts[event.item] += 1
-            if event.item not in done and event.problem == _KILLED and attempts[event.item] < MOST_ATTEMPTS:
+            if event.item not in done and event.problem == KILLED and attempts[event.item] < MOST_ATTEMPTS:
                 queue.append(event.item)
             elif event.item not in done:
                 problem = f"its process: {event.problem or 'ended without a result'}"

@@ -14,6 +14,7 @@ from typing import Self
 import msgspec
 import pytest
 
+from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
@@ -35,9 +36,6 @@ BATCH_S = 600.0
 
 SILENT_S = BATCH_S
 """The same beside the session."""
-
-MOST_LOSSES = 3
-"""A process that is lost so often is lost again. Chosen: what else takes all memory is gone after one or two."""
 
 
 class ClosingRuns(ABC):
@@ -145,7 +143,7 @@ class RunsHere(ClosingRuns):
     def _answer(
         self, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights
     ) -> Iterator[tuple[int, Observation]]:
-        if self._losses >= MOST_LOSSES:
+        if self._losses >= MOST_ATTEMPTS:
             raise GivenUpError(_lost(self._losses))
         process, request = self._process or self._start(), next(self._requests)
         is_read = False
@@ -162,7 +160,7 @@ class RunsHere(ClosingRuns):
 
     def _lose(self, error: ProcessError) -> None:
         self._losses += 1
-        if self._losses >= MOST_LOSSES:
+        if self._losses >= MOST_ATTEMPTS:
             raise GivenUpError(f"{_lost(self._losses)}, the last time: {error}") from None
         self._say(f"the process of the closing loop was lost: {error}; another one takes its place")
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -15,7 +16,8 @@ from pytest_hricdv.coverage.closure import MeasuredTest, PointIndex, minimal_sui
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
-from pytest_hricdv.execution.separate_process import ProcessError, started
+from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
 from pytest_hricdv.extra.mutation.options import MutationOptions
@@ -58,6 +60,7 @@ class Mutating:
         chosen: node id -> test, of the session.
         processes: at the same time.
         say: receives progress messages.
+        let_through: while mutants are made and tried, a signal may raise.
     """
 
     context: RunContext
@@ -65,6 +68,7 @@ class Mutating:
     chosen: Mapping[str, HriCase]
     processes: int
     say: Callable[[str], None]
+    let_through: LetThrough = nullcontext
 
     def mutate(self, results: Sequence[TestResult]) -> MutationResult:
         """Try the mutants. At Ctrl-C it stops, and keeps what was found until then.
@@ -80,13 +84,14 @@ class Mutating:
         tests = {result.id: result for result in results if _takes_part(result)}
         if not tests:
             raise MutationError("no mutant was tried: expected tests that pass and that were measured")
-        every = all_mutants(self.context.code)
-        drawn = sample(every, self.context.options.seed, options.mutants)
-        order = TrialOrder(self._candidates([*tests.values()]), options.tests)
-        trials = _Trials(drawn, order, tests, self.say)
+        with self.let_through():
+            every = all_mutants(self.context.code)
+            drawn = sample(every, self.context.options.seed, options.mutants)
+            order = TrialOrder(self._candidates([*tests.values()]), options.tests)
+            trials = _Trials(drawn, order, tests, self.say)
+            job = self._job(trials.planned(self.context), tests)
         self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
-        directory = self.context.collection.config.invocation_params.dir
-        ended = trials.follow(self._job(trials.planned(self.context), tests), directory)
+        ended = trials.follow(job, self.context.collection.config.invocation_params.dir, self.let_through)
         return scored(
             mutants=tuple(trials.result(mutant) for mutant in every if mutant.id in trials.runs),
             made=len(every),
@@ -156,22 +161,41 @@ class _Trials:
         plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
         return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
 
-    def follow(self, job: MutationJob, directory: Path) -> MutationEnd:
-        """Have a job done in a process that starts in this directory.
+    def follow(self, job: MutationJob, directory: Path, let_through: LetThrough) -> MutationEnd:
+        """Have a job done in a process that starts in this directory; in another one, where it is lost.
 
         Raises:
-            MutationError: it was not: something is wrong with it.
+            MutationError: it was not: something is wrong with it, or its process was lost again and again.
         """
-        try:
-            with started(mutant_process.__name__, directory) as process:
-                process.send(job)
-                for line in process.lines():
-                    self._note(msgspec.json.decode(line, type=TrialEvent), len(job.trials))
-        except ProcessError as error:
-            raise MutationError(f"mutants could not be tried: {error}") from None
-        except KeyboardInterrupt:
-            return "interrupted"
-        return "done" if len(self._done) == len(job.trials) else "seconds"
+        lost: ProcessError | None = None
+        for _ in range(MOST_ATTEMPTS):
+            try:
+                self._follow(self._left(job), directory, let_through, len(job.trials))
+                return "done" if len(self._done) == len(job.trials) else "seconds"
+            except LostError as error:
+                lost = error
+                self._say(f"hricdv: the process that tries mutants was lost: {error}")
+            except ProcessError as error:
+                raise MutationError(f"mutants could not be tried: {error}") from None
+            except KeyboardInterrupt:
+                return "interrupted"
+        if not self._done:
+            raise MutationError(f"mutants could not be tried: their process was lost {MOST_ATTEMPTS} times: {lost}")
+        return "lost"
+
+    def _follow(self, job: MutationJob, directory: Path, let_through: LetThrough, total: int) -> None:
+        with started(mutant_process.__name__, directory, let_through=let_through) as process:
+            process.send(job)
+            for line in process.lines():
+                self._note(msgspec.json.decode(line, type=TrialEvent), total)
+
+    def _left(self, job: MutationJob) -> MutationJob:
+        """What is still to be done of a job: all of a mutant whose trial was cut off."""
+        left = tuple(trial for trial in job.trials if trial.mutant not in self._done)
+        for trial in left:
+            self.runs[trial.mutant].clear()
+            self._differences.pop(trial.mutant, None)
+        return replace(job, trials=left)
 
     def result(self, mutant: Mutant) -> MutantResult:
         """What became of a mutant."""

@@ -79,10 +79,11 @@ class MutationPart(Part[MutationOptions]):
         session.say("")
         aggregation = session.aggregation
         processes = aggregation.workers if aggregation.is_distributed else os.cpu_count() or 1
-        mutating = Mutating(session.context, settings, aggregation.chosen, processes, session.say)
+        mutating = Mutating(
+            session.context, settings, aggregation.chosen, processes, session.say, session.signals.let_through
+        )
         try:
-            with session.signals.deferred(False):
-                result = mutating.mutate(session.results)
+            result = mutating.mutate(session.results)
         except MutationError as error:
             session.problems.append(f"--hri-mutate: {error}")
             return report
@@ -90,6 +91,10 @@ class MutationPart(Part[MutationOptions]):
             session.interrupted = True
             return report
         session.interrupted = result.ended == "interrupted"
+        if result.ended == "lost":
+            session.problems.append(
+                "--hri-mutate: not all mutants were tried: their process was lost"
+            )
         return MUTATION.put(report, result)
 
 

@@ -11,7 +11,7 @@ import resource
 import signal
 import sys
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.abc import MetaPathFinder
@@ -23,7 +23,7 @@ import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import undeclared_violations
-from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import KILLED, MOST_ATTEMPTS, Line, ProcessPool, Send
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.results.baseline import behaviour_of
@@ -135,7 +135,7 @@ def events(job: MutationJob) -> Iterator[TrialEvent]:
 def _tried(job: MutationJob, trials: Sequence[Trial]) -> Iterator[MutantRunEnded | TrialEnded]:
     began_s = time.monotonic()
     runs: dict[str, list[MutantRun]] = {trial.mutant: [] for trial in trials}
-    queue = deque(trials)
+    queue, killed = deque(trials), Counter[str]()
     pool = ProcessPool[Trial](lambda trial, send: _Trying(job, trial, send).run(), job.processes, SILENCE * job.run_s)
     for event in pool.run(queue):
         trial = event.item
@@ -145,7 +145,8 @@ def _tried(job: MutationJob, trials: Sequence[Trial]) -> Iterator[MutantRunEnded
             yield ended
             continue
         left = job.left(trial, runs[trial.mutant])
-        if left:  # the process ended within a run
+        killed[trial.mutant] += event.problem == KILLED
+        if left and not (event.problem == KILLED and killed[trial.mutant] < MOST_ATTEMPTS):  # it ended within a run
             runs[trial.mutant].append(_ended_run(job.tests[left[0]].suite, left[0], event.problem))
             yield MutantRunEnded(trial.mutant, runs[trial.mutant][-1])
             left = job.left(trial, runs[trial.mutant])

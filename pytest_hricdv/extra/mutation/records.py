@@ -15,7 +15,7 @@ EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
 """Oracles beside requirements: something raised an exception; the run did not end, or in a way that the testbench does
 not allow; it hit a bin that it cannot or must not hit."""
 
-MutationEnd = Literal["done", "seconds", "interrupted"]
+MutationEnd = Literal["done", "seconds", "interrupted", "lost"]
 MutantStatus = Literal["killed", "survived", "unchanged", "not executed", "not tried"]
 """Killed: some test fails. Survived: a record changed, and no test fails. Unchanged: no record changed. Not executed:
 no test executes the statement. Not tried: time was over before, or before all of its tests had run."""

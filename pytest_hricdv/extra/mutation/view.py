@@ -107,7 +107,7 @@ def notes(result: MutationResult) -> Iterator[str]:
         left_out = plural(len(result.left_out), "test")
         yield f"{left_out} took no part, failing or unmeasured without a fault: {_listed(result.left_out)}"
     if result.ended != "done":
-        why = "time was over" if result.ended == "seconds" else "it was interrupted"
+        why = {"seconds": "time was over", "lost": "their process was lost"}.get(result.ended, "it was interrupted")
         yield f"{plural(result.total.not_tried, 'mutant')} not tried: {why}"
 
 

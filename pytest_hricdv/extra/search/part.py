@@ -55,11 +55,10 @@ class SearchPart(Part[SearchOptions]):
 
         session.say("")
         after = PostSession(session.rerunning, session.options, settings, session.aggregation.chosen, session.say)
-        with session.signals.deferred(False):
-            if settings.shrink:
-                results = after.shrink(results)
-            if settings.search and not stopped:
-                session.sections[SEARCH.name] = _searched(session, after, results)
+        if settings.shrink:
+            results = after.shrink(results)
+        if settings.search and not stopped:
+            session.sections[SEARCH.name] = _searched(session, after, results)
         session.interrupted = after.interrupted
         session.problems += after.problems
         return results
@@ -75,8 +74,15 @@ def _searched(session: PartSession, after: PostSession, results: list[TestResult
     from pytest_hricdv.extra.cluster.remote_runs import remote_runs  # it needs Dask, which not everyone has
 
     try:
-        with remote_runs(session.context, lambda text: session.say(f"hricdv: {text}")) as after.remote:
+        with (
+            session.signals.let_through(),
+            remote_runs(session.context, lambda text: session.say(f"hricdv: {text}")) as after.remote,
+            session.signals.deferred(),
+        ):
             return after.search(results)
+    except KeyboardInterrupt:  # before it was connected, or while the connection was closed
+        after.interrupted = True
+        return after.searched
     except ClusterError as error:
         session.problems.append(f"--hri-search: --hri-cluster: {error}")
         return {}

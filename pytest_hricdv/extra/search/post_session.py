@@ -148,6 +148,8 @@ class PostSession:
     interrupted: bool = field(default=False, init=False)
     problems: list[str] = field(default_factory=list, init=False)
     """Violations that were found and are not known."""
+    searched: dict[str, SearchResult] = field(default_factory=dict, init=False)
+    """What searches have come to."""
 
     def shrink(self, results: Iterable[TestResult]) -> list[TestResult]:
         """Shrink the shortest failure of each requirement; returns the results, with what they were shrunk to."""
@@ -169,7 +171,6 @@ class PostSession:
 
     def search(self, results: Iterable[TestResult]) -> dict[str, SearchResult]:
         """Search for a violation of each requirement."""
-        searched = {}
         for requirement, record, made in self._searched(list(results)):
             if self.interrupted:
                 break
@@ -180,8 +181,8 @@ class PostSession:
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")
             if made is not None and self.settings.shrink and not self.interrupted:
                 record = replace(record, shrunk=self._shrunk(requirement, made, made.abstract.id))
-            searched[requirement.id] = record
-        return searched
+            self.searched[requirement.id] = record
+        return self.searched
 
     def _searched(self, results: list[TestResult]) -> Iterator[Searched]:
         """Search for each requirement: here one after the other, on a cluster several at a time."""
@@ -200,8 +201,12 @@ class PostSession:
         where = f"{len(requirements)} requirements on {remote.cluster.address}"
         self.say(f"hricdv: searching for violations of {where} ...")
         with ThreadPoolExecutor(max_workers=max(1, remote.cluster.threads)) as pool:
+            searches = pool.map(search, requirements)
             try:
-                yield from pool.map(search, requirements)
+                for _ in requirements:
+                    with self.rerunning.let_through():
+                        ended = next(searches)
+                    yield ended
             except KeyboardInterrupt:
                 self.interrupted = True
                 remote.is_over.set()

@@ -101,7 +101,10 @@ class Searching:
         self, requirement: Criterion, start: TestResult, outcome: SearchOutcome, record: SearchResult
     ) -> tuple[SearchResult, HriCase | None]:
         """The record with the test that was outcome, which is kept as a replay file."""
-        result = self.rerunning.run(_named(outcome.test, requirement))
+        try:
+            result = self.rerunning.run(_named(outcome.test, requirement))
+        except KeyboardInterrupt:  # that it is violated is known, and the test is not
+            return replace(record, ended="interrupted"), None
         if result is None:
             return record, None
         origin = ReplayOrigin(SEARCH, start.id, requirement.id, outcome.runs)

@@ -97,7 +97,8 @@ def test_after_three_losses_the_loop_ends_with_what_it_has_and_all_else_goes_on(
     assert status == 0
     lost = "the loop ended early: the process that runs its tests was lost 3 times, the last time: ended by SIGKILL"
     assert f"hricdv: {lost}" in output
-    assert lost in [suite for suite in whole["suites"] if suite["name"] == "closure"][0]["generation"]["notes"]
+    notes = {suite["name"]: suite["generation"]["notes"] for suite in whole["suites"]}
+    assert lost in notes["closure"]
     assert (whole["closing"]["ended"], whole["closing"]["given"]) == ("error", BY_HAND)
     assert 8 <= whole["closing"]["runs"] < 16
     assert whole["reported"] == whole["selected"] > BY_HAND
