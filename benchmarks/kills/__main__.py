@@ -1,10 +1,11 @@
 """Kills sessions of a small project at random moments, resumes or rebuilds them, and counts what was lost.
 
-    python -m benchmarks.kills [--kills N] [--signals N] [--full N] [--seed N]
+    python -m benchmarks.kills [--kills N] [--signals N] [--full N] [--parts N] [--seed N]
 
-Killed are controlling processes, workers, and the replacements of workers, all of sessions that this command started. A
-fault is printed with the seed of its trial, which `--trial` runs again: with the same moments, but perhaps on a machine
-that is busier. Ctrl-C prints what was found until then.
+Killed are controlling processes, workers, the replacements of workers, and processes that run tests for optional parts,
+all of sessions that this command started. A fault is printed with the seed of its trial; one of the first kinds is run
+again by `--trial`: with the same moments, but perhaps on a machine that is busier. Ctrl-C prints what was found until
+then.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from benchmarks.kills.parts import KINDS, PartTrials
 from benchmarks.kills.trial import KillCounts, Trial, whole
 from benchmarks.kills.victim import MODES, make_project
 from pytest_hricdv.results.journal import NAME
@@ -35,6 +37,9 @@ def main() -> int:
     parser.add_argument(
         "--full", type=int, default=5, metavar="N", help="sessions whose disk is full at some moment (5)"
     )
+    parser.add_argument(
+        "--parts", type=int, default=5, metavar="N", help=f"signals while {', '.join(KINDS)}: so many each (5)"
+    )
     parser.add_argument("--seed", type=int, default=0, metavar="N")
     parser.add_argument("--trial", metavar="SEED", help="run this trial only")
     options = parser.parse_args()
@@ -43,7 +48,10 @@ def main() -> int:
     print(f"machine: {machine()}\nseed: {options.seed}", flush=True)
     began_s = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        tally = Run(Path(folder), options.seed).run(options.kills, options.signals, options.full, options.trial)
+        run = Run(Path(folder) / "tests", options.seed)
+        tally = run.run(options.kills, options.signals, options.full, options.trial)
+        if not options.trial and "interrupted" not in tally.counts:
+            run.run_parts(Path(folder) / "parts", options.parts)
     for name, count in sorted({**tally.killed, **tally.counts}.items()):
         print(f"{name:40} {count:7}")
     print(f"{'faults':40} {len(tally.faults):7}\n{time.monotonic() - began_s:.0f} s")
@@ -61,6 +69,7 @@ class Run:
     """
 
     def __init__(self, folder: Path, seed: int) -> None:
+        folder.mkdir(exist_ok=True)
         make_project(folder)
         self._folder = folder
         self._seed = seed
@@ -69,6 +78,8 @@ class Run:
 
     def run(self, kills: int, signals: int, full: int, only: str | None = None) -> KillCounts:
         """Run trials until there were so many kills, sessions ended by each signal, and full disks."""
+        if not (kills or signals or full or only):
+            return self._tally
         whole(self._folder, "plain")  # writes bytecode, and the suite into the cache
         for mode in MODES:
             began_s = time.monotonic()
@@ -77,6 +88,15 @@ class Run:
         self._lengths = [len(line) for line in journal.read_bytes().splitlines(keepends=True)]
         try:
             self._trials(kills, signals, full, only)
+        except KeyboardInterrupt:
+            self._tally.counts["interrupted"] += 1
+        return self._tally
+
+    def run_parts(self, folder: Path, signals: int) -> KillCounts:
+        """Run trials on another project until so many signals have reached each kind of part."""
+        folder.mkdir()
+        try:
+            PartTrials(folder, self._seed, self._tally).run(signals)
         except KeyboardInterrupt:
             self._tally.counts["interrupted"] += 1
         return self._tally

@@ -49,6 +49,12 @@ def make_project(folder: Path) -> None:
     conftest.write_text(conftest.read_text(encoding="utf-8") + LOGGING, encoding="utf-8")
 
 
+def environment() -> dict[str, str]:
+    """Of sessions: without what a test that starts them has from pytest."""
+    own = {name: text for name, text in os.environ.items() if not name.startswith("PYTEST_")}
+    return own | {"PYTHONPATH": str(ROOT)}
+
+
 @dataclass
 class Victim:
     """Runs sessions and kills them, or their workers: processes that it has started itself, and no others.
@@ -95,15 +101,12 @@ class Victim:
         Returns:
             Exit status and output.
         """
-        environment = {name: text for name, text in os.environ.items() if not name.startswith("PYTEST_")}
-        environment["PYTHONPATH"] = str(ROOT)
-        if room is not None:
-            environment["ROOM"] = str(room)
+        variables = environment() | ({} if room is None else {"ROOM": str(room)})
         command = [sys.executable, "-m", "pytest", "--hri-suite=rl", "-q", "--tb=no", *self.options, *more]
         with subprocess.Popen(
             command,
             cwd=self.folder,
-            env=environment,
+            env=variables,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

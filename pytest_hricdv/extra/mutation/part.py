@@ -92,9 +92,7 @@ class MutationPart(Part[MutationOptions]):
             return report
         session.interrupted = result.ended == "interrupted"
         if result.ended == "lost":
-            session.problems.append(
-                "--hri-mutate: not all mutants were tried: their process was lost"
-            )
+            session.problems.append("--hri-mutate: not all mutants were tried: their process was lost")
         return MUTATION.put(report, result)
 
 
