@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.bdi.language.errors import BdiError
@@ -18,6 +19,7 @@ examples:
   python -m pytest_hricdv.bdi run hello.mas2j --max-rounds 500 --seed 7
   python -m pytest_hricdv.bdi trace hello.mas2j --percept ann:light(on)
   python -m pytest_hricdv.bdi lint hello.mas2j
+  python -m pytest_hricdv.bdi corpus models
 
 A project file names its agents; each has its AgentSpeak source beside it:
 
@@ -27,8 +29,9 @@ A project file names its agents; each has its AgentSpeak source beside it:
   bob.asl:       +hello[source(A)] <- .print("hello, ", A).
 
 run prints the output of the agents as '[agent] text', trace the causes of plans and actions, lint probable
-mistakes. Warnings, errors and how the run ended go to the standard error. The exit code is 0, or 1 if lint
-has findings, or 2 if the model cannot be loaded or run.
+mistakes, corpus which of the files below a folder can be loaded. Warnings, errors and how the run ended go to the
+standard error. The exit code is 0, or 1 if lint has findings or corpus refuses a file, or 2 if the model cannot be
+loaded or run.
 """
 
 
@@ -93,6 +96,17 @@ def _lint(options: argparse.Namespace) -> int:
     return 1 if findings else 0
 
 
+def _corpus(options: argparse.Namespace) -> int:
+    from pytest_hricdv.bdi.corpus import read_corpus, table
+
+    corpus = read_corpus(Path(options.folder))
+    print(visible(table(corpus), keep="\n\t"))
+    if options.all:
+        for result in corpus.refused:
+            print(visible(f"\n{result.message}", keep="\n\t"))
+    return 1 if corpus.refused else 0
+
+
 def _run_project(options: argparse.Namespace, trace: bool) -> Result:
     environment = NoEnvironment() if getattr(options, "strict_actions", False) else None
     system = MultiAgentSystem.load(options.file, environment)
@@ -155,6 +169,10 @@ def _parser() -> argparse.ArgumentParser:
         help="names of percepts of the environment; in a source file: '// lint: percepts NAME, ...'",
     )
     lint.set_defaults(command=_lint)
+    corpus = _command(commands, "corpus", "parse all models below a folder and print which cannot be loaded, and why")
+    corpus.add_argument("folder", metavar="FOLDER", help="a folder with .asl and .mas2j files anywhere below it")
+    corpus.add_argument("--all", action="store_true", help="print the error of each refused file behind the table")
+    corpus.set_defaults(command=_corpus)
     return parser
 
 

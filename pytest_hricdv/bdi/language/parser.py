@@ -63,6 +63,16 @@ def read_program(path: Path, named_at: Location | None = None, naming_text: str 
     return _ProgramReader().read(path, named_at, naming_text)
 
 
+def parse_alone(path: Path) -> Program:
+    """Parse a source file without what it includes.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        BdiError: the file cannot be read, or has a syntax error.
+    """
+    return _ProgramReader(alone=True).parse(read_text(path), str(path))
+
+
 def read_text(path: Path) -> str:
     """The text of a source or project file.
 
@@ -77,9 +87,14 @@ def read_text(path: Path) -> str:
 
 
 class _ProgramReader:
-    """Reads one program: a source, and all that it includes, directly or not."""
+    """Reads one program: a source, and all that it includes, directly or not.
 
-    def __init__(self) -> None:
+    Args:
+        alone: whether what it includes is left out.
+    """
+
+    def __init__(self, alone: bool = False) -> None:
+        self._alone = alone
         self._open: list[Path] = []
         """The file that is being read, behind those that led to it."""
         self._files = 0
@@ -112,6 +127,8 @@ class _ProgramReader:
             if isinstance(item, Plan):
                 plans.append(item)
             elif isinstance(item, Include):
+                if self._alone:
+                    continue
                 included = self.read(Path(file).parent / item.path, item.location, text)
                 beliefs.extend(included.beliefs)
                 goals.extend(included.goals)
