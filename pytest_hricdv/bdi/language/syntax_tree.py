@@ -29,6 +29,7 @@ from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
     Call,
+    FormulaTerm,
     ListTerm,
     PlanTerm,
     Structure,
@@ -38,7 +39,7 @@ from pytest_hricdv.bdi.language.terms import (
 
 Valuation = Callable[[Term], Term]
 """Gives the value of a term under some bindings."""
-_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, PlanTerm)
+_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, PlanTerm, FormulaTerm)
 
 
 def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
@@ -49,6 +50,11 @@ def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
 def call_with_values(call: Call, value: Valuation) -> Call:
     """The call of an action with the terms in its arguments replaced by their values; it is not executed."""
     return Call(call.name, _valued(call.args, value), call.location)
+
+
+def condition_with_values(term: FormulaTerm, value: Valuation) -> FormulaTerm:
+    """The condition with its terms replaced by their values."""
+    return FormulaTerm(_valued(term.formula, value), term.location)
 
 
 def _valued(part: Any, value: Valuation) -> Any:
@@ -123,6 +129,7 @@ _CHILDREN: dict[type, tuple[str, ...]] = {
     ListTerm: ("items", "tail"),
     Arithmetic: ("operands",),
     PlanTerm: ("plan",),
+    FormulaTerm: ("formula",),
     And: ("parts",),
     Or: ("parts",),
     Not: ("part",),

@@ -257,7 +257,20 @@ class PlanTerm:
         return f"{{ {text} }}"
 
 
-Term = Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm
+@dataclass(frozen=True, slots=True)
+class FormulaTerm:
+    """A condition that a goal hands over, ``!check(X > 3)``; ``formula`` is its syntax tree."""
+
+    formula: object
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return str(self.formula)
+
+
+Term = (
+    Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm | FormulaTerm
+)
 """A term of AgentSpeak."""
 
 

@@ -36,11 +36,12 @@ from pytest_hricdv.bdi.language.syntax import (
     Trigger,
     While,
 )
-from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_constants_evaluated
+from pytest_hricdv.bdi.language.syntax_tree import parts_of, variables_of, with_constants_evaluated
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
     Call,
+    FormulaTerm,
     ListTerm,
     Number,
     PlanTerm,
@@ -73,6 +74,8 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         self._text = text
         self._file = file
         self._anonymous = 0
+        self._conditions: list[FormulaTerm] = []
+        """The conditions found in the place of a term: what hands none over must not have any."""
         self._numbered = {int(number) for number in _NUMBERED.findall(text)} if "_" in text else set()
         """The numbers of variables that the author has named so, as `_1`: they are not given to other ones."""
 
@@ -85,30 +88,37 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     # --- the program
 
     def start(self, meta: Meta, items: Children) -> Children:
+        self._without_conditions()
         return items
 
     def one_term(self, meta: Meta, items: Children) -> Term:
+        self._without_conditions()
         return self._term(meta, items[0])
 
     def one_trigger(self, meta: Meta, items: Children) -> Trigger:
+        self._without_conditions()
         trigger: Trigger = items[0]
         return trigger
 
     def one_plan(self, meta: Meta, items: Children) -> Plan:
+        self._without_conditions()
         plan: Plan = items[0]
         return plan
 
     def belief(self, meta: Meta, items: Children) -> Structure | Rule:
+        self._without_conditions()
         literal = self._computed(meta, items[0])
         free = variables_of(literal)
         # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
         return Rule(literal, TRUE, self._at(meta), tuple(sorted(free))) if free else literal
 
     def rule(self, meta: Meta, items: Children) -> Rule:
+        self._without_conditions()
         head, body = items[0], self._formula(meta, items[1])
         return Rule(head, body, self._at(meta), tuple(sorted(variables_of((head, body)))))
 
     def goal(self, meta: Meta, items: Children) -> InitialGoal:
+        self._without_conditions()
         if not isinstance(items[0], Structure):
             raise self._error(meta, f"expected a literal as an initial goal, found {items[0]}")
         return InitialGoal(self._computed(meta, items[0]))
@@ -124,6 +134,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return Include(self._unquoted(items[0]), self._at(meta))
 
     def plan(self, meta: Meta, items: Children) -> Plan:
+        self._without_conditions()
         plan: Plan = items[0]
         return plan
 
@@ -155,10 +166,10 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     body_text = body
 
     def achieve(self, meta: Meta, items: Children) -> Statement:
-        return AchievementGoal(items[0], False, self._at(meta))
+        return AchievementGoal(self._handed_over(items[0]), False, self._at(meta))
 
     def achieve_later(self, meta: Meta, items: Children) -> Statement:
-        return AchievementGoal(items[0], True, self._at(meta))
+        return AchievementGoal(self._handed_over(items[0]), True, self._at(meta))
 
     def test(self, meta: Meta, items: Children) -> Statement:
         return TestGoal(self._formula(meta, items[0]), self._at(meta))
@@ -219,6 +230,26 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     # --- terms
 
+    def _argument(self, meta: Meta, value: Any) -> Term:
+        """A term, or a condition, as long as the literal may turn out to be a goal."""
+        if not isinstance(value, _FORMULA_ONLY):
+            return cast(Term, value)
+        self._conditions.append(FormulaTerm(value, self._at(meta)))
+        return self._conditions[-1]
+
+    def _handed_over(self, goal: GoalTerm) -> GoalTerm:
+        """The literal of a goal, whose arguments may be conditions."""
+        if self._conditions:
+            own = [part for part in parts_of(goal) if isinstance(part, FormulaTerm)]
+            self._conditions = [condition for condition in self._conditions if all(condition is not o for o in own)]
+        return goal
+
+    def _without_conditions(self) -> None:
+        """See that no condition is left in the place of a term where only a goal may have one."""
+        if self._conditions:
+            first = self._conditions[0]
+            raise BdiSyntaxError.at(f"expected a term, found the condition {first}", first.location, self._text)
+
     def _term(self, meta: Meta, value: Any) -> Term:
         if isinstance(value, _FORMULA_ONLY):
             raise self._error(meta, f"expected a term, found the condition {value}")
@@ -259,7 +290,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def literal(self, meta: Meta, items: Children) -> Structure:
         negation, functor, arguments, annotations = items
-        args = tuple(self._term(meta, argument) for argument in arguments or ())
+        args = tuple(self._argument(meta, argument) for argument in arguments or ())
         annots, tail = annotations or ((), None)
         if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
             # The same object as in messages and beliefs: comparing it is fast.

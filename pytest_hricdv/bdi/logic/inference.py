@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
-from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, FormulaTerm, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, substitute, substitute_only
 from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, undo, unify
@@ -217,7 +217,10 @@ def _alternatives(
             yield (part, rest)
         return
     if not isinstance(goal, (Structure, Call)):
-        goal = _meant(agent, goal, env)
+        goal = _meant(agent, goal, env)  # type: ignore[assignment]
+    if isinstance(goal, FormulaTerm):
+        yield (goal.formula, rest)
+        return
     if isinstance(goal, (Variable, AnnotatedVariable)):
         yield from _by_any_belief(agent, goal, rest, env, trail)
         return
@@ -242,10 +245,10 @@ def _alternatives(
             yield from _by_belief(literal, entry, rest, env, trail)
 
 
-def _meant(agent: Reasoner, goal: Formula, env: Bindings) -> Formula:
-    """What a variable in the place of a condition stands for: a literal or an internal action, or itself if unbound."""
+def _meant(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
+    """What a variable in the place of a condition stands for: what was handed over, or itself if it has no value."""
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
-    if not isinstance(value, (Structure, Call, Variable, AnnotatedVariable)):
+    if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable)):
         raise EvaluationError(f"{goal} is not a literal but {value}")
     return value
 

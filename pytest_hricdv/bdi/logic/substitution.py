@@ -7,11 +7,12 @@ from functools import partial
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
-from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_values
+from pytest_hricdv.bdi.language.syntax_tree import condition_with_values, variables_of, with_values
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
     Call,
+    FormulaTerm,
     ListTerm,
     Number,
     PlanTerm,
@@ -75,6 +76,8 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
         return _substitute_annotated(term, bindings, functions)
+    if isinstance(term, FormulaTerm):
+        return condition_with_values(term, partial(substitute, bindings=bindings, functions=functions))
     if isinstance(term, PlanTerm):
         return with_values(term, partial(substitute, bindings=bindings, functions=functions))
     return term
@@ -142,6 +145,10 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
         annots = tuple(substitute_only(annot, bindings) for annot in term.annots)
         variable = value if isinstance(value, Variable) else term.variable
         return AnnotatedVariable(variable, annots, term.annots_tail, term.negated)
+    if isinstance(term, Call):
+        return _rename_term(term, bindings)
+    if isinstance(term, FormulaTerm):
+        return FormulaTerm(rename_formula(term.formula, bindings), term.location)  # type: ignore[arg-type]
     return term
 
 
@@ -188,7 +195,7 @@ def _free_variables(term: Term) -> list[Variable]:
             pending.extend(reversed(part.operands))
         elif isinstance(part, AnnotatedVariable):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
-        elif isinstance(part, PlanTerm):
+        elif isinstance(part, (PlanTerm, Call, FormulaTerm)):
             variables.update(dict.fromkeys(sorted(variables_of(part))))
     return list(variables)
 
