@@ -64,7 +64,8 @@ def _seal(secret: bytes, key: str, content: object) -> str:
 def _folder() -> Path | None:
     """Of the user's state, as the XDG Base Directory Specification has it; None: there is no home folder."""
     try:
-        return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "pytest-hricdv"
+        named = Path(os.environ.get("XDG_STATE_HOME", ""))  # a relative one is to be ignored: it may lie in a checkout
+        return (named if named.is_absolute() else Path.home() / ".local" / "state") / "pytest-hricdv"
     except RuntimeError:
         return None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import shutil
@@ -22,6 +23,8 @@ REPLAYS = "failures"
 """The folder of replay files inside of a report; parts have folders of their own."""
 
 _REPLAY_SUFFIXES = (".json",)
+_MOST_BYTES = 2_000_000_000
+"""Of a file that is carried along; chosen: more than a film or a trace of an hour. A sparse file has any size."""
 
 
 @dataclass
@@ -57,7 +60,10 @@ class Carrying:
         folders = {section.folder: section.suffixes for section in test_sections() if section.folder}
         for source in self.sources:
             for name, suffixes in {REPLAYS: _REPLAY_SUFFIXES, **folders}.items():
-                yield from files_inside(source, name, suffixes)
+                for path in files_inside(source, name, suffixes):
+                    if path.stat().st_size > _MOST_BYTES:
+                        raise OSError(errno.EFBIG, f"too large; expected at most {_MOST_BYTES:,} bytes", str(path))
+                    yield path
 
     def renamed(self, report: Report, source: Path) -> Report:
         """A report with the names that its files will have."""

@@ -102,8 +102,7 @@ def load(path: Path) -> Report:
     file = path / REPORT_NAME if path.is_dir() else path
     _refuse_unfinished(file)
     try:
-        if path.is_dir():
-            file_inside(path, REPORT_NAME)
+        file_inside(file.parent, file.name)  # also where a pattern of the shell named it, as in `merge shards/*/*.json`
         text = read_text(file, MAX_REPORT_BYTES)
         schema = from_json(text, _Head).schema
         if schema != SCHEMA:

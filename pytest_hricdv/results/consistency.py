@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv._base.input_file import MalformedError
@@ -10,6 +11,9 @@ from pytest_hricdv._base.message import quoted
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.results.model import Report, TestResult
+
+_CODE_FILE = re.compile(r"(?!(?:.*/)?\.\./)[^\x00-\x1f\x7f]+\.(?:pyw?|pyc|pyd|so)\Z")
+"""The name of a file of Python. Other tools read the files that exported coverage names, and show what is in them."""
 
 
 def check_report(report: Report) -> None:
@@ -27,6 +31,7 @@ def _problems(report: Report) -> Iterator[tuple[str, str]]:
     yield from _repeated("suites", "name", (suite.name for suite in report.suites))
     yield from _repeated("tests", "nodeid", (test.nodeid for test in report.tests))
     yield from _repeated("code_under_test.map", "file", (file.file for file in report.code_under_test.map))
+    yield from _bad_files(report)
     yield from _bad_shards(report)
     yield from _bad_days(report)
     yield from _bad_waivers(report)
@@ -48,6 +53,13 @@ def _repeated(place: str, key: str, names: Iterable[str]) -> Iterator[tuple[str,
         if name in seen:
             yield f"{place}[{number}].{key}", f"expected each once, got {quoted(name)} again"
         seen.add(name)
+
+
+def _bad_files(report: Report) -> Iterator[tuple[str, str]]:
+    for number, file in enumerate(report.code_under_test.map):
+        if not _CODE_FILE.match(file.file):
+            place = f"code_under_test.map[{number}].file"
+            yield place, f"expected a file of Python, without steps upwards, got {quoted(file.file)}"
 
 
 def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
 import os
 from abc import ABC, abstractmethod
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.report.files import PAGE_NAME
@@ -64,7 +66,9 @@ class Attaching(ABC):
     def _pictures(self, result: TestResult) -> Iterator[tuple[str, Path]]:
         """Name and file of what parts show of it, as its film."""
         for view in views():
-            yield from ((name, self._folder / file) for name, file in view.pictures(result))
+            for name, file in view.pictures(result):
+                with contextlib.suppress(OSError):  # a link: what it leads to is no picture of this run
+                    yield name, file_inside(self._folder, file)
 
 
 class AllureAttaching(Attaching):

@@ -97,6 +97,38 @@ def test_the_name_of_a_test_is_no_option_of_a_command_to_copy() -> None:
     assert generate_command("--basetemp=/home/me", "rl", 0).startswith('pytest "./--basetemp=/home/me" ')
 
 
+@pytest.mark.parametrize("name", ["/etc/passwd", "../../secrets.py", "a/../../b.py", "a.py\nSF:/etc/passwd", "a.txt"])
+def test_no_exported_coverage_names_files_that_are_no_code(report: Path, name: str) -> None:
+    changed = data()
+    changed["code_under_test"]["map"][0]["file"] = name
+    (report / "report.json").write_text(json.dumps(changed))
+    with pytest.raises(ReportError, match="expected a file of Python, without steps upwards"):
+        load(report)
+
+
+def test_a_file_without_end_is_not_carried_along(report: Path, capsys: Any) -> None:
+    (report / "films").mkdir()
+    with (report / "films" / "a.mp4").open("wb") as film:
+        film.truncate(10**12)
+    assert main(["merge", str(report), "-o", "merged"]) == 2
+    assert "a.mp4: too large; expected at most 2,000,000,000 bytes" in capsys.readouterr().err
+
+
+TIMES = ["NaN\ta\tb\t{}", "1e999\ta\tb\t{}", '"x"\ta\tb\t{}', "1\ta\tb\t[1]", "1\ta\tb\t" + "[" * 50_000, "1"]
+
+
+@pytest.mark.parametrize("message", TIMES)
+def test_no_baseline_is_made_of_what_no_baseline_can_have(report: Path, message: str, capsys: Any) -> None:
+    changed = data()
+    changed["tests"][0]["timeline"]["messages"] = [message]
+    (report / "report.json").write_text(json.dumps(changed))
+    assert main(["gate", str(report), "--baseline=b.json", "--update-baseline"]) == 2
+    errors = capsys.readouterr().err
+    assert "of a timeline: expected time, sender, topic and fields as JSON" in errors
+    assert len(errors) < 1000
+    assert not Path("b.json").exists()
+
+
 @pytest.mark.parametrize("address", ["javascript:alert(1)", "../x.html", "http://e"])
 def test_the_last_whole_report_is_in_the_folder(report: Path, address: str) -> None:
     (report / "report.json").write_text(json.dumps(data() | {"whole": address}))
@@ -124,8 +156,9 @@ def test_merging_carries_no_folder_along_that_is_a_link(report: Path, victim: Pa
 def test_merging_reads_no_report_that_is_a_link(report: Path, tmp_path: Path, capsys: Any) -> None:
     (report / "report.json").rename(tmp_path / "private.json")
     (report / "report.json").symlink_to(tmp_path / "private.json")
-    assert main(["merge", str(report), "-o", "merged"]) == 2
-    assert "a symbolic link" in capsys.readouterr().err
+    for named in (report, report / "report.json"):
+        assert main(["merge", str(named), "-o", "merged"]) == 2
+        assert "a symbolic link" in capsys.readouterr().err
 
 
 def test_merging_carries_replays_films_and_traces_only(report: Path, tmp_path: Path) -> None:

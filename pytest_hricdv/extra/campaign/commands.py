@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import shlex
 import shutil
 import time
 from collections.abc import Iterable, Iterator
@@ -145,7 +146,7 @@ def status(options: argparse.Namespace) -> int:
     """How far a campaign is, and who has worked for it."""
     with closing(Store.opened(options.state.resolve())) as store:
         now, counts = store.plan(), store.counts()
-        command = visible(" ".join(now.planned.arguments))
+        command = visible(shlex.join(now.planned.arguments))
         print(f"campaign {options.state}: pytest {command}, {now.concretizations} seeds of a test")
         for text in _summary(now, store, counts):
             print(harmless_line(text))

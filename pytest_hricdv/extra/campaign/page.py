@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import fill
 
@@ -43,16 +44,18 @@ def text(report: Report, plan: CampaignPlan) -> str:
 
 
 def _what(result: CampaignResult, plan: CampaignPlan) -> str:
-    command = visible(" ".join(plan.planned.arguments)).replace("`", "'")
+    command = shlex.join(plan.planned.arguments)
+    # In an example to copy, of a campaign that somebody else made: no option of pytest, such as --basetemp=DIR.
+    own = shlex.join(argument for argument in plan.planned.arguments if argument.startswith("--hri-"))
     last = plan.run((0, plan.concretizations - 1)).test.id
     introduction = (
-        f"{plural(len(result.tests), 'abstract test')} of `pytest {command}`, each concretized with "
+        f"{plural(len(result.tests), 'abstract test')} of `pytest {_code(command)}`, each concretized with "
         f"{plural(result.concretizations, 'seed')}, and run: {result.stored:,} of {result.expected:,} runs, "
         f"{result.sim_s:,.0f} s simulated. Concretization number k of a test is the one that `--hri-concretizations` "
         "numbers so, and its id ends in `-k` and that number. Written by `python -m pytest_hricdv.campaign report "
         "--page=FILE`. To run one of them as an ordinary test:"
     )
-    example = f"    pytest {command} --hri-concretizations={result.concretizations} -k {last}"
+    example = f"    pytest {visible(own)} --hri-concretizations={result.concretizations} -k {last}"
     return f"{fill(introduction, _WIDTH, break_long_words=False, break_on_hyphens=False)}\n\n{example}"
 
 

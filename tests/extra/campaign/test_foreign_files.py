@@ -154,7 +154,9 @@ def test_little_that_unpacks_to_much_is_refused(state: Path, capsys: Any, monkey
 def test_nothing_that_a_campaign_holds_reaches_the_terminal_raw(state: Path, capsys: Any) -> None:
     evil = "\x1b]0;owned\x07\u202e"
     report = sample.report(tests=3)
-    planned = msgspec.structs.replace(plan(report).planned, arguments=(f"--hri-suite={evil}",))
+    planned = msgspec.structs.replace(
+        plan(report).planned, arguments=(f"--hri-suite={evil}", "--basetemp=/home/me", "$(rm -rf ~)")
+    )
     text = zlib.compress(CampaignPlan(planned, 1).to_json())
     execute(state, "UPDATE campaign SET value = ? WHERE name = 'plan'", text)
     execute(state, "UPDATE workers SET address = ?", evil)
@@ -165,7 +167,12 @@ def test_nothing_that_a_campaign_holds_reaches_the_terminal_raw(state: Path, cap
         assert status in (0, 1), errors
         assert "owned" in output
         assert [char for char in output if not char.isprintable() and char != "\n"] == []
-    assert [char for char in Path("page.md").read_text() if not char.isprintable() and char != "\n"] == []
+    page = Path("page.md").read_text()
+    assert "'$(rm -rf ~)'" in page
+    (example,) = (line for line in page.splitlines() if line.startswith("    pytest "))
+    assert "--basetemp" not in example
+    assert "rm -rf" not in example
+    assert [char for char in page if not char.isprintable() and char != "\n"] == []
 
 
 @pytest.mark.parametrize("ending", ["-wal", "-shm", "-journal", ".lock"])
