@@ -1,7 +1,8 @@
 """Signals at random moments of what optional parts do: a loop that closes, shrinking, searching, auditing, mutating.
 
 After Ctrl-C or SIGTERM there is a report with what was reached; after a kill of the process that runs tests for the
-part, the report of a session that was left alone. Nobody goes on after the session.
+part, or where all processes were stopped for a while, the report of a session that was left alone. Nobody goes on after
+the session.
 """
 
 from __future__ import annotations
@@ -72,7 +73,11 @@ ENDS = {
     "SIGTERM": (signal.SIGTERM,),
     "double SIGINT": (signal.SIGINT, signal.SIGINT),
     "SIGKILL": (signal.SIGKILL,),
+    "SIGSTOP": (signal.SIGSTOP,),
 }
+
+STOPPED_S = (0.1, 3.0)
+"""So long all processes of a session are stopped before they go on (s; chosen)."""
 
 STATE = """    lamp = Lamp()
     import os
@@ -132,7 +137,7 @@ class PartTrials:
         end = ends[int(seed.rpartition("-")[2]) % len(ends)]
         whole, begun_s = self._unharmed(name, mode)
         after_s, everybody = rng.uniform(0.0, begun_s), rng.random() < 0.5
-        ended = self._session(name, mode, seed, ENDS[end], after_s, everybody=everybody and end != "SIGKILL")
+        ended = self._session(name, mode, seed, ENDS[end], after_s, everybody=everybody)
         if not ended.hit:
             self._tally.counts["over before the signal came"] += 1
             return
@@ -186,7 +191,7 @@ class PartTrials:
             )
         try:
             begun_s = _begun(process, log, kind.begun)
-            hit, sent_s = _hit(process, kind, numbers, after_s, everybody=everybody), time.monotonic()
+            hit, sent_s = self._hit(process, kind, numbers, after_s, trial, everybody=everybody), time.monotonic()
             status = process.wait(PATIENCE_S)
             now_s = time.monotonic()
         finally:
@@ -199,6 +204,35 @@ class PartTrials:
             self._tally.faults.append(f"{name}, {mode}, trial {trial}: {left} goes on after the session")
         return Ended(status, text, hit, now_s - sent_s, now_s - begun_s)
 
+    def _hit(
+        self,
+        process: subprocess.Popen[bytes],
+        kind: Kind,
+        numbers: Sequence[int],
+        after_s: float,
+        trial: str,
+        *,
+        everybody: bool,
+    ) -> bool:
+        """Send the signals; whether they came in time."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(after_s)
+        if process.poll() is not None or not numbers:
+            return False
+        if signal.SIGKILL in numbers:
+            pids = [pid for pid, line in _processes(process.pid) if kind.process in line]
+            return any(_sent(pid, signal.SIGKILL) for pid in pids[:1])
+        if signal.SIGSTOP in numbers:
+            stopped = [pid for pid in _of_trial(trial) if _sent(pid, signal.SIGSTOP)]
+            time.sleep(random.Random(trial).uniform(*STOPPED_S))
+            for pid in stopped:
+                _sent(pid, signal.SIGCONT)
+            return bool(stopped)
+        for number in numbers:
+            with contextlib.suppress(ProcessLookupError):
+                (os.killpg if everybody else os.kill)(process.pid, number)
+        return True
+
     def _fault_of(self, name: str, end: str, ended: Ended, whole: Report) -> str:
         """What is wrong with how a session has ended; empty where nothing is."""
         if "INTERNALERROR" in ended.output:
@@ -210,7 +244,7 @@ class PartTrials:
         if timeless(report) == timeless(whole):
             self._tally.counts["the report is that of a session left alone"] += 1
             return ""
-        if end == "SIGKILL":
+        if end in ("SIGKILL", "SIGSTOP"):
             return f"the report differs in {differing(timeless(report), timeless(whole))}"
         self._tally.counts["a report with what was reached"] += 1
         if ended.status != 2:
@@ -251,26 +285,6 @@ def _begun(process: subprocess.Popen[bytes], log: Path, pattern: str) -> float:
     return time.monotonic()
 
 
-def _hit(
-    process: subprocess.Popen[bytes], kind: Kind, numbers: Sequence[int], after_s: float, *, everybody: bool
-) -> bool:
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(after_s)
-    if process.poll() is not None or not numbers:
-        return False
-    if signal.SIGKILL in numbers:
-        for pid, line in _processes(process.pid):
-            if kind.process in line:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-                    return True
-        return False
-    for number in numbers:
-        with contextlib.suppress(ProcessLookupError):
-            (os.killpg if everybody else os.kill)(process.pid, number)
-    return True
-
-
 def _processes(parent: int) -> list[tuple[int, str]]:
     """The children of a process, with their command lines."""
     try:
@@ -280,15 +294,26 @@ def _processes(parent: int) -> list[tuple[int, str]]:
     return [(pid, _read(pid, "cmdline")) for pid in pids]
 
 
+def _sent(pid: int, number: int) -> bool:
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, number)
+        return True
+    return False
+
+
+def _of_trial(trial: str) -> list[int]:
+    """All processes that a trial has started, itself or through others."""
+    pids = [int(name) for name in os.listdir("/proc") if name.isdigit()]
+    return [pid for pid in pids if f"{MARK}={trial}\0" in _read(pid, "environ")]
+
+
 def _left(trial: str) -> str:
     """Who of a trial goes on 5 s after its session; its command line."""
     until_s = time.monotonic() + ENDS_WITHIN_S
     while True:
-        left = [
-            pid for pid in os.listdir("/proc") if pid.isdigit() and f"{MARK}={trial}\0" in _read(int(pid), "environ")
-        ]
+        left = _of_trial(trial)
         if not left or time.monotonic() > until_s:
-            return f"process {left[0]} ({_read(int(left[0]), 'cmdline')[:200]})" if left else ""
+            return f"process {left[0]} ({_read(left[0], 'cmdline')[:200]})" if left else ""
         time.sleep(0.05)
 
 

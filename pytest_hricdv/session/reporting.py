@@ -141,6 +141,7 @@ class Reporting:
     def _report(self, *, stopped: bool) -> None:
         """Makes the report and writes it."""
         journaling, session = self.aggregation.journaling, self.session
+        is_judged = not (stopped or session.interrupted)  # a loop that was interrupted has generated another suite
         self._declare()
         session.results = self.aggregation.results()
         for part in parts():
@@ -152,7 +153,7 @@ class Reporting:
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
         report = report if stopped else self._extended(report, Part.built)
         report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
-        report = report if stopped else self._judged(report)
+        report = self._judged(report) if is_judged else report
         session.is_whole = self._is_whole and not (stopped or session.interrupted)
         self.report = self._written(self._extended(report, Part.judged))
         journaling.end(is_whole=session.is_whole)

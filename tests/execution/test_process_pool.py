@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
+import subprocess
 import sys
 from collections import deque
 
@@ -59,6 +61,36 @@ def test_several_work_at_the_same_time() -> None:
     met = multiprocessing.get_context("fork").Barrier(4)  # each waits for the others
     events = ProcessPool(lambda item, send: [met.wait()], processes=4, silent_s=LONG_S).run(deque("abcd"))
     assert {event.item for event in events if event == End(event.item, "")} == {*"abcd"}
+
+
+PAUSED = """
+import time
+from collections import deque
+from pytest_hricdv.execution.process_pool import ProcessPool
+
+def work(item, send):
+    for number in range(12):
+        send(str(number))
+        time.sleep(0.2)  # what is tried: a process that gives a sign of life each 0.2 s
+
+for event in ProcessPool(work, processes=1, silent_s=1.5).run(deque("a")):
+    print(event, flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_a_pause_of_pool_and_processes_is_no_silence() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", PAUSED], stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as pool:
+        assert pool.stdout is not None
+        lines = [pool.stdout.readline()]
+        os.killpg(pool.pid, signal.SIGSTOP)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            pool.wait(3.0)  # the pause
+        os.killpg(pool.pid, signal.SIGCONT)
+        lines += pool.stdout.readlines()
+    assert lines == [*(f"Line(item='a', text='{number}')\n" for number in range(12)), "End(item='a', problem='')\n"]
 
 
 def test_no_process_outlives_an_abandoned_pool() -> None:
