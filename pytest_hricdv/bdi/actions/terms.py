@@ -62,8 +62,14 @@ def _literal(invocation: Invocation) -> Outcome:
 
 @internal_action("add_annot", 3)
 def _add_annot(invocation: Invocation) -> Outcome:
-    literal = invocation.literal(0)
-    return invocation.unify(2, literal.with_annotations((*literal.annots, invocation.value(1))))
+    return invocation.unify(2, _annotated(invocation.value(0), invocation.value(1)))
+
+
+def _annotated(term: Term, annot: Term) -> Term:
+    """A literal, or each literal of a list, with one more annotation; other terms have none."""
+    if isinstance(term, ListTerm):
+        return ListTerm(tuple(_annotated(item, annot) for item in term.items), term.tail)
+    return term.with_annotations((*term.annots, annot)) if isinstance(term, Structure) else term
 
 
 @internal_action("add_nested_source", 3)

@@ -130,4 +130,4 @@ def text_of(term: Term) -> str:
         return term.value
     if isinstance(term, Number):
         return str(term)
-    raise EvaluationError(f"{term} is not a name")
+    raise EvaluationError(f"{term} is not a name", "wrong_arguments")

@@ -268,8 +268,15 @@ def _by_any_belief(
     mark = len(trail)
     for key in list(agent.beliefs.buckets):
         for entry in agent.beliefs.candidates(key):
-            if not isinstance(entry, Rule) and unify(variable, entry, env, trail):
-                yield rest
+            if isinstance(entry, Rule):
+                continue
+            if isinstance(variable, Variable):
+                if unify(variable, entry, env, trail):
+                    yield rest
+            elif variable.negated <= entry.negated:
+                env[variable.variable] = entry.without_annotations()
+                trail.append(variable.variable)
+                yield from _with_annotations(variable, entry.annots, rest, env, trail, mark)
             undo(env, trail, mark)
 
 
@@ -286,7 +293,12 @@ def _by_belief(literal: Structure, belief: Structure, rest: Goals, env: Bindings
 
 
 def _with_annotations(
-    literal: Structure, annots: tuple[Term, ...], goals: Goals, env: Bindings, trail: Trail, mark: int
+    literal: Structure | AnnotatedVariable,
+    annots: tuple[Term, ...],
+    goals: Goals,
+    env: Bindings,
+    trail: Trail,
+    mark: int,
 ) -> Iterator[Goals]:
     """Go on once for each way the annotations match; each way binds anew what was bound since ``mark``."""
     # All ways first: a suspended generator would have to find the bindings as it left them.
