@@ -14,8 +14,18 @@ from pytest_hricdv.bdi.agent.messages import add_source, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_term
 from pytest_hricdv.bdi.language.syntax_tree import call_with_values
-from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, String, Structure, Term, Variable, is_ground
-from pytest_hricdv.bdi.logic.inference import solve
+from pytest_hricdv.bdi.language.terms import (
+    VALUE_BY_RULE,
+    Call,
+    ListTerm,
+    Number,
+    String,
+    Structure,
+    Term,
+    Variable,
+    is_ground,
+)
+from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import undo
 
@@ -195,7 +205,9 @@ _OF_LISTS: dict[str, Callable[[list[float]], float]] = {
 
 FUNCTIONS.update({name: (arity, arity) for name, (arity, _) in _OF_NUMBERS.items()})
 FUNCTIONS.update(dict.fromkeys(_OF_LISTS, (1, 2)))
-FUNCTIONS.update({"math.random": (0, 1), "system.time": (0, 0), ".length": (1, 1), ".count": (1, 1)})
+FUNCTIONS.update(
+    {"math.random": (0, 1), "system.time": (0, 0), VALUE_BY_RULE: (1, 1), ".length": (1, 1), ".count": (1, 1)}
+)
 
 
 def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
@@ -217,10 +229,27 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
     args = [agent.value(arg, bindings) for arg in call.args]  # type: ignore[arg-type]
     if not all(map(is_ground, args)):
         return Call(call.name, tuple(args), call.location)
+    if call.name == VALUE_BY_RULE:
+        return _value_by_rule(agent, args[0])
     try:
         return Number(_value(agent, call.name, args))
     except (ArithmeticError, ValueError, TypeError, statistics.StatisticsError):
         raise EvaluationError(f"{call.name}({','.join(map(str, args))}) has no value") from None
+
+
+def _value_by_rule(agent: AgentState, term: Term) -> Term:
+    """The last argument of the first belief or rule with the arguments of a registered function."""
+    assert isinstance(term, Structure)
+    value = Variable("_Value")
+    query = Structure(term.functor, (*term.args, value))
+    agent.enter_query(query)
+    try:
+        solution = first(agent, query, {})
+        if solution is None:
+            raise EvaluationError(f"{query} has no answer, so that the function {term.functor} has no value")
+        return agent.value(value, solution)
+    finally:
+        agent.leave_query()
 
 
 def _value(agent: AgentState, name: str, args: list[Term]) -> float:

@@ -123,9 +123,14 @@ class _ProgramReader:
         beliefs: list[Structure | Rule] = []
         goals: list[Structure] = []
         plans: list[Plan] = []
-        for item in _parse(text, file, "start"):
+        from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
+
+        for item in filter(None, _parse(text, file, "start")):
             if isinstance(item, Plan):
                 plans.append(item)
+            elif isinstance(item, PlanPattern):
+                plans.extend(item.plans)
+                beliefs.extend(item.beliefs)
             elif isinstance(item, Include):
                 if self._alone:
                     continue

@@ -259,7 +259,8 @@ class _Reader:
 
     def _located(self, entries: Iterable[AgentEntry]) -> tuple[AgentEntry, ...]:
         """The entries, each of another name, with their sources searched for in the folders of the source path."""
-        folders = [Path(self._file).parent / folder for folder in self._source_paths]
+        # As in Jason, beside the project file, too: many projects name a folder that is not there.
+        folders = [Path(self._file).parent / folder for folder in dict.fromkeys([*self._source_paths, Path()])]
         agents: dict[str, AgentEntry] = {}
         for entry in entries:
             if entry.name in agents:

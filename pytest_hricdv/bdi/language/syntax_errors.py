@@ -21,10 +21,9 @@ _CHAIN_ENDS = frozenset({"_DOT", "SEMICOLON", "COMMA"})
 _BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
 _HINTS = {
     "^": "; meta-events such as ^!g are not supported",
-    "'": "; strings are in double quotes",
+    "'": "; strings are in double quotes, names with other characters in single quotes, on one line",
     "%": "; the remainder is 'mod', comments begin with '//'",
     "#": "; comments begin with '//'",
-    "begin": "; of directives there is only include",
     "is": "; values are given with '='",
     "and": "; conditions are joined by '&'",
     "or": "; one of several conditions is written with '|'",
@@ -108,6 +107,10 @@ def _hint(token: Token, accepted: set[str], text: str) -> str:
         return "; statements are separated by ';'" if in_body else "; conditions are joined by '&'"
     if token.type == "INTERNAL" and "_DOT" in accepted and not in_body:
         return "; a full stop needs a space after it"
+    if "::" in text[max(0, (token.start_pos or 0) - 1) : (token.start_pos or 0) + 2]:
+        return "; a name space is a name, as in ns::p(X), not a variable"
+    if text.startswith(("|&|", "|||"), token.start_pos or 0):
+        return "; goals side by side are not supported: start them with '!!' and wait for their beliefs with '.wait'"
     if token.type == "BANG" and text.startswith("!=", token.start_pos):
         return "; unequal is '\\=='"
     return _HINTS.get(str(token), "")
@@ -143,4 +146,7 @@ def _bad_character(text: str, position: int) -> str:
         return "a string that is not closed"
     if text.startswith("/*", position):
         return "a comment that is not closed"
-    return f"unexpected character {character!r}{_HINTS.get(character, '')}"
+    hint = _HINTS.get(character, "")
+    if text.startswith("::", position):
+        hint = "; a name space is a name, as in ns::p(X), not a variable"
+    return f"unexpected character {character!r}{hint}"

@@ -214,6 +214,10 @@ class Arithmetic:
         return f"({self.operands[0]}{operator}{f'({right})' if right.startswith('-') else right})"
 
 
+VALUE_BY_RULE = ".value_by_rule"
+"""The function that stands for those which a source registers: the value of the last argument of a rule."""
+
+
 @dataclass(frozen=True, slots=True)
 class Call:
     """An internal action: a statement of a body, a condition of a context, or a function in an expression.

@@ -11,6 +11,7 @@ from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
 from pytest_hricdv.bdi.language.errors import NO_LOCATION, BdiSyntaxError, EvaluationError, Location
+from pytest_hricdv.bdi.language.plan_patterns import PlanPattern, expand_pattern, plans_in
 from pytest_hricdv.bdi.language.syntax import (
     TRUE,
     AchievementGoal,
@@ -38,6 +39,7 @@ from pytest_hricdv.bdi.language.syntax import (
 )
 from pytest_hricdv.bdi.language.syntax_tree import parts_of, variables_of, with_constants_evaluated
 from pytest_hricdv.bdi.language.terms import (
+    VALUE_BY_RULE,
     AnnotatedVariable,
     Arithmetic,
     Call,
@@ -53,6 +55,8 @@ from pytest_hricdv.bdi.language.terms import (
     source,
 )
 
+_NO_NAME = "_plan"
+"""The label of a plan without a name until it gets an automatic one: no source can contain it."""
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
 _NUMBERED = re.compile(r"\b_(\d{1,9})\b")
 _FORMULA_ONLY = (And, Or, Not, Comparison)
@@ -73,6 +77,8 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         """Start a new source: errors refer to it, and the numbers of anonymous variables start again."""
         self._text = text
         self._file = file
+        self._functions: dict[tuple[str, int], str] = {}
+        """Functions that a directive registers, and the predicates of their rules."""
         self._anonymous = 0
         self._conditions: list[FormulaTerm] = []
         """The conditions found in the place of a term: what hands none over must not have any."""
@@ -133,6 +139,23 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     def include(self, meta: Meta, items: Children) -> Include:
         return Include(self._unquoted(items[0]), self._at(meta))
 
+    def function(self, meta: Meta, items: Children) -> None:
+        name = self._unquoted(items[0])
+        if items[1] is None:
+            raise self._error(
+                meta,
+                f"{name} is a function in Java; expected one of a rule: "
+                f'{{ register_function("{name}", 1, "p") }} for a rule p(X, Value)',
+            )
+        self._functions[name, int(items[1])] = self._unquoted(items[2])
+
+    def pattern(self, meta: Meta, items: Children) -> PlanPattern:
+        directive, *parts = items
+        try:
+            return expand_pattern(directive, plans_in(parts), self._at(meta))
+        except EvaluationError as error:
+            raise self._error(meta, str(error)) from None
+
     def plan(self, meta: Meta, items: Children) -> Plan:
         self._without_conditions()
         plan: Plan = items[0]
@@ -140,7 +163,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def plan_text(self, meta: Meta, items: Children) -> Plan:
         label, trigger, context, body = items
-        name, annots = ("_plan", ()) if label is None else (label.functor, label.annots)
+        name, annots = (_NO_NAME, ()) if label is None else (label.functor, label.annots)
         return Plan(name, trigger, context, body, self._at(meta), annots)
 
     def label(self, meta: Meta, items: Children) -> Structure:
@@ -148,6 +171,10 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         if label.args or label.negated:
             raise self._error(meta, f"expected a name as a plan's label, found {label}")
         return label
+
+    def label_without_name(self, meta: Meta, items: Children) -> Structure:
+        annots, tail = items[0]
+        return Structure(_NO_NAME).with_annotations(annots, tail)
 
     def trigger(self, meta: Meta, items: Children) -> Trigger:
         sign = str(items[0]) + ("" if items[1] is None else str(items[1]))
@@ -175,7 +202,8 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return TestGoal(self._formula(meta, items[0]), self._at(meta))
 
     def believe(self, meta: Meta, items: Children) -> Statement:
-        return BeliefUpdate(str(items[0]), items[1], self._at(meta))
+        # '+<' adds what queries find first: a belief that is added always is.
+        return BeliefUpdate(str(items[0]).removesuffix("<"), items[1], self._at(meta))
 
     def literal_group(self, meta: Meta, items: Children) -> GoalTerm:
         if not isinstance(items[0], GoalTerm):
@@ -276,7 +304,10 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m[1], m[1]), token[1:-1], flags=re.DOTALL)
 
     def call(self, meta: Meta, items: Children) -> Term:
-        return Call(str(items[0]), tuple(items[1] or ()), self._at(meta))
+        name, args = str(items[0]), tuple(items[1] or ())
+        if (name, len(args)) in self._functions:
+            return Call(VALUE_BY_RULE, (Structure(self._functions[name, len(args)], args),), self._at(meta))
+        return Call(name, args, self._at(meta))
 
     def list(self, meta: Meta, items: Children) -> Term:
         terms, tail = self._items(meta, items)
@@ -284,6 +315,9 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def group(self, meta: Meta, items: Children) -> Any:
         return items[0]
+
+    def empty_body(self, meta: Meta, items: Children) -> Term:
+        return PlanTerm(())
 
     def quoted(self, meta: Meta, items: Children) -> Term:
         return PlanTerm(items[0])
@@ -295,7 +329,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
             # The same object as in messages and beliefs: comparing it is fast.
             return source(str(args[0]))
-        return Structure(str(functor), args, (), negation is not None).with_annotations(annots, tail)
+        return Structure(_in_name_space(str(functor)), args, (), negation is not None).with_annotations(annots, tail)
 
     def variable(self, meta: Meta, items: Children) -> GoalTerm:
         negation, token, annotations = items
@@ -333,6 +367,11 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         parts = [item for item in items if item is not None]
         tail = parts.pop().term if parts and isinstance(parts[-1], _Tail) else None
         return tuple(self._term(meta, part) for part in parts), tail
+
+
+def _in_name_space(name: str) -> str:
+    """A functor as it is kept: one of the default name space, ``default::p`` or ``::p``, without it."""
+    return name.removeprefix("default").removeprefix("::") if "::" in name else name
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,11 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("@one @two +!a.", "human.asl:1:6: expected an event such as +!g or -b, found '@'"),
         ("+!a <- if b { c }.", "human.asl:1:11: expected '(', found 'b'"),
         ("^!a <- b.", "human.asl:1:1: unexpected character '^'; meta-events such as ^!g are not supported"),
-        ("p('x').", 'human.asl:1:3: unexpected character "\'"; strings are in double quotes'),
+        (
+            "p('x).",
+            'human.asl:1:3: unexpected character "\'"; strings are in double quotes, names with other characters in '
+            "single quotes, on one line",
+        ),
         ("p(é).", "human.asl:1:3: unexpected character 'é'"),
         ("+!a <- .b\n  .c.", "human.asl:2:3: expected '.' or ';', found '.c'"),
         ("p(1).q(2).", "human.asl:1:5: expected '.', found '.q'; a full stop needs a space after it"),
@@ -51,7 +55,7 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("p(X) :- q(X), r(X).", "human.asl:1:13: expected '.', found ','; conditions are joined by '&'"),
         ("+!a : b != c.", "human.asl:1:9: expected '.', found '!'; unequal is '\\=='"),
         ("+!a <- X is 3.", "human.asl:1:10: expected '.' or ';', found 'is'; values are given with '='"),
-        ("{ begin bc(g) }", "human.asl:1:3: expected 'include', found 'begin'; of directives there is only include"),
+        ("{ begin bc(g) }", "human.asl:1:16: expected an event such as +!g or -b, found the end of the file"),
         ("# a", "human.asl:1:1: unexpected character '#'; comments begin with '//'"),
     ],
 )
