@@ -10,6 +10,7 @@ from pytest_hricdv.bdi import BdiError, Environment, Structure
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Question, Wait, ticks_of
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
+from pytest_hricdv.bdi.language.limits import counted
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan, Program
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.system_run import SystemRun
@@ -105,9 +106,10 @@ class CoupledRun(SystemRun):
         Raises:
             BdiError: one cannot go on, or never comes to rest.
         """
-        for _ in range(MAX_CYCLES):
-            if not self.do_round() or self._only_busy():
-                return
+        with counted(self):
+            for _ in range(MAX_CYCLES):
+                if not self.do_round() or self._only_busy():
+                    return
         raise BdiError(f"{self._names()} does not come to rest: it has to wait with .wait, not busily: {self._doing()}")
 
     def _only_busy(self) -> bool:

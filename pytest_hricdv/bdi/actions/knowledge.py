@@ -8,6 +8,7 @@ from dataclasses import replace
 from pytest_hricdv.bdi.actions.registry import Invocation, check_calls_of, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
+from pytest_hricdv.bdi.language.limits import limited, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import (
@@ -31,7 +32,7 @@ def _values_of_solutions(invocation: Invocation) -> list[Term]:
     agent.enter_query(invocation.formula(1))
     try:
         solutions = solve(agent, invocation.formula(1), invocation.bindings)
-        return [agent.value(invocation.args[0], solution) for solution in solutions]
+        return [agent.value(invocation.args[0], solution) for solution in limited(solutions)]
     finally:
         agent.leave_query()
 
@@ -67,6 +68,7 @@ def _eval(invocation: Invocation) -> Outcome:
 def _belief(invocation: Invocation) -> Iterator[object]:
     literal = invocation.literal(0)
     for entry in invocation.agent.beliefs.candidates(literal.key):
+        spend(1)
         if not isinstance(entry, Rule) and invocation.unify(0, entry):
             yield entry
 
@@ -110,6 +112,7 @@ def _add_plan(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
     first = len(invocation.args) == 3 and str(invocation.value(2)) == "begin"
     for term in value.items if isinstance(value, ListTerm) else (value,):
+        spend(1 + len(agent.library.plans))
         plan = _plan(invocation, term)
         try:
             check_calls_of(plan)
@@ -127,6 +130,7 @@ def _remove_plan(invocation: Invocation) -> Outcome:
     agent = invocation.agent
     value = invocation.value(0)
     for label in value.items if isinstance(value, ListTerm) else (value,):
+        spend(1 + len(agent.library.plans))
         agent.library = agent.library.without(str(label))
         agent.run.progress += 1
     return True

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 
 from pytest_hricdv.bdi.actions.registry import INTERNAL, MANY, WRONG, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, sorted_terms, term_order
+from pytest_hricdv.bdi.language.limits import ITEMS, check_text, spend
+from pytest_hricdv.bdi.language.terms import (
+    ListTerm,
+    Number,
+    String,
+    Structure,
+    Term,
+    size_of,
+    sorted_terms,
+    term_order,
+)
 from pytest_hricdv.bdi.logic.unify import undo
 
 
 @internal_action("member", 2)
 def _member(invocation: Invocation) -> Iterator[object]:
     for item in invocation.items(1):
+        spend(1)
         if invocation.unify(0, item):
             yield item
 
@@ -38,7 +50,9 @@ def _concat(invocation: Invocation) -> Outcome:
     if isinstance(values[0], ListTerm):
         items = tuple(item for index in range(len(values)) for item in invocation.items(index))
         return invocation.unify(len(values), ListTerm(items))
-    text = "".join(value.value if isinstance(value, String) else str(value) for value in values)
+    texts = [value.value if isinstance(value, String) else str(value) for value in values]
+    check_text(sum(map(len, texts)))
+    text = "".join(texts)
     return invocation.unify(len(values), String(text))
 
 
@@ -47,6 +61,7 @@ def _nth(invocation: Invocation) -> Iterator[object]:
     items = invocation.items(1)
     if invocation.is_free(0):
         for index, item in enumerate(items):
+            spend(1)
             mark = len(invocation.trail)
             if invocation.unify(0, Number(index)):
                 if invocation.unify(2, item):
@@ -64,18 +79,22 @@ def _nth(invocation: Invocation) -> Iterator[object]:
 @internal_action("max", 2)
 def _max(invocation: Invocation) -> Outcome:
     items = invocation.items(0)
+    spend(sum(map(size_of, items), len(items)))
     return bool(items) and invocation.unify(1, max(items, key=term_order))
 
 
 @internal_action("min", 2)
 def _min(invocation: Invocation) -> Outcome:
     items = invocation.items(0)
+    spend(sum(map(size_of, items), len(items)))
     return bool(items) and invocation.unify(1, min(items, key=term_order))
 
 
 @internal_action("sort", 2)
 def _sort(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, ListTerm(tuple(sorted(invocation.items(0), key=term_order))))
+    items = invocation.items(0)
+    spend(sum(map(size_of, items), len(items)))
+    return invocation.unify(1, ListTerm(tuple(sorted(items, key=term_order))))
 
 
 @internal_action("reverse", 2)
@@ -89,6 +108,7 @@ def _reverse(invocation: Invocation) -> Outcome:
 @internal_action("shuffle", 2)
 def _shuffle(invocation: Invocation) -> Outcome:
     items = list(invocation.items(0))
+    spend(len(items))
     # By hand (Fisher and Yates), so that all chance comes from the run's own stream.
     for last in range(len(items) - 1, 0, -1):
         other = int(invocation.agent.run.draw() * (last + 1))
@@ -103,6 +123,7 @@ def _range(invocation: Invocation) -> Iterator[object]:
     if step == 0:
         raise EvaluationError(f"{invocation.call}: a range needs a step other than 0", WRONG)
     for number in range(start, end + (1 if step > 0 else -1), step):
+        spend(1)
         if invocation.unify(0, Number(number)):
             yield number
 
@@ -122,6 +143,7 @@ def _delete(invocation: Invocation) -> Outcome:
     if isinstance(unwanted, Number):
         index = int(unwanted)
         return invocation.unify(2, ListTerm(items[:index] + items[index + 1 :]))
+    spend(len(items))
     # As in Jason, the first item that matches binds the variables of the pattern: the others must be equal to that one.
     kept = tuple(item for item in items if not invocation.unify(0, item))
     return invocation.unify(2, ListTerm(kept))
@@ -138,24 +160,29 @@ def _delete_range(invocation: Invocation) -> Outcome:
 
 @internal_action("union", 3)
 def _union(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, ListTerm(sorted_terms(invocation.items(0) + invocation.items(1))))
+    items = invocation.items(0) + invocation.items(1)
+    spend(sum(map(size_of, items), len(items)))
+    return invocation.unify(2, ListTerm(sorted_terms(items)))
 
 
 @internal_action("intersection", 3)
 def _intersection(invocation: Invocation) -> Outcome:
     other = invocation.items(1)
+    spend(len(invocation.items(0)) * (1 + len(other) // ITEMS))
     return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in invocation.items(0) if item in other))))
 
 
 @internal_action("difference", 3)
 def _difference(invocation: Invocation) -> Outcome:
     other = invocation.items(1)
+    spend(len(invocation.items(0)) * (1 + len(other) // ITEMS))
     return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in invocation.items(0) if item not in other))))
 
 
 def _any_of(invocation: Invocation, lists: Iterable[tuple[Term, ...]]) -> Iterator[object]:
     """A solution for each of these lists that the first argument unifies with."""
     for items in lists:
+        spend(1)
         if invocation.unify(0, ListTerm(items)):
             yield items
 
@@ -163,21 +190,21 @@ def _any_of(invocation: Invocation, lists: Iterable[tuple[Term, ...]]) -> Iterat
 @internal_action("prefix", 2)
 def _prefix(invocation: Invocation) -> Iterator[object]:
     items = invocation.items(1)
-    return _any_of(invocation, [items[:end] for end in range(len(items), -1, -1)])
+    return _any_of(invocation, (items[:end] for end in range(len(items), -1, -1)))
 
 
 @internal_action("suffix", 2)
 def _suffix(invocation: Invocation) -> Iterator[object]:
     items = invocation.items(1)
-    return _any_of(invocation, [items[start:] for start in range(len(items) + 1)])
+    return _any_of(invocation, (items[start:] for start in range(len(items) + 1)))
 
 
 @internal_action("sublist", 2)
 def _sublist(invocation: Invocation) -> Iterator[object]:
     items = invocation.items(1)
     # In Jason's order: those that begin with the first item come first, and of these the longest.
-    places = [(start, end) for start in range(len(items)) for end in range(len(items), start, -1)]
-    return _any_of(invocation, [*(items[start:end] for start, end in places), ()])
+    places = ((start, end) for start in range(len(items)) for end in range(len(items), start, -1))
+    return _any_of(invocation, chain((items[start:end] for start, end in places), [()]))
 
 
 @internal_action("list", 1)

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
+from pytest_hricdv.bdi.language.limits import spend
 from pytest_hricdv.bdi.language.syntax import Formula, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, PlanTerm, String, Structure, Term, Variable
@@ -102,6 +103,7 @@ class Invocation:
         Raises:
             EvaluationError: it cannot be read.
         """
+        spend(len(text))
         try:
             return parse(text)
         except BdiSyntaxError as error:

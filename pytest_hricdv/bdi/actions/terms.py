@@ -12,6 +12,7 @@ from pytest_hricdv.bdi.actions.registry import ACTIONS, FUNCTIONS, WRONG, Invoca
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.messages import add_source, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.limits import check_text, spend
 from pytest_hricdv.bdi.language.parser import parse_term
 from pytest_hricdv.bdi.language.syntax_tree import call_with_values
 from pytest_hricdv.bdi.language.terms import (
@@ -106,6 +107,7 @@ def _random(invocation: Invocation) -> Outcome:
 def _several_random(invocation: Invocation, most: int) -> Iterator[object]:
     """Numbers without end if asked for none."""
     for number in count() if most == 0 else range(most):
+        spend(1)
         if invocation.unify(0, Number(invocation.agent.run.draw())):
             yield number
 
@@ -125,6 +127,7 @@ def _substring(invocation: Invocation) -> Iterator[object]:
     part, text = invocation.text(0), invocation.text(1)
     start = text.find(part)
     while start >= 0:
+        spend(1)
         mark = len(invocation.trail)
         start_matches = len(invocation.args) < 3 or invocation.unify(2, Number(start))
         if start_matches and (len(invocation.args) < 4 or invocation.unify(3, Number(start + len(part)))):
@@ -136,7 +139,9 @@ def _substring(invocation: Invocation) -> Iterator[object]:
 
 @internal_action("replace", 4)
 def _replace_text(invocation: Invocation) -> Outcome:
-    return invocation.unify(3, String(invocation.text(0).replace(invocation.text(1), invocation.text(2))))
+    text, old, new = invocation.text(0), invocation.text(1), invocation.text(2)
+    check_text(len(text) + text.count(old) * len(new))
+    return invocation.unify(3, String(text.replace(old, new)))
 
 
 @internal_action("lower_case", 2)

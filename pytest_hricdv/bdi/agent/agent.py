@@ -125,7 +125,9 @@ class Agent(AgentState):
             if wait.condition is None:
                 continue
             means = wait.intention.top
+            self.current = wait.intention
             solution = first(self, wait.condition, means.unifier)
+            self.current = None
             if solution is not None:
                 means.unifier = solution
                 self.end_wait(wait)
@@ -271,8 +273,8 @@ class Agent(AgentState):
                 self.busy_waiting = self.run.busy_waiting = True
         except (EvaluationError, ArithmeticError, ValueError) as error:
             fail(self, intention, getattr(error, "kind", "unknown"), str(error))
-        finally:
-            self.current = None
+        # Not after an error with which the run ends: its message says what the agent is doing.
+        self.current = None
 
     def _atomic_intention(self) -> Intention | None:
         """The intention that must not be interleaved with others.

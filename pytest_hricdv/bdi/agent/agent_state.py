@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.agent.intentions import (
 )
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError
-from pytest_hricdv.bdi.language.syntax import Formula, Plan
+from pytest_hricdv.bdi.language.syntax import Formula, Plan, Rule
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.inference import MAX_NESTED_QUERIES
@@ -97,6 +97,8 @@ class AgentState:
         """Whether it may have something to do; otherwise it is skipped in a round."""
         self.considered: Plan | None = None
         """The plan whose context is being evaluated, for error messages."""
+        self.rule: Rule | None = None
+        """The rule that was used last, for error messages."""
         self._queries = 0
         self._intention_count = 0
 
@@ -284,7 +286,10 @@ class AgentState:
         """
         self._queries += 1
         if self._queries > MAX_NESTED_QUERIES:
-            raise BdiError(f"{self.name}: runaway recursion while looking for {formula}: {self.doing()}")
+            raise BdiError(
+                f"{self.name}: runaway recursion while looking for {formula}, more than {MAX_NESTED_QUERIES} queries "
+                f"within queries: {self.doing()}"
+            )
 
     def leave_query(self) -> None:
         """The end of a query."""

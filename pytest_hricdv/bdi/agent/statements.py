@@ -10,6 +10,7 @@ from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail, note_deadline
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.limits import limited
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
     BeliefUpdate,
@@ -210,7 +211,7 @@ def _for(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
     """
     loop, means.loop = means.loop, None
     if loop is None:
-        loop = Loop(statement, means.unifier, deque(solve(agent, statement.condition, means.unifier)))
+        loop = Loop(statement, means.unifier, deque(limited(solve(agent, statement.condition, means.unifier))))
     if loop.solutions:
         means.unifier = loop.solutions.popleft()
         means.enter(statement.body, loop)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+from pytest_hricdv.bdi.language.limits import MAX_SIZE, spend, too_large
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
     And,
@@ -44,6 +45,10 @@ _VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, PlanTer
 
 def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
     """The plan term with its terms replaced by their values; in ``{ !g; B }``, B is replaced by its statements."""
+    size = sum(1 for _ in parts_of(term))
+    if size > MAX_SIZE:
+        raise too_large()
+    spend(size)
     return PlanTerm(_valued(term.plan, value)) if variables_of(term) else term
 
 

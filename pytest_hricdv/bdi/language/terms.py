@@ -15,6 +15,7 @@ from operator import neg
 from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.arithmetic import Number as Number
 from pytest_hricdv.bdi.language.errors import EvaluationError, Location
+from pytest_hricdv.bdi.language.limits import CHARACTERS, ITEMS, MAX_SIZE, spend, too_large
 
 Key = tuple[bool, str, int]
 """The predicate of a literal, the index of beliefs and plans: strongly negated?, functor, arity."""
@@ -64,6 +65,7 @@ class Structure:
         "ground",
         "key",
         "negated",
+        "size",
     )
 
     def __init__(
@@ -81,14 +83,25 @@ class Structure:
         self.annots_tail = annots_tail
         key = (negated, functor, len(args))
         self.key: Key = _KEYS.setdefault(key, key)
-        ground = annots_tail is None
+        ground, size = annots_tail is None, 1  # the size in one loop with it: structures are made in every step
         for term in args + annots:
             # The frequent kinds first, without a call.
-            if type(term) is Number or (type(term) is Structure and term.ground):
+            kind = type(term)
+            if kind is Number:
                 continue
-            if not is_ground(term):
+            if kind is Structure:
+                size += term.size  # type: ignore[union-attr]
+                if not term.ground:  # type: ignore[union-attr]
+                    ground = False
+            elif kind is Variable:
                 ground = False
-                break
+            else:
+                size += size_of(term)
+                ground = ground and is_ground(term)
+        if size > MAX_SIZE:
+            raise too_large()
+        self.size: int = size
+        """The terms in it, each as often as it occurs, but for numbers and variables."""
         self.ground: bool = ground
         self.evaluable = not ground and any(map(is_evaluable, args + annots))
         self._hash: int | None = None
@@ -149,7 +162,7 @@ class Structure:
 class ListTerm:
     """A list ``[a,b|Tail]``; a proper list has no tail."""
 
-    __slots__ = ("_hash", "evaluable", "ground", "items", "tail")
+    __slots__ = ("_hash", "evaluable", "ground", "items", "size", "tail")
 
     def __init__(self, items: tuple[Term, ...] = (), tail: Term | None = None) -> None:
         self.items: tuple[Term, ...] = items
@@ -157,7 +170,18 @@ class ListTerm:
         if isinstance(tail, ListTerm):
             # One form for each list, so that `[a|[b]]` equals `[a,b]`.
             self.items, self.tail = items + tail.items, tail.tail
-        self.ground = (self.tail is None or is_ground(self.tail)) and all(map(is_ground, self.items))
+        ground, size = self.tail is None or is_ground(self.tail), len(self.items) + size_of(self.tail)
+        if len(self.items) > ITEMS:
+            spend(len(self.items) // ITEMS)
+        for item in self.items:
+            if type(item) is not Number:
+                size += size_of(item)
+                ground = ground and is_ground(item)
+        if size > MAX_SIZE:
+            raise too_large()
+        self.size: int = size
+        """The terms in it, each as often as it occurs, and the number of its items."""
+        self.ground = ground
         self.evaluable = not self.ground and any(map(is_evaluable, self.items))
         self._hash: int | None = None
 
@@ -170,6 +194,7 @@ class ListTerm:
         return self._hash
 
     def __str__(self) -> str:
+        spend(len(self.items))
         tail = "" if self.tail is None else f"|{self.tail}"
         return f"[{','.join(map(str, self.items))}{tail}]"
 
@@ -186,6 +211,13 @@ class Arithmetic:
 
     operator: str
     operands: tuple[Term, ...]
+    size: int = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        size = 1 + sum(map(size_of, self.operands))
+        if size > MAX_SIZE:
+            raise too_large()
+        object.__setattr__(self, "size", size)
 
     def value(self, operands: tuple[Term, ...]) -> Number | Arithmetic:
         """Its value with these operands in place of its own; an expression, if an operand has no value yet.
@@ -228,6 +260,13 @@ class Call:
     name: str
     args: tuple[object, ...]
     location: Location = field(compare=False)
+    size: int = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        size = 1 + sum(map(size_of, self.args))
+        if size > MAX_SIZE:
+            raise too_large()
+        object.__setattr__(self, "size", size)
 
     def __str__(self) -> str:
         return f"{self.name}({','.join(map(str, self.args))})" if self.args else self.name
@@ -276,6 +315,13 @@ Term = (
     Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm | FormulaTerm
 )
 """A term of AgentSpeak."""
+
+
+def size_of(term: object) -> int:
+    """The terms in a term, each as often as it occurs; long texts count as several, plans and variables as none."""
+    if isinstance(term, (Structure, ListTerm, Arithmetic, Call)):
+        return term.size
+    return len(term.value) // CHARACTERS if isinstance(term, String) else 0
 
 
 def is_ground(term: Term) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from pytest_hricdv.bdi.language.limits import ITEMS, spend
 from pytest_hricdv.bdi.language.syntax import Rule
 from pytest_hricdv.bdi.language.terms import Key, Structure, Term
 
@@ -40,7 +41,10 @@ class BeliefBase:
     def candidates(self, key: Key) -> Iterable[Entry]:
         """The beliefs and rules of a predicate in query order; the base may be changed while iterating."""
         bucket = self.buckets.get(key)
-        return reversed(list(bucket.values())) if bucket else ()
+        if not bucket:
+            return ()
+        spend(len(bucket) // ITEMS)
+        return reversed(list(bucket.values()))
 
     def content(self) -> Content:
         """The beliefs and rules as a value, from which an equal base can be made."""

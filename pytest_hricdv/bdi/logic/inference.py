@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
+from pytest_hricdv.bdi.language.limits import WORK, LimitError, overworked
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
 from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, FormulaTerm, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
@@ -29,6 +30,8 @@ class Reasoner(Protocol):
 
     name: str
     beliefs: BeliefBase
+    rule: Rule | None
+    """The rule that was used last, for error messages."""
 
     def function(self, call: Call, bindings: Bindings) -> Term:
         """The value of a function in an expression."""
@@ -158,12 +161,29 @@ def solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bin
         BdiError: rules recurse without end.
         EvaluationError: an expression in it has no value.
     """
+    agent.rule = None
+    try:
+        yield from _solve(agent, formula, bindings)
+    except LimitError as error:
+        error.rule = error.rule or _used_rule(agent)
+        raise
+
+
+def _used_rule(agent: Reasoner) -> str:
+    """The rule that was used last, for the beginning of a message; empty if none was."""
+    return "" if agent.rule is None else f"rule {agent.rule.head} ({agent.rule.location}), "
+
+
+def _solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bindings]:
     env = dict(bindings)
     trail: Trail = []
     renamed: set[Variable] = set()
     choices: list[tuple[Iterator[Goals], int]] = []
     goals: Goals = (formula, None)
     while True:
+        WORK.left -= 1
+        if WORK.left < 0:
+            raise overworked()
         if goals is None:
             yield _answer(agent, env, renamed)
         else:
@@ -184,7 +204,10 @@ def solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bin
                     continue
             else:
                 if len(choices) > MAX_CHOICES:
-                    raise BdiError(f"{agent.name}: runaway recursion while looking for {goal}: {agent.doing()}")
+                    raise BdiError(
+                        f"{agent.name}: runaway recursion while looking for {goal}, more than {MAX_CHOICES:,} calls "
+                        f"deep: {_used_rule(agent)}{agent.doing()}"
+                    )
                 choices.append((_alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
         while choices:
             alternatives, mark = choices[-1]
@@ -201,6 +224,7 @@ def solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bin
 
 def _answer(agent: Reasoner, env: Bindings, renamed: set[Variable]) -> Bindings:
     """The bindings for the outside: without the variables that rules brought in."""
+    WORK.left -= len(env)
     if not renamed:
         return dict(env)
     return {
@@ -239,6 +263,7 @@ def _alternatives(
             yield rest
         return
     for entry in agent.beliefs.candidates(literal.key):
+        WORK.left -= 1  # those that do not match come back to nobody who counts
         if isinstance(entry, Rule):
             yield from _by_rule(agent, literal, entry, rest, env, trail, renamed)
         else:
@@ -317,6 +342,7 @@ def _with_annotations(
 def _by_rule(
     agent: Reasoner, literal: Structure, rule: Rule, rest: Goals, env: Bindings, trail: Trail, renamed: set[Variable]
 ) -> Iterator[Goals]:
+    agent.rule = rule
     # New variables in each use: a rule that calls itself has those of its caller still bound.
     renaming: Bindings = {variable: agent.fresh() for variable in rule.variables}
     renamed.update(renaming.values())  # type: ignore[arg-type]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.limits import WORK, spend
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax_tree import condition_with_values, variables_of, with_values
 from pytest_hricdv.bdi.language.terms import (
@@ -70,6 +71,7 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
     if isinstance(term, ListTerm):
         if term.ground:
             return term
+        spend(len(term.items))
         items = substitute_all(term.items, bindings, functions)
         return ListTerm(items, None if term.tail is None else substitute(term.tail, bindings, functions))
     if isinstance(term, Call):
@@ -93,6 +95,7 @@ def substitute_all(terms: tuple[Term, ...], bindings: Bindings, functions: Funct
 
 
 def _substitute_structure(term: Structure, bindings: Bindings, functions: Functions) -> Structure:
+    WORK.left -= 1  # the size of terms ends what would go on without end
     args = substitute_all(term.args, bindings, functions)
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)

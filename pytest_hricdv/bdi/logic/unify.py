@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.limits import WORK, overworked, spend
 from pytest_hricdv.bdi.language.syntax import Comparison
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
@@ -15,6 +16,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_ground,
+    size_of,
     term_order,
 )
 from pytest_hricdv.bdi.logic.substitution import Bindings, Functions, free_variables, substitute, walk
@@ -71,6 +73,7 @@ def occurs(variable: Variable, term: Term, bindings: Bindings) -> bool:
     while pending:
         value = walk(pending.pop(), bindings)
         if type(value) is not Variable:
+            spend(1)
             pending.extend(free_variables(value))
         elif value == variable:
             return True
@@ -80,6 +83,10 @@ def occurs(variable: Variable, term: Term, bindings: Bindings) -> bool:
 def _unify_structures(pattern: Structure, target: Structure, bindings: Bindings, trail: Trail) -> bool:
     if pattern.key != target.key:
         return False
+    # Variables bound to each other's terms can make this go on for 2 to the power of their number.
+    WORK.left -= 1
+    if WORK.left < 0:
+        raise overworked()
     for left, right in zip(pattern.args, target.args, strict=True):
         if not unify(left, right, bindings, trail):
             return False
@@ -107,6 +114,7 @@ def _match(
         undo(bindings, trail, mark)
         return
     for index, annot in enumerate(annots):
+        spend(1)
         if unify(wanted[0], annot, bindings, trail):
             # The rest without the annotation used: the tail must not take it again.
             yield from _match(wanted[1:], tail, annots[:index] + annots[index + 1 :], bindings, trail)
@@ -127,6 +135,7 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
 
 def _unify_lists(pattern: ListTerm, target: ListTerm, bindings: Bindings, trail: Trail) -> bool:
     shared = min(len(pattern.items), len(target.items))
+    spend(1 + shared)
     for left, right in zip(pattern.items[:shared], target.items[:shared], strict=True):
         if not unify(left, right, bindings, trail):
             return False
@@ -163,6 +172,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     if isinstance(left, Number) and isinstance(right, Number):
         below, above = left < right, left > right
     else:
+        spend(size_of(left) + size_of(right))
         below, above = term_order(left) < term_order(right), term_order(left) > term_order(right)
     if operator == "<":
         return below

@@ -6,6 +6,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence, Set
 from typing import Any
 
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS
+from pytest_hricdv.bdi.language.limits import is_even
 from pytest_hricdv.bdi.language.terms import Key, Structure
 from pytest_hricdv.bdi.memo.decision_diagram import (
     Content,
@@ -193,7 +194,7 @@ class Memo:
             node = following
             if node is not reached:
                 run = self._at(node, forwarding, frozenset(atoms), environment, seed)
-            segment = self._add(node, run, seed, max_rounds - rounds)
+            segment = self._add(node, run, seed, max_rounds, rounds)
             if segment is None:
                 return None
             reached = segment.then
@@ -209,12 +210,15 @@ class Memo:
         dependencies = Dependencies(forwarding, atoms, arrived=node.states is not None)
         return RecordingRun(environment, seed, self.system.templates, dependencies, node.states)
 
-    def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int) -> Segment | None:
+    def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int, done: int = 0) -> Segment | None:
         """Execute the next segment of a run that is at a node; None if that is not possible."""
-        recorded = run.record(max_rounds)
+        work_left = run.work_left
+        recorded = run.record(max_rounds - done)
         if recorded is None:
             return None
         segment, states = recorded
+        if not is_even(work_left - run.work_left, segment.rounds, max_rounds):
+            return None
         if states is not None:
             segment.then = self._nodes.setdefault((seed, states), Node(states))
         add(node, run.dependencies.answers, segment)

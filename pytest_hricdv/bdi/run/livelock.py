@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention
+from pytest_hricdv.bdi.language.limits import check_text, spend
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import Variable
 
@@ -16,6 +17,10 @@ QUIET_ROUNDS = 40
 Chosen: from 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
 those that end in a livelock take so many rounds more or fewer.
 """
+
+
+PLANS = 4
+"""Plans that wait for others and can be compared in a unit of work (300 ns each)."""
 
 
 class LivelockDetector:
@@ -88,6 +93,9 @@ class LivelockDetector:
 def _fingerprint(agents: Mapping[str, Agent]) -> int:
     """A number that is the same for equal mental states, and for few others."""
     parts: list[object] = []
+    waiting = [intention for agent in agents.values() for _, _, intention in agent.events if intention is not None]
+    ready = [intention for agent in agents.values() for intention in agent.intentions]
+    spend(sum(len(intention.stack) for intention in waiting + ready) // PLANS)
     for agent in agents.values():
         parts.append((len(agent.events), len(agent.intentions)))
         parts += [(sign, literal if literal.ground else literal.key) for sign, literal, _ in agent.events]
@@ -126,6 +134,7 @@ def _mental_states(agents: Mapping[str, Agent], now: int | None) -> str:
             parts += [f"{goal.deadline - now} {goal.goal}" for goal in agent.deadlines]
     # Each iteration makes new variables: without numbers of their own, no state would ever come again.
     numbers: dict[str, int] = {}
+    check_text(sum(map(len, parts)))
     return re.sub(r"\b_\d+\b", lambda match: f"_{numbers.setdefault(match[0], len(numbers))}", "\n".join(parts))
 
 

@@ -13,6 +13,7 @@ from pytest_hricdv.bdi.actions import StandardActions, check_calls, inspects_int
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
+from pytest_hricdv.bdi.language.limits import MAX_HELD
 from pytest_hricdv.bdi.language.parser import parse_literal, read_program
 from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
@@ -23,9 +24,6 @@ from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
 from pytest_hricdv.bdi.run.system_run import SystemRun
 from pytest_hricdv.bdi.run.tracing import Trace, TracedAgent, TracedRun
-
-MAX_BELIEFS = 1_000_000
-"""Most beliefs that all agents begin with: each agent has its own, and each takes a kilobyte, a gigabyte in all."""
 
 MAX_ROUNDS = 100_000
 """Rounds after which a run is stopped by default (chosen): runs of the table end after 177 rounds on average, 368 at
@@ -255,8 +253,8 @@ def read_templates(project: Project) -> tuple[AgentTemplate, ...]:
             programs[entry.source] = read_program(entry.source, entry.location, project.text)
             check_calls(programs[entry.source])
         beliefs += len(programs[entry.source].beliefs) + len(beliefs_and_goals(entry)[0])
-        if beliefs > MAX_BELIEFS:
-            message = f"more than {MAX_BELIEFS:,} beliefs of all agents together"
+        if beliefs > MAX_HELD:
+            message = f"more than {MAX_HELD:,} beliefs of all agents together"
             raise BdiSyntaxError.at(message, entry.location, project.text)
     private = not any(map(inspects_intentions, programs.values()))
     libraries = {

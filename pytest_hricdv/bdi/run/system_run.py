@@ -9,11 +9,24 @@ from __future__ import annotations
 
 import math
 import random
+import sys
 from collections.abc import Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, HardDeadline, Message, Percepts, Question, Wait, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.limits import (
+    CHARACTERS,
+    MAX_HELD,
+    MAX_WORK,
+    ROUNDS_BETWEEN_COUNTS,
+    WORK,
+    WORK_PER_CYCLE,
+    LimitError,
+    counted,
+    overworked,
+    spend,
+)
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure, Variable
 from pytest_hricdv.bdi.logic.unify import unify
@@ -48,6 +61,8 @@ class SystemRun:
         """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
         self.messages = 0
         """The number of messages sent so far."""
+        self.work_left = MAX_WORK
+        """What it may still do beside one statement in each cycle, see `pytest_hricdv.bdi.language.limits`."""
         self._seed = seed
         self._random: random.Random | None = None
         self._fresh = FIRST_FRESH
@@ -84,11 +99,13 @@ class SystemRun:
 
     def print(self, agent: str, text: str) -> None:
         """Record what an agent prints."""
+        spend(len(text) // CHARACTERS)
         self.prints.append(f"[{agent}] {text}")
         self.progress += 1
 
     def warn(self, text: str) -> None:
         """Record what the author of the models should know."""
+        spend(len(text) // CHARACTERS)
         self.warnings.append(text)
         self.progress += 1
 
@@ -110,6 +127,7 @@ class SystemRun:
 
     def deliver(self, receiver: str, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
+        spend(1)
         agent = self.agents[receiver]
         agent.mailbox.append(message)
         agent.awake = True
@@ -161,7 +179,11 @@ class SystemRun:
         Raises:
             BdiError: an agent cannot go on.
         """
-        ended = self._do_rounds(max_rounds)
+        with counted(self):
+            try:
+                ended = self._do_rounds(max_rounds)
+            except LimitError as error:  # of the comparison of states; what agents do has a place
+                raise BdiError(f"the plans that wait for others: comparing them {error}") from None
         if ended in ("idle", "spin"):
             for agent in self.agents.values():
                 agent.warn_of_standstill()
@@ -200,11 +222,34 @@ class SystemRun:
                 acted = True
                 try:
                     agent.cycle()
-                except RecursionError:
-                    raise BdiError(f"{agent.name}: terms nested too deeply, {agent.doing()}") from None
+                except (RecursionError, MemoryError, LimitError) as error:
+                    raise BdiError(f"{agent.name}: {_limit(error, agent)}") from None
         if acted:
             self.rounds += 1
+            WORK.left += WORK_PER_CYCLE * len(self.agents)
+            if not self.rounds % ROUNDS_BETWEEN_COUNTS:
+                self._count_held()
         return acted
+
+    def _count_held(self) -> None:
+        """See that beliefs, plans and what waits do not grow without end.
+
+        Raises:
+            BdiError: they do.
+        """
+        if WORK.left < 0:
+            raise overworked()
+        agents = self.agents.values()
+        for kind, count in (
+            ("beliefs", lambda agent: sum(map(len, agent.beliefs.buckets.values()))),
+            ("plans", lambda agent: len(agent.library.plans)),
+            ("messages, events and intentions", _count_waiting),
+        ):
+            held = {agent.name: count(agent) for agent in agents}
+            if sum(held.values()) > MAX_HELD:
+                most = max(agents, key=lambda agent: held[agent.name])
+                problem = f"agents have more than {MAX_HELD:,} {kind}, most of them {most.name}: {most.doing()}"
+                raise BdiError(f"after {self.rounds} rounds, {problem}")
 
     def only_busy_waiting(self) -> bool:
         """After a round in which agents wait busily: whether no agent can do anything that ends it."""
@@ -243,3 +288,16 @@ class SystemRun:
                 waiting += agent.pending_deadlines()
         deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
         self.earliest_deadline = min(deadlines, default=math.inf)
+
+
+def _limit(error: Exception, agent: Agent) -> str:
+    """What an agent did that has reached a limit: with its rule, and its plan."""
+    if isinstance(error, LimitError):
+        return f"{error.rule}{agent.doing()}: {error}"
+    if isinstance(error, MemoryError):
+        return f"{agent.doing()}: takes more memory than there is"
+    return f"terms nested too deeply for Python's stack of {sys.getrecursionlimit()} frames: {agent.doing()}"
+
+
+def _count_waiting(agent: Agent) -> int:
+    return len(agent.mailbox) + len(agent.events) + len(agent.intentions) + len(agent.waits) + len(agent.suspended)

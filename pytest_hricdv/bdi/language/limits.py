@@ -1,0 +1,124 @@
+"""What a run of a model may take. It depends on what the model does, never on a clock: so it is the same everywhere.
+
+Rules, lists and messages may grow without end, within one reasoning cycle. What they do is counted as work, at the
+places where their loops are, and a run that has done too much of it ends with an error. What an ordinary reasoning
+cycle does is not counted, it has the limit of rounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol, TypeVar
+
+from pytest_hricdv.bdi.language.errors import BdiError
+
+Item = TypeVar("Item")
+
+MAX_WORK = 10_000_000
+"""Units of work of a run (chosen: a unit takes one to four microseconds, `pytest -m slow tests/bdi/run/test_limits.py
+--durations=0`, so it ends within a minute)."""
+WORK_PER_CYCLE = 50
+"""Units that a run may take more for each agent and round (chosen: as much as a cycle itself takes)."""
+MAX_SIZE = 1_000_000
+"""Terms in a term, each as often as it occurs (chosen: 100 MB if no two of them are the same object)."""
+MAX_ANSWERS = 1_000_000
+"""Answers of a query that are kept at once, as by ``.findall`` (chosen: 400 MB in a ``for`` loop)."""
+MAX_HELD = 1_000_000
+"""Beliefs of all agents together, also at the beginning, where each takes up to a kilobyte, a gigabyte in all; and the
+same for plans, and for what waits for its turn (both chosen)."""
+CHARACTERS = 16
+"""Characters that count as one term, or one unit of work (chosen: 10 million units are 160 MB)."""
+ITEMS = 16
+"""Items of a list that can be copied in a unit of work (60 ns each)."""
+ROUNDS_BETWEEN_COUNTS = 1024
+"""After so many rounds beliefs and what waits is counted (chosen: counting a million beliefs takes 20 ms)."""
+_OUTSIDE = 1 << 62
+"""More than anything takes: what is not part of a run has no limit."""
+
+
+class LimitError(BdiError):
+    """A run has reached a limit; the run adds which agent and plan did.
+
+    Attributes:
+        rule: the rule that was used last, as text with its place; empty if none was.
+    """
+
+    rule = ""
+
+
+class _Work:
+    """What the present run may still do (units); one number for all, because terms know no run."""
+
+    __slots__ = ("left",)
+
+    def __init__(self) -> None:
+        self.left = _OUTSIDE
+
+
+WORK = _Work()
+
+
+class Counted(Protocol):
+    """A run whose work is counted."""
+
+    work_left: int
+
+
+def spend(units: int) -> None:
+    """Count work, before it is done.
+
+    Raises:
+        LimitError: the run has done too much.
+    """
+    WORK.left -= units
+    if WORK.left < 0:
+        raise overworked()
+
+
+def overworked() -> LimitError:
+    """The error of a run that has done too much."""
+    return LimitError(f"does not come to an end within {MAX_WORK:,} steps")
+
+
+@contextmanager
+def counted(run: Counted) -> Iterator[None]:
+    """What is done inside counts as the run's; runs may contain others."""
+    outside, WORK.left = WORK.left, run.work_left
+    try:
+        yield
+    finally:
+        run.work_left, WORK.left = WORK.left, outside
+
+
+def is_even(work: int, rounds: int, max_rounds: int) -> bool:
+    """Whether a run that does as much work in all its rounds is far from the limit, so that its parts need no sum."""
+    return 2 * work * max_rounds <= MAX_WORK * rounds
+
+
+def too_large() -> LimitError:
+    """The error of a term that is too large."""
+    return LimitError(f"makes a term of more than {MAX_SIZE:,} parts")
+
+
+def limited(answers: Iterator[Item]) -> Iterator[Item]:
+    """Answers that are kept.
+
+    Raises:
+        LimitError: there are too many.
+    """
+    for number, answer in enumerate(answers):
+        if number >= MAX_ANSWERS:
+            raise LimitError(f"has more than {MAX_ANSWERS:,} answers")
+        yield answer
+
+
+def check_text(characters: int) -> None:
+    """Count the work for a text before it is made.
+
+    Raises:
+        LimitError: it is too long, or the run has done too much.
+    """
+    if characters > MAX_SIZE * CHARACTERS:
+        raise LimitError(f"makes a text of more than {MAX_SIZE * CHARACTERS:,} characters")
+    spend(characters // CHARACTERS)
