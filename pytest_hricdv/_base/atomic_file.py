@@ -7,6 +7,8 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+_OPEN, _REPLACE = open, os.replace  # as they are now: the code under test may replace them for the whole process
+
 
 def write_text(path: Path, text: str) -> Path:
     """Write `text` as UTF-8 to `path`, whose folder is created where it is missing; returns `path`.
@@ -21,8 +23,8 @@ def write_text(path: Path, text: str) -> Path:
 
 def write_bytes(path: Path, data: bytes) -> Path:
     """Write `data` to `path`; see `write_text`."""
-    with replaced(path) as temporary:
-        temporary.write_bytes(data)
+    with replaced(path) as temporary, _OPEN(temporary, "wb") as file:
+        file.write(data)
     return path
 
 
@@ -34,7 +36,7 @@ def replaced(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         _make_own(temporary)
         yield temporary
-        temporary.replace(path)
+        _REPLACE(temporary, path)
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
+
 MAX_LEAVES = 4
 """Of a group of errors (chosen): a line of a terminal."""
 
@@ -30,6 +32,7 @@ def _alone(error: BaseException) -> str:
         message = str(error)
     except Exception as failure:  # of the author's own __str__
         message = f"(its text raised {type(failure).__name__})"
+    message = cut(message, MAX_LINE)  # before it is copied, for it may have megabytes
     text = " ".join(f"{type(error).__name__}: {message}".removesuffix(": ").split())
     if not isinstance(error, BaseExceptionGroup):
         return text
@@ -45,3 +48,48 @@ def _leaves(group: BaseExceptionGroup[BaseException]) -> Iterator[BaseException]
             yield from _leaves(error)
         else:
             yield error
+
+
+def shorten(error: BaseException) -> None:
+    """Cut the texts of an error, its causes, and its group, before pytest writes them: it would copy them many times.
+
+    The error stays the same object, of the same or a derived class, so that `pytest.raises` and marks still know it.
+    """
+    pending: list[BaseException | None] = [error]
+    seen: set[int] = set()
+    while pending:
+        part = pending.pop()
+        if part is None or id(part) in seen:
+            continue
+        seen.add(id(part))
+        pending += [part.__cause__, part.__context__]
+        if isinstance(part, BaseExceptionGroup):
+            pending += part.exceptions
+        _shorten_one(part)
+
+
+def _shorten_one(error: BaseException) -> None:
+    notes = getattr(error, "__notes__", None)
+    if isinstance(notes, list):
+        notes[:] = [cut(note) if isinstance(note, str) else note for note in notes]
+    text = _text_of(error)
+    if text is None or len(text) <= MAX_TEXT:
+        return
+    short = cut(text)
+    del text
+    error.args = (short,)
+    if _text_of(error) == short:
+        return
+    kind = type(error)
+    names = {"__str__": lambda self: short, "__module__": kind.__module__, "__qualname__": kind.__qualname__}
+    try:
+        error.__class__ = type(kind.__name__, (kind,), names)
+    except TypeError:  # a class of C, whose text is none of its arguments: it stays as it is
+        return
+
+
+def _text_of(error: BaseException) -> str | None:
+    try:
+        return str(error)
+    except Exception:  # of the author's own __str__
+        return None

@@ -8,10 +8,10 @@ every process.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import stat
 import sys
+from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from pytest_hricdv._base.message import InputError
 if TYPE_CHECKING:
     from lark import Lark
 
-_DIGEST_BYTES = hashlib.sha256().digest_size
+_DIGEST_BYTES = sha256().digest_size
 
 
 class LarkError(InputError):
@@ -83,7 +83,7 @@ def _cache_file(name: str, text: str, options: dict[str, Any]) -> Path | None:
     except (OSError, RuntimeError):  # RuntimeError: there is no home folder
         return None
     described = {name: type(value) if name == "postlex" else value for name, value in sorted(options.items())}
-    key = hashlib.sha256(repr((text, described, lark.__version__, sys.version)).encode()).hexdigest()
+    key = sha256(repr((text, described, lark.__version__, sys.version)).encode()).hexdigest()
     return folder / f"{name}-{key[:16]}.lark"
 
 
@@ -102,7 +102,7 @@ def _load(file: Path) -> Lark | None:
     try:
         content = file.read_bytes()
         digest, data = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
-        return Lark.load(BytesIO(data)) if digest == hashlib.sha256(data).digest() else None
+        return Lark.load(BytesIO(data)) if digest == sha256(data).digest() else None
     except Exception:  # Whatever is wrong with a cache, the grammar is at hand.
         return None
 
@@ -113,4 +113,4 @@ def _save(parser: Lark, file: Path) -> None:
     parser.save(buffer)
     data = buffer.getvalue()
     with contextlib.suppress(OSError):
-        write_bytes(file, hashlib.sha256(data).digest() + data)
+        write_bytes(file, sha256(data).digest() + data)

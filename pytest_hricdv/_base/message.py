@@ -11,6 +11,12 @@ MAX_MESSAGE = 900
 MAX_QUOTED = 80
 """Greatest length of what a message quotes, in characters: a line of a terminal."""
 
+MAX_TEXT = 20_000
+"""Characters of a text of the code under test that a result keeps (chosen: some hundred lines, with a traceback)."""
+
+MAX_LINE = 2_000
+"""Of such a text that is part of a sentence, or a value of a signal or message (chosen: half a screen of a browser)."""
+
 _INVISIBLE = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}
 """Categories of Unicode. Some of these characters are not allowed in XML."""
 _GAP = " ... "
@@ -34,6 +40,15 @@ def legible(text: str) -> str:
     if len(text) > MAX_MESSAGE:  # before characters are escaped, so that a text of megabytes costs nothing
         text = _shortened(text, MAX_MESSAGE)
     return _shortened(visible(text, keep="\n\t"), MAX_MESSAGE)
+
+
+def cut(text: str, most: int = MAX_TEXT) -> str:
+    """Somebody else's text, of a long one the beginning and the end, with how much is left out between them."""
+    if len(text) <= most:
+        return text
+    end = most // 3
+    gap = f" ... ({len(text) - most:,} of {len(text):,} characters are left out here) ... "
+    return str.__getitem__(text, slice(most - end)) + gap + str.__getitem__(text, slice(len(text) - end, None))
 
 
 def quoted(value: object) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from hashlib import sha256
 from pathlib import Path
 
 SOURCES = (".py", ".toml", ".ini", ".asl", ".mas2j")
@@ -71,4 +71,4 @@ def _difference(name: str, before: str | None, now: str | None) -> str:
 
 def short_hash(data: bytes) -> str:
     """16 hexadecimal digits of SHA-256."""
-    return hashlib.sha256(data).hexdigest()[:16]
+    return sha256(data).hexdigest()[:16]

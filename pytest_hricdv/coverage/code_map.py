@@ -6,13 +6,13 @@ which is cheap to send between processes, and coverage is merged with `|` in any
 
 from __future__ import annotations
 
-import hashlib
 import io
 import re
 import tokenize
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -217,10 +217,10 @@ def map_code(packages: Iterable[str], root: Path, settings: CoverageSettings | N
     """
     settings, packages = settings or CoverageSettings(), tuple(packages)
     listed = module_files(packages, root)
-    digest, contents, unmeasured, files, reporters = hashlib.sha256(), {}, {}, [], {}
+    digest, contents, unmeasured, files, reporters = sha256(), {}, {}, [], {}
     for file in listed:
         data = _content(file.path)
-        contents[file.name] = hashlib.sha256(data).hexdigest()
+        contents[file.name] = sha256(data).hexdigest()
         digest.update(f"{file.name}\0".encode() + _text(file, data).encode() + b"\0")
         if not settings.is_measured(file):
             continue
@@ -263,7 +263,7 @@ def _content(path: Path) -> bytes:
 
 def _text(file: ModuleFile, data: bytes) -> str:
     """A text with the content of a file, from which its bytes follow but for the ends of lines."""
-    return hashlib.sha256(data).hexdigest() if file.problem else data.decode("utf-8", "replace").replace("\r\n", "\n")
+    return sha256(data).hexdigest() if file.problem else data.decode("utf-8", "replace").replace("\r\n", "\n")
 
 
 class NotPythonError(Exception):

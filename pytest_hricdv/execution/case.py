@@ -10,6 +10,7 @@ from functools import cached_property
 
 from msgspec.structs import replace
 
+from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
@@ -33,6 +34,7 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
+from pytest_hricdv.runtime.endings import refusal, word_of
 from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.runtime.random_numbers import seeded_by
 from pytest_hricdv.runtime.virtual import VirtualModules
@@ -171,7 +173,7 @@ def execute(
         begun: called before the run, with what knows the nodes of the code under test.
 
     Raises:
-        TestbenchError: the testbench's `run` returned no Outcome.
+        TestbenchError: the testbench's `run` returned no Outcome, or ended the test by `pytest.skip` or the like.
         NodeError: a node failed, and after that the testbench or the monitors could not finish the run.
     """
     testbench, measurement = settings.testbench, settings.measurement
@@ -217,9 +219,11 @@ def execute(
             kernel.supervision.watched(),
         ):
             outcome, verdicts, record = _finished(settings, followers, run)
-    except Exception:
-        if run.ending is not None and run.ending.error is not None:
+    except BaseException as error:
+        if isinstance(error, Exception) and run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
+        if word_of(error):
+            raise TestbenchError(refusal(error)) from error
         raise
     finally:
         measurement.settle()
@@ -227,6 +231,8 @@ def execute(
     covered = measurement.take(context)
     ended = [*faults.of_ending(run.ending, code, testbench.may_end)] if run.ending else []
     ended += faults.of_simulation(kernel, run.ending)
+    replaced = wrong_answers()
+    ended += [complaint(replaced)] if replaced else []
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
         test=run.enacted,

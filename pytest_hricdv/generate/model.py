@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -130,7 +130,7 @@ def file_digests(files: Iterable[Path]) -> list[list[str]]:
     digests = []
     for path in files:
         try:
-            digests.append([path.name, hashlib.sha256(read_bytes(path)).hexdigest()])
+            digests.append([path.name, sha256(read_bytes(path)).hexdigest()])
         except FileNotFoundError:
             raise GenerateError(f"{path}: no such file; expected a readable file") from None
         except MalformedError as error:

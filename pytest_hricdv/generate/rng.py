@@ -6,13 +6,14 @@ so that a seed in a suite or a report means the same test for years.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from bisect import bisect
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from itertools import accumulate
 from random import Random
 from typing import TypeVar
+
+from pytest_hricdv._base import own_json as json
 
 T = TypeVar("T")
 
@@ -31,7 +32,7 @@ def canonical_json(value: object) -> str:
 
 def digest(*key: Json) -> str:
     """SHA-256 (hex) of the key's canonical JSON."""
-    return hashlib.sha256(canonical_json(key).encode("ascii")).hexdigest()
+    return sha256(canonical_json(key).encode("ascii")).hexdigest()
 
 
 def derive_seed(*key: Json) -> int:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from hashlib import sha256
 from pathlib import Path
 
 from msgspec import Struct
 
 from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
@@ -144,7 +144,7 @@ def read_warm_start(path: Path, model: Model, space: BeliefSpace) -> WarmStart:
     saved = SavedTable.from_json(text, str(path))
     saved.check(model, space, str(path))
     # The seed and the parameters it was learned with have no effect on further learning.
-    content = hashlib.sha256(canonical_json([saved.q, saved.maxima]).encode("ascii")).hexdigest()
+    content = sha256(canonical_json([saved.q, saved.maxima]).encode("ascii")).hexdigest()
     return WarmStart(path.name, content, q=saved.q, maxima=saved.maxima)
 
 

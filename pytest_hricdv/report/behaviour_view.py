@@ -1,9 +1,9 @@
 """What a report says of changes of behaviour: lines for the terminal, a sentence, and what its page shows."""
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.formatting import Line, Style, listing, plural, width, wrap
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, ChangeKind

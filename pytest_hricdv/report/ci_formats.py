@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import MAX_LINE, cut, visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of, violation_line
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit
-from pytest_hricdv.report.markdown_text import escaped as _escaped
+from pytest_hricdv.report.markdown_text import escaped
 from pytest_hricdv.report.view import views
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -21,6 +21,8 @@ Place = tuple[str, int]
 
 _MAX_FAILURES = 10
 """In the markdown of a job's summary; chosen, as are annotations: who has more opens the report."""
+_MAX_SECTION_BYTES = 200_000
+"""Of each of the summary's five sections (chosen: together they stay below GitHub's limit of 1 MiB)."""
 _MAX_GAP_COLUMNS = 200
 """Of an entry with what is not covered; chosen: two or three lines of a browser."""
 
@@ -28,14 +30,33 @@ _MAX_GAP_COLUMNS = 200
 def markdown(report: Report) -> str:
     """The summary of a CI job: verdicts, coverage, failures and how to run them again.
 
-    Names in it cannot break its tables, and it stays far below GitHub's limit of 1 MiB.
+    Names in it cannot break its tables, and it stays below GitHub's limit of 1 MiB, whatever a report has.
     """
     lines: list[str] = []
     for part in (_head(report), _requirements(report), _coverage(report), _failures(report), _gaps(report)):
-        section = list(part)
+        section = [*_fitting(part)]
         if section:
             lines += [*section, ""]
     return "\n".join(lines)
+
+
+def _fitting(lines: Iterator[str]) -> Iterator[str]:
+    """The lines of a section, as far as there is room; what is open then is closed."""
+    room, fence, details = _MAX_SECTION_BYTES, "", 0
+    for line in lines:
+        # Not cut: half of an escape sequence or a tag would change what comes after it.
+        room -= len(line.encode(errors="replace")) + 1
+        if room < 0:
+            yield from ([fence] if fence else [])
+            yield "\n... and more, for which there is no room here: see the report."
+            yield from ["</details>"] * details
+            return
+        yield line
+        details += line.startswith("<details>") - (line == "</details>")
+        if fence:
+            fence = "" if line == fence else fence
+        elif line.startswith("```") and line.endswith("`text"):
+            fence = line.removesuffix("text")
 
 
 def annotations(report: Report, places: Mapping[str, Place]) -> tuple[str, ...]:
@@ -215,12 +236,16 @@ def _gaps(report: Report) -> Iterator[str]:
 
 def _fenced(lines: Sequence[str]) -> Iterator[str]:
     """Lines as a code block; its fence is longer than any sequence of backquotes inside."""
-    text = [visible(line) for line in lines]
+    text = [visible(cut(line, MAX_LINE)) for line in lines]
     longest = max((len(part) for line in text for part in _backquotes(line)), default=0)
     fence = "`" * max(3, longest + 1)
     yield f"{fence}text"
     yield from text
     yield fence
+
+
+def _escaped(text: str) -> str:
+    return escaped(cut(text, MAX_LINE))
 
 
 def _backquotes(line: str) -> list[str]:
@@ -266,7 +291,7 @@ def _annotation(nodeid: str, title: str, text: str, places: Mapping[str, Place])
 
 
 def _annotation_text(text: str) -> str:
-    return visible(text, keep="\n").replace("%", "%25").replace("\n", "%0A")
+    return visible(cut(text, 2 * MAX_LINE), keep="\n").replace("%", "%25").replace("\n", "%0A")
 
 
 def _annotation_property(text: str) -> str:
@@ -292,4 +317,6 @@ def _tenths(value: float | None) -> str | None:
 
 def _text_pairs(pairs: list[tuple[str, object]]) -> tuple[tuple[str, str], ...]:
     # pytest escapes values for XML, but not names.
-    return tuple((visible(name), str(value)) for name, value in pairs if value is not None)
+    return tuple(
+        (visible(cut(name, MAX_LINE)), cut(str(value), MAX_LINE)) for name, value in pairs if value is not None
+    )

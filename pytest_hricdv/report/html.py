@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
@@ -15,6 +14,7 @@ from urllib.parse import quote
 import jinja2
 from markupsafe import Markup
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_view, tests_view, totals, waivers_view

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import MAX_TEXT, cut, visible
 
 MAX_KEPT = 1_000
 """Of a run, the last ones (chosen): more are not read, and a loop may log without end."""
@@ -57,7 +57,7 @@ class RunLog(logging.Handler):
             message = record.getMessage()
         except Exception:  # pytest and logging itself say so
             message = str(record.msg)
-        first, _, more = message.partition("\n")
+        first, _, more = cut(message, MAX_TEXT).partition("\n")
         error = record.exc_info[1] if record.exc_info else None
         cause = f" ({error_text(error)})" if error is not None else " ..." if more else ""
         text = f"{record.levelname:7} {record.name}: {first}{cause}"

@@ -4,7 +4,6 @@ From the index the browser makes its tables, plots and searches; it unpacks deta
 """
 
 import base64
-import json
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
@@ -12,6 +11,7 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds

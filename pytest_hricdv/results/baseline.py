@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -12,6 +11,7 @@ from typing import Final, Literal
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, check_plain, from_json, read_text

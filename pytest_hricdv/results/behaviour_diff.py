@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, NamedTuple
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference
 from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, hash_seed, made_with
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMessage, Change, ChangeKind

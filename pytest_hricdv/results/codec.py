@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, MalformedError, from_json, read_text
-from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.message import InputError, cut, quoted
 from pytest_hricdv.results import journal
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.model import SCHEMA, Report, TestResult
@@ -35,6 +36,32 @@ def encode(result: msgspec.Struct) -> str:
     except UnicodeEncodeError:  # a lone surrogate, which has no UTF-8: show its number rather than lose the result
         text = json.dumps(msgspec.to_builtins(result, enc_hook=_exact), ensure_ascii=False)
         return re.sub("[\ud800-\udfff]", lambda match: f"\\\\u{ord(match[0]):04x}", text)
+
+
+MAX_RESULT = 1_000_000
+"""Characters of a result whose texts are not looked at (chosen: those of the table have some ten thousand)."""
+
+
+def encode_bounded(result: TestResult) -> str:
+    """As `encode`, with the texts of the code under test cut; its messages and signals are cut in the timeline."""
+    try:
+        text = encode(result)
+        if len(text) <= MAX_RESULT:
+            return text
+    except MemoryError:
+        pass  # once more with less
+    timeline = result.timeline
+    plain = _bounded(msgspec.to_builtins(msgspec.structs.replace(result, timeline=None), enc_hook=_exact))
+    return encode(msgspec.structs.replace(msgspec.convert(plain, TestResult), timeline=timeline))
+
+
+def _bounded(value: Any) -> Any:
+    """JSON with its texts cut."""
+    if isinstance(value, str):
+        return cut(value)
+    if isinstance(value, dict):
+        return {key: _bounded(item) for key, item in value.items()}
+    return [_bounded(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def _exact(value: object) -> object:

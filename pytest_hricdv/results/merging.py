@@ -9,9 +9,9 @@ run stands for the test, and the others are kept in its `repeats`; what any of t
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from hashlib import sha256
 
 from msgspec.structs import replace
 
@@ -136,7 +136,7 @@ def sessions_of(report: Report) -> tuple[SessionSummary, ...]:
     if report.sessions:
         return report.sessions
     session = SessionSummary(
-        sha256=hashlib.sha256(canonical(report).encode("ascii")).hexdigest(),
+        sha256=sha256(canonical(report).encode("ascii")).hexdigest(),
         wall_s=report.wall_s,
         workers=report.workers,
         selected=report.selected,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, Literal
 import msgspec
 
 from pytest_hricdv._base import atomic_file
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
 from pytest_hricdv._base.message import InputError, quoted
 from pytest_hricdv.generate import GenerateError

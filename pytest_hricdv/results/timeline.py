@@ -5,14 +5,16 @@ A record holds thousands of changes of each signal; what a picture can show of t
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from zlib import crc32
 
+from pytest_hricdv._base import own_json as json
+from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv.monitor import Trigger, Verdict
 from pytest_hricdv.results.model import Timeline
 from pytest_hricdv.runtime import Record, RecordedMessage
+from pytest_hricdv.runtime.plain import Value
 
 SPANS = 80
 """A signal's run is cut into so many spans of time; of each span its least and its greatest value are kept."""
@@ -37,15 +39,20 @@ def timeline(record: Record, verdicts: Iterable[Verdict], end_s: float) -> Timel
         },
         checksums=dict(sorted(_checksums(record))),
         texts={
-            name: tuple((round(time_s, 3), text) for time_s, text in zip(*series, strict=True))
+            name: tuple((round(time_s, 3), cut(text, MAX_LINE)) for time_s, text in zip(*series, strict=True))
             for name, series in sorted(record.texts.items())
         },
     )
 
 
 def _message(message: RecordedMessage) -> str:
-    fields = json.dumps(dict(message.fields), separators=(",", ":"))
+    values = {name: _cut(value) for name, value in message.fields.items()}
+    fields = json.dumps(values, separators=(",", ":"))
     return "\t".join([_time(message.time_s), message.sender.replace("\t", " "), message.topic, fields])
+
+
+def _cut(value: Value) -> Value:
+    return cut(value, MAX_LINE) if isinstance(value, str) else value
 
 
 def _trigger(trigger: Trigger) -> str:

@@ -24,7 +24,8 @@ from typing import NoReturn, Protocol, SupportsIndex
 from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.message import quoted
+from pytest_hricdv._base.message import MAX_LINE, cut, quoted
+from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.runtime.failure import KernelError, NodeError
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
@@ -324,7 +325,9 @@ class Kernel:
                 if not node.ended and node._greenlet:
                     try:
                         self._enter(node, GreenletExit)
-                    except (Exception, SystemExit) as error:
+                    except BaseException as error:
+                        if not (isinstance(error, (Exception, SystemExit)) or word_of(error)):
+                            raise
                         failed = failed or error
                 node.ended = True
         if failed is not None:
@@ -357,7 +360,7 @@ class Kernel:
         if node is None:
             return ""
         last = self.last_messages.get(node.name)
-        return f"; {node.name} last sent {last!r}" if last is not None else f"; in {node.name}"
+        return f"; {node.name} last sent {cut(repr(last), MAX_LINE)}" if last is not None else f"; in {node.name}"
 
     def _running(self) -> Node:
         node = self.running()
@@ -382,7 +385,9 @@ class Kernel:
             raised = self._enter(node)
         except NodeError:
             raise
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if not (isinstance(error, (Exception, SystemExit)) or word_of(error)):
+                raise
             raised = error
         node.ended = node._greenlet.dead
         if isinstance(raised, BaseException):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import Protocol
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv.runtime.plain import Value, plain
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -140,7 +140,7 @@ class Recorder:
 
     def finish(self) -> Record:
         """The finished record."""
-        digest = hashlib.sha256()
+        digest = sha256()
         for message in self.messages:
             line = [message.time_s, message.sender, message.topic, dict(message.fields)]
             # JSON writes a float with the digits that identify it, so equal texts are equal bits.

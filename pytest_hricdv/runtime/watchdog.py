@@ -24,6 +24,11 @@ resource: ModuleType | None = None
 with contextlib.suppress(ImportError):  # Windows has none, and no signals that interrupt either
     import resource
 
+# As they are now: the code under test may replace them for the whole process, and by a clock that stands still nobody
+# waits.
+_monotonic, _process_time = time.monotonic, time.process_time
+_clock_gettime: Callable[[int], float] = getattr(time, "clock_gettime", lambda clock: time.process_time())
+
 _HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")
 """Not on Windows."""
 
@@ -207,9 +212,9 @@ class _Usage:
         used = resource.getrusage(resource.RUSAGE_SELF) if resource is not None else None
         counters = () if used is None else (used.ru_majflt, used.ru_inblock, used.ru_oublock)
         if wanted_s is None:
-            wanted_s = time.process_time()
+            wanted_s = _process_time()
             counters = counters if used is None else (*counters, used.ru_nivcsw)
-        return (time.monotonic(), time.clock_gettime(self._clock), wanted_s), counters
+        return (_monotonic(), _clock_gettime(self._clock), wanted_s), counters
 
 
 def _wanted_s(but: str) -> float | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import contextlib
-import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report.explanation import violation_line

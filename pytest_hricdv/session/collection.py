@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import glob
-import json
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -11,6 +10,7 @@ from functools import cached_property
 
 import pytest
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase

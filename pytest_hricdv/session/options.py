@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import datetime
-import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ class Shard:
     of: int
 
     def __contains__(self, test_id: str) -> bool:
-        digest = hashlib.sha256(test_id.encode("utf-8")).digest()
+        digest = sha256(test_id.encode("utf-8")).digest()
         return int.from_bytes(digest[:8], "big") % self.of == self.index - 1
 
     def __str__(self) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import os
 import platform
 from collections.abc import Callable, Iterable, Mapping
@@ -16,6 +15,7 @@ from pathlib import Path
 import msgspec
 from msgspec import to_builtins
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference, own_hash_seed
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute

@@ -17,8 +17,10 @@ import pytest
 
 from pytest_hricdv._base.hash_seed import SEVERAL
 from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
+from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model, untested_beliefs
@@ -148,6 +150,8 @@ class Reporting:
             session.results = part.after_tests(session, session.results, stopped=stopped)
         session.problems += self.aggregation.each_worker.differences()
         session.warnings += [*self.aggregation.notes(), *self._untested_beliefs()]
+        replaced = wrong_answers()
+        session.problems += [complaint(replaced)] if replaced else []
         if self.context.failures.problem:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
@@ -339,7 +343,7 @@ class Reporting:
         if self._is_empty_shard and session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
             session.exitstatus = pytest.ExitCode.OK
         if self.report is not None and session.exitstatus == pytest.ExitCode.OK:
-            self.session.problems += self.aggregation.losses()
+            self.session.problems += [*self.aggregation.losses(), *_unsaid_failures(self.report)]
             if self.session.problems:
                 session.exitstatus = pytest.ExitCode.TESTS_FAILED
         say_without_terminal(session.config, self.session.problems)
@@ -357,3 +361,13 @@ class Reporting:
         self.session.problems += checked.failed
         gates = msgspec.structs.replace(checked, failed=tuple(self.session.problems))
         return msgspec.structs.replace(report, gates=gates)
+
+
+def _unsaid_failures(report: Report) -> list[str]:
+    """What failed although pytest does not say so, as when a hook of another plugin changes what it is told."""
+    failing = [test.nodeid for test in report.tests if test.outcome in FAILING]
+    if not failing:
+        return []
+    return [
+        f"{len(failing)} of {len(report.tests)} tests failed or are in error, first {failing[0]}, which pytest hides"
+    ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import importlib
 import io
-import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any
 
 import msgspec
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import judge_run

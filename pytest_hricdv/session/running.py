@@ -8,7 +8,8 @@ from typing import TypedDict
 import pytest
 from msgspec.structs import replace
 
-from pytest_hricdv._base.message import legible
+from pytest_hricdv._base.error_text import shorten
+from pytest_hricdv._base.message import cut, legible
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
@@ -18,9 +19,10 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.report.log_lines import LogLine, RunLog
 from pytest_hricdv.results.building import build_result
-from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.codec import encode_bounded
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import KernelError
+from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.part import parts
@@ -31,6 +33,11 @@ from pytest_hricdv.session.usage import located
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 NO_REASON = "xfail without a reason"
+FAIL = pytest.fail  # as it is now: the code under test may replace it
+
+MAX_OUTPUT = 200_000
+"""Characters of a test's failure, and of each of its outputs, that pytest is given (chosen: ten times what a result
+keeps)."""
 
 
 class RerunInfo(TypedDict):
@@ -115,6 +122,8 @@ class Running:
         """Attaches the result to the report of the call: as a string, which xdist can send."""
         report: pytest.TestReport = yield  # type: ignore[assignment]
         case = case_of(item)
+        if case is not None:
+            _cut_texts(report)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "setup" and case.result is not None:
             self._setup_s = call.duration  # a fixture ran the test
@@ -127,7 +136,7 @@ class Running:
             failure = _failure(report, call, outcome, ending)
             wall_s = call.duration + (self._setup_s if call.when == "call" else 0.0)
             result = replace(result, outcome=outcome, wall_s=wall_s, failure=failure)
-            setattr(report, ATTRIBUTE, encode(self._finished(case, result, report)))
+            setattr(report, ATTRIBUTE, encode_bounded(self._finished(case, result, report)))
             self._built = None
         return report  # type: ignore[return-value]
 
@@ -140,7 +149,7 @@ class Running:
         try:
             for part in parts():
                 finished = part.finished(self.context, case, finished, report)
-        except pytest.fail.Exception as error:
+        except FAIL.Exception as error:
             report.outcome, report.longrepr = "failed", f"{error}: while the result of the test was written, or filmed"
             return replace(result, outcome="failed", failure=report.longrepr)
         return finished
@@ -148,7 +157,7 @@ class Running:
     def _run(self, case: HriCase, item: pytest.Item) -> CaseResult:
         nodeid, self._used = item.nodeid, self.context.measurement
         if self._in_setup and self.options.isolate:
-            pytest.fail(
+            FAIL(
                 "hri_case.run in a fixture: with --hri-isolate only the calls of tests are in processes of their own: "
                 "run it in the test function",
                 pytrace=False,
@@ -165,9 +174,11 @@ class Running:
         except (Exception, SystemExit) as error:
             refuse_failed_import(error, item)
             # The exception of the author's code, with its line, says more than that a node failed.
-            failure = error.__cause__ if isinstance(error, KernelError) and error.__cause__ else error
+            cause = error.__cause__ if isinstance(error, KernelError) else None
+            failure = error if cause is None or word_of(cause) else cause
             place = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
         shown = self._shown_result(case, nodeid)
+        shorten(failure)
         failure.add_note("\n" + explanation.aborted(shown, place, **self._rerun_info(case)))
         raise failure
 
@@ -185,7 +196,7 @@ class Running:
 
     def _require_check(self, case: HriCase) -> None:
         if case.result is None:
-            pytest.fail("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
+            FAIL("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
         if case.checked is not case.result:
             case.check(case.result)
 
@@ -265,7 +276,7 @@ def refuse_failed_import(error: BaseException, item: pytest.Item) -> None:
         "the conftest put a stand-in for that into sys.modules. No further test is run."
     )
     item.session.shouldfail = message.partition("\n")[0]
-    pytest.fail(message, pytrace=False)
+    FAIL(message, pytrace=False)
 
 
 def why_unmeasured(run: CaseResult | None, measurement: Measurement) -> str:
@@ -293,17 +304,27 @@ def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], 
     if judgement.outcome == "passed":
         return
     if judgement.depends_on_engine:
-        pytest.fail(judgement.reason, pytrace=False)
+        FAIL(judgement.reason, pytrace=False)
     cause = result.error.__cause__ if result.error is not None else None
-    if isinstance(cause, Exception):  # with its line it says more than that a node failed
+    if isinstance(cause, Exception) and not word_of(cause):  # with its line it says more than that a node failed
+        shorten(cause)
         cause.add_note("\n" + explained())
         raise cause
-    pytest.fail(explained(), pytrace=False)
+    FAIL(explained(), pytrace=False)
 
 
 def _ended_in_setup(case: HriCase, call: pytest.CallInfo[None]) -> bool:
     """Whether a fixture ran the test and then failed, so that there is no call: its run is a result as any."""
     return call.when == "setup" and call.excinfo is not None and case.result is not None
+
+
+def _cut_texts(report: pytest.TestReport) -> None:
+    """Cut what the code under test has written: a terminal, JUnit's file and other processes get all of it."""
+    report.sections[:] = [(name, cut(text, MAX_OUTPUT)) for name, text in report.sections]
+    if not report.passed and not isinstance(report.longrepr, tuple) and report.longrepr is not None:
+        text = report.longreprtext
+        if len(text) > MAX_OUTPUT:
+            report.longrepr = cut(text, MAX_OUTPUT)
 
 
 def _end(report: pytest.TestReport) -> FunctionEnd:
@@ -322,4 +343,4 @@ def _failure(
         reason = report.wasxfail or NO_REASON
         is_call = call.excinfo is not None and call.excinfo.errisinstance(pytest.xfail.Exception)
         return reason if is_call else f"{reason}\n\n{report.longreprtext}"
-    return ending.reason if ending is not None and outcome in XFAILED else report.longreprtext
+    return ending.reason if ending is not None and outcome in XFAILED else cut(report.longreprtext)

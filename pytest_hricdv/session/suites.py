@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base import sealed_cache
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv.execution.case import HriCase

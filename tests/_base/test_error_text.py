@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import traceback
+
 import pytest
 
-from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv._base.error_text import error_text, shorten
+from pytest_hricdv._base.message import cut
 
 
 class OddError(Exception):
@@ -62,3 +65,52 @@ def test_what_was_handled_counts_unless_it_was_put_away(hides: bool, text: str) 
     with pytest.raises(RuntimeError) as raised:
         _failing_while_handling(hides=hides)
     assert error_text(raised.value) == text
+
+
+class WordedError(Exception):
+    """Has a text of its own."""
+
+    def __str__(self) -> str:
+        return f"rig {'y' * 3_000_000} end"
+
+
+def _chain() -> BaseException:
+    error = RuntimeError("z" * 3_000_000)
+    error.__cause__ = ValueError("cause " + "x" * 3_000_000)
+    return error
+
+
+LONG: dict[str, BaseException] = {
+    "a builtin": ValueError("begin " + "x" * 3_000_000 + " end"),
+    "a key": KeyError("x" * 3_000_000),
+    "a text of its own": WordedError(),
+    "several arguments": ValueError("x" * 3_000_000, "y" * 3_000_000),
+    "a chain": _chain(),
+    "a group": ExceptionGroup("x" * 3_000_000, [ValueError("y" * 3_000_000)]),
+    "an assertion": AssertionError("x" * 3_000_000),
+}
+
+
+@pytest.mark.parametrize("error", LONG.values(), ids=LONG)
+def test_a_text_of_megabytes_is_cut_in_errors_and_what_pytest_writes_of_them(error: BaseException) -> None:
+    assert len(error_text(error)) < 10_000
+    kind = type(error)
+    error.add_note("n" * 3_000_000)
+    shorten(error)
+    assert isinstance(error, kind)
+    assert len("".join(traceback.format_exception(error))) < 150_000
+    assert "characters are left out here" in str(error)
+
+
+def test_short_texts_stay_as_they_are() -> None:
+    error = OSError(5, "no rig", "/dev/rig")
+    shorten(error)
+    assert (error.args, error.filename, type(error)) == ((5, "no rig"), "/dev/rig", OSError)
+
+
+def test_beginning_and_end_of_a_text_are_kept_with_how_much_is_left_out() -> None:
+    text = cut("begin " + "x" * 3_000_000 + " end", 300)
+    assert text.startswith("begin xx")
+    assert text.endswith("xx end")
+    assert " ... (2,999,710 of 3,000,010 characters are left out here) ... " in text
+    assert cut("x" * 300, 300) == "x" * 300

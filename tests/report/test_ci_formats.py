@@ -102,6 +102,30 @@ def test_a_campaign_of_failures_stays_small() -> None:
     assert len(text) < 60_000
 
 
+def test_texts_of_megabytes_are_cut_in_all_formats() -> None:
+    report, text = _failing("R1"), "begin `<" + "é|" * 300_000 + " end"
+    for number, test in enumerate(report["tests"]):
+        test |= {"outcome": "error" if number else "failed", "failure": text, "faults": [text] * 5}
+    for requirement in report["requirements"].values():
+        requirement["title"] = text
+    assert len(markdown(report).encode()) < 1_000_000
+    assert sum(map(len, annotations(report, {}))) < 1_000_000
+    properties = junit_properties(sample.typed(report).tests[0], text)
+    assert sum(len(name) + len(value) for name, value in properties) < 100_000
+
+
+def test_a_section_for_which_there_is_no_room_is_cut_between_lines_and_says_so() -> None:
+    report = sample.data(tests=12)
+    for test in report["tests"]:
+        test |= {"outcome": "failed", "faults": ["fault " + "*" * 1_900] * 60}
+    text = markdown(report)
+    assert len(text.encode()) < 300_000
+    assert text.count("... and more, for which there is no room here: see the report.") == 1
+    assert text.count("<details>") == text.count("</details>")
+    fences = [line for line in text.splitlines() if re.fullmatch(r"`{3,}(text)?", line)]
+    assert [line.endswith("text") for line in fences] == [True, False] * (len(fences) // 2)
+
+
 def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     report = _failing("R1", "R2")
     report["tests"][1]["requirements"]["R1"] = sample_tests.requirement_result("Failed", 0.0) | {"margin": -5.0}

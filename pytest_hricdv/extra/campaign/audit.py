@@ -6,9 +6,9 @@ between two machines, or two versions, shows there first.
 
 from __future__ import annotations
 
-import hashlib
 from collections import defaultdict, deque
 from collections.abc import Iterator
+from hashlib import sha256
 from itertools import zip_longest
 
 import msgspec
@@ -30,7 +30,7 @@ _PARTS = 10_000  # so that shares can be given to a hundredth of a per cent
 def chosen(plan: CampaignPlan, percent: float) -> Iterator[RunKey]:
     """The runs to repeat: by their names, so that the same are whenever and wherever a campaign runs."""
     for key in plan.everything():
-        number = int.from_bytes(hashlib.sha256(f"audit {plan.name(key)}".encode()).digest()[:8], "big")
+        number = int.from_bytes(sha256(f"audit {plan.name(key)}".encode()).digest()[:8], "big")
         if number % _PARTS < percent * _PARTS / 100.0:
             yield key
 

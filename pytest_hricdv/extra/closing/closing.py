@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import time
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -263,7 +263,7 @@ class Closing:
         """Of what a suite depends on, but for the files that runs load."""
         options, testbench = self._collection.options, self._collection.testbench
         requirements = testbench.requirements
-        of_file = hashlib.sha256(requirements.read_bytes()).hexdigest() if isinstance(requirements, Path) else ""
+        of_file = sha256(requirements.read_bytes()).hexdigest() if isinstance(requirements, Path) else ""
         return digest(
             CACHE_SCHEMA,
             generation_context(options, testbench).fingerprint(NAME),
@@ -330,5 +330,5 @@ class KeptSuite:
         digests = {}
         for name in files:
             path = self._root / name
-            digests[name] = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+            digests[name] = sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
         return digests

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import os
 import shutil
 import tempfile
 import zipfile
+from hashlib import sha256
 from pathlib import Path
 
 from pytest_hricdv._base import project_files
@@ -74,4 +74,4 @@ def unpacked(archive: bytes) -> Path:
 
 
 def _name(archive: bytes) -> str:
-    return hashlib.sha256(archive).hexdigest()[:16]
+    return sha256(archive).hexdigest()[:16]

@@ -22,6 +22,7 @@ from functools import partial, wraps
 from types import ModuleType
 from typing import Any, NoReturn
 
+from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import Kernel, running_node
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
@@ -29,6 +30,7 @@ from pytest_hricdv.runtime.waiting import real_wait
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
+_EXIT = os._exit
 _SLEEP = time.sleep
 _START = threading.Thread.start
 _WAIT = subprocess.Popen.wait
@@ -116,6 +118,16 @@ class _Guard:
             self._refuse("the event loop of asyncio" if loops else f"selectors.{type(selector).__name__}.select")
         return ready
 
+    def exit(self, status: int) -> NoReturn:
+        """As `os._exit`, in a process that the run has forked, and in threads beside it, as of time limits."""
+        caller = sys._getframe(2)
+        is_ours = str(caller.f_globals.get("__name__")).partition(".")[0] == _OURS  # a signal handler of the session
+        is_beside = threading.current_thread() is not self._thread and not self._is_node()
+        if is_ours or is_beside or os.getpid() != self._pid:
+            _EXIT(status)
+        place = place_of(caller)
+        raise KernelError(f"os._exit({status}) at {place}: it would end all tests at once, without results")
+
     def _is_node(self) -> bool:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
         return running_node() is not None and os.getpid() == self._pid
@@ -147,8 +159,12 @@ def guarded(kernel: Kernel) -> Iterator[None]:
     def sleep(seconds: float, /) -> None:
         guard.sleep(seconds)
 
+    def leave(status: int) -> NoReturn:
+        guard.exit(status)
+
     others = {id(_SLEEP): sleep} | {id(real): _refusing(guard, name, real) for name, real in _REFUSED.items()}
     try:
+        put(os, "_exit", leave)
         for module in _waiting():
             for name, value in [*vars(module).items()]:
                 if id(value) in others:

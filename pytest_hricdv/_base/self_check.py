@@ -1,0 +1,70 @@
+"""What Python's library has to answer: code under test may replace a part of it, for everybody in the process.
+
+The plugin uses what it bound when it was loaded where results and hashes are made. pytest, other plugins and other
+tests do not, so that a part that gives wrong answers is said.
+"""
+
+from __future__ import annotations
+
+import builtins
+import hashlib
+import json
+import math
+import struct
+import time
+import zlib
+from collections.abc import Callable, Iterator
+
+_ABC_SHA256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # FIPS 180-4, its first example
+_ABC_MD5 = "900150983cd24fb0d6963f7d28e17f72"  # RFC 1321, A.5
+_ABC_CRC32 = 0x352441C2  # of the polynomial of ISO 3309, as in zlib
+_PLAIN = {"b": [1, 2.5, None, True], "a": "\u00e9"}
+_WRITTEN = '{"a": "\\u00e9", "b": [1, 2.5, null, true]}'
+
+# Each is looked up when it is asked: that is what may have been replaced.
+_ANSWERS: dict[str, Callable[[], object]] = {
+    "hashlib.sha256": lambda: hashlib.sha256(b"abc").hexdigest() == _ABC_SHA256,
+    "hashlib.new": lambda: hashlib.new("sha256", b"abc").hexdigest() == _ABC_SHA256,
+    "hashlib.md5": lambda: hashlib.md5(b"abc", usedforsecurity=False).hexdigest() == _ABC_MD5,
+    "json.dumps": lambda: json.dumps(_PLAIN, sort_keys=True) == _WRITTEN,
+    "json.loads": lambda: json.loads(_WRITTEN) == _PLAIN,
+    "zlib.compress": lambda: zlib.decompress(zlib.compress(b"abc" * 9)) == b"abc" * 9,
+    "zlib.crc32": lambda: zlib.crc32(b"abc") == _ABC_CRC32,
+    "struct.pack": lambda: struct.unpack("<d", struct.pack("<d", 0.1)) == (0.1,),
+    "math.sqrt": lambda: math.sqrt(4.0) == 2.0 and math.isfinite(1.0) and not math.isfinite(math.inf),
+    "time.monotonic": lambda: math.isfinite(time.monotonic()) and time.monotonic() <= time.monotonic(),
+    "time.perf_counter": lambda: math.isfinite(time.perf_counter()) and time.perf_counter() <= time.perf_counter(),
+    "time.process_time": lambda: math.isfinite(time.process_time()) and time.process_time() <= time.process_time(),
+    "builtins.sorted": lambda: builtins.sorted([2, 1, 3]) == [1, 2, 3],
+    "builtins.len": lambda: builtins.len("abc") == 3,
+    "builtins.round": lambda: builtins.round(2.5) == 2 and builtins.round(0.125, 2) == 0.12,
+    "builtins.min": lambda: builtins.min(2, 1) == 1 and builtins.max(2, 1) == 2,
+    "builtins.sum": lambda: builtins.sum([1, 2]) == 3,
+    "builtins.abs": lambda: builtins.abs(-1) == 1,
+    "builtins.hash": lambda: builtins.hash(7) == 7,
+    "builtins.isinstance": lambda: builtins.isinstance(1, int) and not builtins.isinstance("1", int),
+}
+
+
+def wrong_answers() -> tuple[str, ...]:
+    """The parts of Python's library that answer wrongly in this process, or not at all. Takes some 30 us."""
+    return tuple(_wrong())
+
+
+def _wrong() -> Iterator[str]:
+    for name, answers in _ANSWERS.items():
+        try:
+            right = answers()
+        except Exception:  # whatever the replacement raises
+            right = False
+        if right is not True:
+            yield name
+
+
+def complaint(names: tuple[str, ...]) -> str:
+    """What is wrong, and what to do, in a sentence."""
+    return (
+        f"{', '.join(names)} of Python's library {'answers' if len(names) == 1 else 'answer'} wrongly: the code under "
+        "test has replaced it for the whole process, so that results of other tests, and of pytest, may be wrong: let "
+        "it replace such a thing in its own modules only, or put it back"
+    )

@@ -1,0 +1,98 @@
+"""What ends a test is no verdict of the code under test."""
+
+from __future__ import annotations
+
+import os
+import unittest
+
+import pytest
+
+from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime.endings import refusal, word_of
+from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.virtual.outside import guarded
+
+
+class Busy(unittest.SkipTest):
+    """A subclass, as libraries have."""
+
+
+WORDS = {
+    "pytest.skip": pytest.skip.Exception("no sensor"),
+    "pytest.xfail": pytest.xfail.Exception("no sensor"),
+    "pytest.exit": pytest.exit.Exception("no sensor"),
+    "unittest.SkipTest": Busy("no sensor"),
+}
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_a_node_that_ends_the_test_by_a_word_of_pytest_has_failed(word: str) -> None:
+    kernel = Kernel()
+
+    def node() -> None:
+        kernel.sleep(1.0)
+        raise WORDS[word]
+
+    kernel.spawn("robot", node)
+    with pytest.raises(NodeError, match=r"robot failed at 1\.000 s: .*no sensor") as raised:
+        kernel.run(10.0)
+    assert word_of(raised.value.__cause__) == word
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_a_node_that_does_so_while_the_run_closes_has_failed(word: str) -> None:
+    kernel = Kernel()
+
+    def node() -> None:
+        try:
+            kernel.sleep(100.0)
+        finally:
+            raise WORDS[word]
+
+    kernel.spawn("robot", node)
+    kernel.run(1.0)
+    with pytest.raises(type(WORDS[word])):
+        kernel.close()
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("x"), SystemExit(0), pytest.fail.Exception("x"), KeyboardInterrupt(), None]
+)
+def test_other_errors_are_none_of_them(error: BaseException | None) -> None:
+    assert word_of(error) == ""
+
+
+def test_the_refusal_says_where_and_what_to_do() -> None:
+    try:
+        pytest.skip("no sensor")
+    except pytest.skip.Exception as error:
+        text = refusal(error)
+    assert text.startswith(f"{__file__}:")
+    assert ": pytest.skip('no sensor') in a run: only a test function or a fixture may" in text
+
+
+def test_a_run_does_not_end_the_process() -> None:
+    kernel = Kernel()
+    kernel.spawn("robot", lambda: os._exit(0))
+    with guarded(kernel), pytest.raises(NodeError, match=r"os\._exit\(0\) at .*test_endings\.py:\d+: it would end"):
+        kernel.run(1.0)
+
+
+def test_nor_does_its_world() -> None:
+    with guarded(Kernel()), pytest.raises(KernelError, match=r"os\._exit\(3\)"):
+        os._exit(3)
+
+
+def test_a_process_that_a_node_has_forked_ends_as_it_likes() -> None:
+    kernel, ended = Kernel(), []
+
+    def node() -> None:
+        child = os.fork()
+        if child == 0:
+            os._exit(7)
+        ended.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+
+    kernel.spawn("robot", node)
+    with guarded(kernel):
+        kernel.run(1.0)
+    assert ended == [7]
