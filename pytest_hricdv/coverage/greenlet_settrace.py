@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import greenlet
 
@@ -23,7 +24,10 @@ class _Tracers:
     """The trace functions of the greenlets that have one of their own, where Python has one for the whole thread."""
 
     def __init__(self) -> None:
-        self._own: dict[greenlet.greenlet, Any] = {}
+        # Weak: code that makes many greenlets does not keep those that have ended.
+        self._own = WeakKeyDictionary[greenlet.greenlet, Any]()
+        self._inner = WeakKeyDictionary[greenlet.greenlet, greenlet.greenlet]()
+        """A greenlet that was made within a measured one -> this: gevent and SQLAlchemy make some unasked."""
         self._outer: Any = None
         self._previous: Any = None
 
@@ -38,6 +42,9 @@ class _Tracers:
         try:
             yield
         finally:
+            for inner in [inner for inner, outside in self._inner.items() if outside is here]:
+                self._own.pop(inner, None)
+                self._inner.pop(inner, None)
             del self._own[here]
             if not self._own:
                 greenlet.settrace(self._previous)
@@ -47,6 +54,7 @@ class _Tracers:
         """Forget greenlets that were left where they are, and will not go on."""
         if self._own:
             self._own.clear()
+            self._inner.clear()
             greenlet.settrace(self._previous)
 
     def _switched(self, event: str, greenlets: Any) -> None:
@@ -55,7 +63,16 @@ class _Tracers:
             self._own[origin] = sys.gettrace()
         else:
             self._outer = sys.gettrace()
+        if target not in self._own:
+            self._measure_within(target)
         sys.settrace(self._own.get(target, self._outer))
+
+    def _measure_within(self, target: greenlet.greenlet) -> None:
+        """A greenlet made by what is measured is measured as well."""
+        parent = target.parent
+        if parent in self._own:
+            self._own[target] = self._own[parent]
+            self._inner[target] = self._inner.get(parent, parent)
 
 
 _TRACERS = _Tracers()

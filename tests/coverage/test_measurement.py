@@ -72,6 +72,18 @@ def test_other_greenlets_are_not_even_traced(tmp_path: Path) -> None:
     assert run(tmp_path, between="assert sys.gettrace() is None") == ("", MISSING)
 
 
+def test_greenlets_that_the_code_makes_itself_are_measured_with_it(tmp_path: Path) -> None:
+    script = SCRIPT.replace(
+        "        graded.grade(number)\n",
+        "        greenlet(lambda: greenlet(graded.grade).switch(number)).switch()\n",
+    )
+    write_package(tmp_path, "graded")
+    (tmp_path / "script.py").write_text(script.format(before="", between="", after=""), encoding="utf-8")
+    process = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert process.returncode == 0, process.stderr
+    assert json.loads(process.stdout.splitlines()[-1]) == ["", MISSING]
+
+
 def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
     # The user's own figures must be complete: line 11 ran outside of our greenlets, line 15 after them.
     after = "graded.never(); user.stop(); f = str(code.files[0].path)\n"
