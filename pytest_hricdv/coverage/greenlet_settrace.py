@@ -70,7 +70,7 @@ class _Tracers:
     def _measure_within(self, target: greenlet.greenlet) -> None:
         """A greenlet made by what is measured is measured as well."""
         parent = target.parent
-        if parent in self._own:
+        if parent is not None and parent in self._own:
             self._own[target] = self._own[parent]
             self._inner[target] = self._inner.get(parent, parent)
 

@@ -114,6 +114,7 @@ def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:
     """What is wrong with what a run simulated, a sentence each: nothing, or threads outside of it had a say."""
     yield from kernel.trespasses
     yield from kernel.lost_errors
+    yield from filter(None, (lost_error() for lost_error in kernel.unclaimed))
     if ending is not None and ending.error is not None:
         return  # the failure says more
     had_nothing_to_do = ending is not None and ending.how == "idle" and ending.time_s <= INSTANT_S

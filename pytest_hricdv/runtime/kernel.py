@@ -123,6 +123,8 @@ class Kernel:
         self._polled_at = ""  # the line of the first poll too many
         self.lost_errors: list[str] = []
         """Errors that ended something in the background which nobody waited for, a sentence each."""
+        self.unclaimed: list[Callable[[], str]] = []
+        """Asked when the run is over: a sentence about an error that nobody took until then, or an empty text."""
         self.world: World | None = None
         self.virtual: frozenset[str] = frozenset()
         """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""

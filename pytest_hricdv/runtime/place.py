@@ -29,3 +29,13 @@ def authors_frame(frame: FrameType | None) -> FrameType | None:
             return frame
         frame = frame.f_back
     return outermost
+
+
+def raised_at(error: BaseException) -> str:
+    """Line of the innermost function that is its author's, of those that an exception left (see `authors_frame`)."""
+    trace, place = error.__traceback__, UNKNOWN
+    while trace is not None:
+        if authors_frame(trace.tb_frame) is trace.tb_frame:
+            place = f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return place

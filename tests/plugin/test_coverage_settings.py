@@ -173,3 +173,24 @@ def test_a_configuration_that_coverage_refuses_is_one_line(lamps: pytest.Pyteste
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: the configuration of coverage.py: Invalid [[]report[]].exclude_also value*"])
     assert "Traceback" not in result.stderr.str()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="sys.monitoring is of Python 3.12 and later")
+@pytest.mark.parametrize("branches", [True, False])
+def test_measuring_with_sys_monitoring_gives_the_same_totals_or_says_that_it_does_not(
+    lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, branches: bool
+) -> None:
+    grow(lamps.path)
+    monkeypatch.setenv("COVERAGE_CORE", "sysmon")
+    beside = [option for option in BESIDE if branches or option != "--cov-branch"]
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *beside)
+    code = report(lamps.path)["code_under_test"]
+    if code[
+        "measured"
+    ]:  # coverage.py has sys.monitoring count branches from Python 3.14 on, and takes its own core before
+        assert ours(lamps.path) == coverages(lamps.path)
+    else:
+        assert code["reason"] == "the running measurement uses sys.monitoring: set core = 'ctrace' for coverage"
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")  # our own measurement has a core of its own
+    assert report(lamps.path)["code_under_test"]["measured"]

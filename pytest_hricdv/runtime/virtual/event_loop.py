@@ -22,7 +22,7 @@ from greenlet import GreenletExit
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import running_node
-from pytest_hricdv.runtime.place import UNKNOWN, authors_frame
+from pytest_hricdv.runtime.place import raised_at
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.locks import Waiting
@@ -68,7 +68,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def __init__(self) -> None:
         self._virtual_selector = _Selector()
         self._pool: ThreadPoolExecutor | None = None
-        self._failed: list[asyncio.Task[Any]] = []
+        self._failed: list[asyncio.Future[Any]] = []
         super().__init__(self._virtual_selector)
 
     def time(self) -> float:
@@ -103,7 +103,17 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         task.add_done_callback(self._keep_failed)
         return task
 
-    def _keep_failed(self, task: asyncio.Task[Any]) -> None:
+    def default_exception_handler(self, context: dict[str, Any]) -> None:
+        """As of asyncio's loops; what a callback raised, which goes on without it, is lost in a run."""
+        error, node = context.get("exception"), running_node()
+        if node is not None and isinstance(error, Exception) and "handle" in context:
+            node.kernel.lost_errors.append(
+                f"a callback of asyncio raised {error_text(error)} at {raised_at(error)}, and the event loop went on: "
+                "catch it there, or let the loop's exception handler end the program"
+            )
+        super().default_exception_handler(context)
+
+    def _keep_failed(self, task: asyncio.Future[Any]) -> None:
         if getattr(task, "_log_traceback", False):  # without taking the error: asyncio does not show this
             self._failed.append(task)
 
@@ -127,7 +137,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             error = task.exception()  # asyncio says nothing more of it
             if node is not None and error is not None:
                 node.kernel.lost_errors.append(
-                    f"a task of asyncio, {_name(task)}, raised {error_text(error)} at {_raised_at(error)}, and "
+                    f"{_name(task)} raised {error_text(error)} at {raised_at(error)}, and "
                     "nothing awaited it: await the task, or use asyncio.TaskGroup"
                 )
 
@@ -146,7 +156,9 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         if executor is None:
             self._pool = self._pool or ThreadPoolExecutor(thread_name_prefix="asyncio")
             executor = self._pool
-        return asyncio.wrap_future(executor.submit(func, *args), loop=self)
+        future = asyncio.wrap_future(executor.submit(func, *args), loop=self)
+        future.add_done_callback(self._keep_failed)
+        return future
 
     def __del__(self, _warn: Any = None) -> None:
         # What a run leaves open is closed without a warning: it ended at any moment, and no program would have gone on.
@@ -154,7 +166,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             self.close()
 
 
-def _may_take(waiting: asyncio.Task[Any], failed: asyncio.Task[Any]) -> bool:
+def _may_take(waiting: asyncio.Task[Any], failed: asyncio.Future[Any]) -> bool:
     """Whether a task waits for several, of which one has failed: then it takes the error when all are done."""
     waiter = getattr(waiting, "_fut_waiter", None)
     if failed in (getattr(waiter, "_children", None) or ()):  # of asyncio.gather
@@ -167,19 +179,12 @@ def _may_take(waiting: asyncio.Task[Any], failed: asyncio.Task[Any]) -> bool:
     return False
 
 
-def _name(task: asyncio.Task[Any]) -> str:
+def _name(task: asyncio.Future[Any]) -> str:
     """As its author calls it: asyncio numbers the others, through all runs of a process."""
+    if not isinstance(task, asyncio.Task):
+        return "a call in asyncio's run_in_executor"
     name, coroutine = task.get_name(), task.get_coro()
-    return getattr(coroutine, "__qualname__", name) if _NUMBERED.fullmatch(name) else name
-
-
-def _raised_at(error: BaseException) -> str:
-    trace, frame = error.__traceback__, None
-    while trace is not None:
-        if authors_frame(trace.tb_frame) is trace.tb_frame:
-            frame, line = trace.tb_frame, trace.tb_lineno
-        trace = trace.tb_next
-    return UNKNOWN if frame is None else f"{frame.f_code.co_filename}:{line}"
+    return f"a task of asyncio, {getattr(coroutine, '__qualname__', name) if _NUMBERED.fullmatch(name) else name},"
 
 
 def _leave() -> Callable[[], None]:

@@ -7,6 +7,9 @@ import concurrent.futures.thread  # noqa: F401  (otherwise loaded when somebody 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.place import raised_at
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
@@ -21,6 +24,27 @@ class Future(real_futures.Future[Any]):
     def __init__(self) -> None:
         super().__init__()
         self._condition: Any = locks.Condition()
+        self._is_taken = False
+
+    def result(self, timeout: float | None = None) -> Any:
+        """As of `concurrent.futures.Future`."""
+        self._is_taken = True
+        return super().result(timeout)
+
+    def exception(self, timeout: float | None = None) -> BaseException | None:
+        """As of `concurrent.futures.Future`."""
+        self._is_taken = True
+        return super().exception(timeout)
+
+    def lost_error(self) -> str:
+        """At the end of the run: a sentence about an error that nobody asked for; empty where there is none."""
+        error: BaseException | None = self._exception  # type: ignore[attr-defined]  # without waiting for it
+        if self._is_taken or error is None:
+            return ""
+        return (
+            f"a call in a ThreadPoolExecutor raised {error_text(error)} at {raised_at(error)}, and nothing asked its "
+            "future: call result() or exception()"
+        )
 
 
 class ThreadPoolExecutor(real_futures.Executor):
@@ -73,6 +97,9 @@ class ThreadPoolExecutor(real_futures.Executor):
                 try:
                     result = call()
                 except Exception as error:
+                    node = running_node()
+                    if node is not None:
+                        node.kernel.unclaimed.append(future.lost_error)
                     future.set_exception(error)
                 else:
                     future.set_result(result)

@@ -243,3 +243,79 @@ class TestErrorsThatNobodyTakes:
                 await two_at_once()
 
         assert self.lost(main) == []
+
+    @pytest.mark.parametrize("schedule", ["call_soon", "call_later", "add_done_callback"])
+    def test_are_told_of_callbacks(self, schedule: str) -> None:
+        def callback(*_: object) -> None:
+            raise ValueError("lost in a callback")
+
+        async def main() -> None:
+            loop = asyncio.get_running_loop()
+            if schedule == "call_soon":
+                loop.call_soon(callback)
+            elif schedule == "call_later":
+                loop.call_later(0.5, callback)
+            else:
+                asyncio.create_task(asyncio.sleep(0.1)).add_done_callback(callback)
+            await asyncio.sleep(1.0)
+
+        (said,) = self.lost(main)
+        assert said.startswith(f"a callback of asyncio raised ValueError: lost in a callback at {__file__}:")
+        assert "the event loop went on" in said
+
+    def test_are_none_where_the_program_handles_those_of_callbacks(self) -> None:
+        handled: list[object] = []
+
+        async def main() -> None:
+            loop = asyncio.get_running_loop()
+            loop.set_exception_handler(lambda _, context: handled.append(context["exception"]))
+            loop.call_soon(lambda: 1 / 0)
+            await asyncio.sleep(1.0)
+
+        assert self.lost(main) == []
+        assert [type(error) for error in handled] == [ZeroDivisionError]
+
+    @pytest.mark.parametrize("is_awaited", [False, True])
+    def test_are_told_of_calls_in_an_executor(self, is_awaited: bool) -> None:
+        async def main() -> None:
+            future = asyncio.get_running_loop().run_in_executor(None, lambda: 1 / 0)
+            await asyncio.sleep(1.0)
+            if is_awaited:
+                with pytest.raises(ZeroDivisionError):
+                    await future
+
+        kernel = run(lambda kernel: VIRTUAL.run(main()))
+        said = [*kernel.lost_errors, *filter(None, (lost_error() for lost_error in kernel.unclaimed))]
+        assert [text.startswith("a call in asyncio's run_in_executor raised Zero") for text in said] == (
+            [] if is_awaited else [True]
+        )
+
+    @pytest.mark.parametrize("take", ["nobody", "result", "exception", "map", "wait", "callback"])
+    def test_are_told_of_calls_in_a_thread_pool(self, take: str) -> None:
+        def fail_there(number: int) -> None:
+            raise ValueError(number)
+
+        def body(kernel: Kernel) -> None:
+            with FUTURES.ThreadPoolExecutor(2) as pool:
+                if take == "map":
+                    with pytest.raises(ValueError, match="1"):
+                        list(pool.map(fail_there, [1]))
+                    return
+                future = pool.submit(fail_there, 1)
+                if take == "callback":
+                    future.add_done_callback(lambda done: done.exception())
+                kernel.sleep(1.0)
+            if take == "result":
+                with pytest.raises(ValueError, match="1"):
+                    future.result()
+            elif take == "exception":
+                assert isinstance(future.exception(), ValueError)
+            elif take == "wait":
+                assert FUTURES.wait([future]).done == {future}  # done, and nobody looked how
+
+        kernel = run(body)
+        said = [lost_error() for lost_error in kernel.unclaimed]
+        if take in ("nobody", "wait"):
+            assert said[0].startswith(f"a call in a ThreadPoolExecutor raised ValueError: 1 at {__file__}:")
+        else:
+            assert not any(said)
