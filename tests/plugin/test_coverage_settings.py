@@ -186,9 +186,7 @@ def test_measuring_with_sys_monitoring_gives_the_same_totals_or_says_that_it_doe
     beside = [option for option in BESIDE if branches or option != "--cov-branch"]
     lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *beside)
     code = report(lamps.path)["code_under_test"]
-    if code[
-        "measured"
-    ]:  # it has branches from Python 3.14 on, and before, coverage.py takes its own core
+    if code["measured"]:  # it has branches from Python 3.14 on, and before, coverage.py takes its own core
         assert ours(lamps.path) == coverages(lamps.path)
     else:
         assert code["reason"] == "the running measurement uses sys.monitoring: set core = 'ctrace' for coverage"
