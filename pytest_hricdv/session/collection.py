@@ -64,6 +64,8 @@ class Collection:
         sent = worker_input(config) or {}  # without a suite, a worker is sent nothing
         self.done: frozenset[str] = frozenset(json.loads(str(sent.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""
+        self._is_unasked = False
+        """No test asks for a generated one."""
         self._loaded = 0
         """How many implementations of the testbench's hook there were when it was called."""
 
@@ -167,6 +169,7 @@ class Collection:
         """Deselects items that are no generated tests, before -k and --lf select among the others."""
         if self.only_cases:
             others = [item for item in items if case_of(item) is None]
+            self._is_unasked = len(others) == len(items) and bool(self.cases)
             if others:
                 config.hook.pytest_deselected(items=others)
                 items[:] = [item for item in items if case_of(item) is not None]
@@ -180,18 +183,31 @@ class Collection:
         said[WORKER_HASH_SEED] = own_hash_seed()
 
     def pytest_collection_finish(self) -> None:
-        """Warns of a testbench that was loaded while pytest collected: the session had another one by then."""
+        """Warns of a testbench that was loaded while pytest collected: the session had another one by then.
+
+        And of a session whose tests no test function asks for, as where it is called otherwise than pytest wants.
+        """
+        if self._is_unasked:
+            number, suites = len(self.cases), self.options.suites
+            text = (
+                f"no test function has hri_case as an argument, so the {number} tests of {suites} are not run: "
+                "expected one as `def test_robot(hri_case): hri_case.check(hri_case.run())`, where pytest "
+                "collects tests, and in no unittest.TestCase"
+            )
+            self.warn(text, str(self.config.inipath or self.config.rootpath), 1)
         implementations = self.config.hook.pytest_hricdv_testbench.get_hookimpls()
         codes = [implementation.function.__code__ for implementation in implementations]
         for code in codes[self._loaded :] if self._loaded else ():
             used = codes[self._loaded - 1].co_filename
             text = f"this testbench is not used, as the session has that of {used}: name the folder of its tests alone"
-            warning = pytest.PytestWarning(text)
-            message = warnings.WarningMessage(warning, type(warning), code.co_filename, code.co_firstlineno)
-            # Not `warnings.warn`: where warnings are errors, it would end the session in a traceback.
-            self.config.hook.pytest_warning_recorded.call_historic(
-                kwargs={"warning_message": message, "nodeid": "", "when": "collect", "location": None}
-            )
+            self.warn(text, code.co_filename, code.co_firstlineno)
+
+    def warn(self, text: str, file: str, line: int) -> None:
+        """Not with `warnings.warn`: where warnings are errors, it would end the session in a traceback."""
+        message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, file, line)
+        self.config.hook.pytest_warning_recorded.call_historic(
+            kwargs={"warning_message": message, "nodeid": "", "when": "collect", "location": None}
+        )
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: object) -> None:

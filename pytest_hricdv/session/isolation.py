@@ -85,11 +85,7 @@ class Isolation:
         if self._forks or not config.getoption("cov_source", None) or worker_input(config) is not None:
             return
         text = "--cov does not count what --hri-isolate runs: this system has no forks; the report's own coverage does"
-        message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, str(config.inipath), 1)
-        # Not `warnings.warn`: where warnings are errors, it would end the session in a traceback.
-        config.hook.pytest_warning_recorded.call_historic(
-            kwargs={"warning_message": message, "nodeid": "", "when": "config", "location": None}
-        )
+        self._context.collection.warn(text, str(config.inipath or config.rootpath), 1)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: object) -> None:

@@ -199,6 +199,8 @@ class Running:
             FAIL("the test ended without a run: call hri_case.check(hri_case.run())", pytrace=False)
         if case.checked is not case.result:
             case.check(case.result)
+        if case.raised is not None and case.judgement is not None and case.judgement.outcome != "passed":
+            raise case.raised  # the function has caught it, and would pass with what it violated
 
     def _check(self, case: HriCase, result: CaseResult, nodeid: str) -> None:
         """Judges a run, and ends its test unless it passed."""

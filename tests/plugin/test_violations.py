@@ -127,3 +127,38 @@ def test_a_test_that_never_runs_its_case_fails(lamps: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(
         ["the test ended without a run: call hri_case.check(hri_case.run())", "tests: 4 in error"]
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "catching",
+    ["with contextlib.suppress(BaseException):", "with pytest.raises(BaseException):"],
+    ids=["all", "raises"],
+)
+def test_a_function_that_catches_its_failure_fails(lamps: pytest.Pytester, catching: str) -> None:
+    change(lamps.path, "lamps/guide.py", "SWITCHING_S = 0.3", "SWITCHING_S = 1.3")
+    test = (
+        f"import contextlib\nimport pytest\n\n\ndef test_lamps(hri_case):\n    {catching}\n"
+        "        hri_case.check(hri_case.run())\n"
+    )
+    lamps.makepyfile(test_lamps=test)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert result.ret == 1
+    assert {test["outcome"] for test in report(lamps.path)["tests"]} == {"failed"}
+
+
+@pytest.mark.parametrize(
+    "test",
+    [
+        "def lamps_test(hri_case):\n    pass\n",
+        "import unittest\n\n\nclass TestIt(unittest.TestCase):\n    def test_it(self, hri_case=0):\n        pass\n",
+    ],
+    ids=["called otherwise", "a TestCase"],
+)
+def test_a_suite_that_no_test_function_asks_for_says_so(lamps: pytest.Pytester, test: str) -> None:
+    lamps.makepyfile(test_lamps=test)
+    result = lamps.runpytest_inprocess("--hri-suite=by-hand")
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    result.stdout.fnmatch_lines(
+        ["*no test function has hri_case as an argument, so the 4 tests of by-hand are not run*"]
+    )

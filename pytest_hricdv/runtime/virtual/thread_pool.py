@@ -38,7 +38,7 @@ class Future(real_futures.Future[Any]):
 
     def lost_error(self) -> str:
         """At the end of the run: a sentence about an error that nobody asked for; empty where there is none."""
-        error: BaseException | None = self._exception  # type: ignore[attr-defined]  # without waiting for it
+        error: BaseException | None = self._exception  # without waiting for it
         if self._is_taken or error is None:
             return ""
         return (
