@@ -61,6 +61,10 @@ def running_node() -> Node | None:
     return here.node if isinstance(here, _NodeGreenlet) else None
 
 
+_PRUNE_AT = 1024
+"""With fewer, what has ended is not looked for (chosen: some 100 kB; asyncio looks from 100 timers on)."""
+
+
 class Node:
     """One blocking activity; created by `Kernel.spawn`."""
 
@@ -140,6 +144,7 @@ class Kernel:
         self._thread = threading.get_ident()
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
+        self._prune_due_at = self._prune_nodes_at = _PRUNE_AT
         self._due: list[tuple[int, int, Node, int]] = []
         self._ready: deque[Node] = deque()
         self._order = 0
@@ -171,6 +176,9 @@ class Kernel:
         if self._hub is not None:  # a node that is started by another node returns to the kernel when it ends
             node._greenlet.parent = self._hub
         self._nodes.append(node)
+        if len(self._nodes) > self._prune_nodes_at:
+            self._nodes = [node for node in self._nodes if not node.ended]
+            self._prune_nodes_at = max(_PRUNE_AT, 2 * len(self._nodes))
         self._ready.append(node)
         return node
 
@@ -194,6 +202,8 @@ class Kernel:
             # A wait of less than a microsecond takes one, otherwise a loop that waits for a time would never end.
             due_us = self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0))
             heapq.heappush(self._due, (due_us, self._order, node, node._wait))
+            if len(self._due) > self._prune_due_at:
+                self._prune_due()
         assert self._hub is not None
         node._blocked = True
         node.blocked_s = self.now_s
@@ -341,7 +351,7 @@ class Kernel:
 
     @property
     def nodes(self) -> tuple[Node, ...]:
-        """All that were started, in this order."""
+        """Those that have not ended, and some that have, in the order in which they were started."""
         return tuple(self._nodes)
 
     def abandon(self, error: BaseException) -> NoReturn:
@@ -432,6 +442,13 @@ class Kernel:
             node._blocked = False
             node._wait += 1
             self._ready.append(node)
+
+    def _prune_due(self) -> None:
+        """Forget time-outs of waits that have ended before: what waits an hour at most, and is woken each millisecond,
+        would leave millions. Only once there are twice as many as were needed last, so it costs little for each."""
+        self._due = [entry for entry in self._due if entry[3] == entry[2]._wait and not entry[2].ended]
+        heapq.heapify(self._due)
+        self._prune_due_at = max(_PRUNE_AT, 2 * len(self._due))
 
     def _drop_stale(self) -> None:
         while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):

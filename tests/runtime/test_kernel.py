@@ -283,3 +283,25 @@ def test_a_world_may_return_any_whole_number(kind: type[int] | type[float]) -> N
     kernel.spawn("robot", lambda: kernel.sleep(1.0))
     kernel.run(2.0)
     assert type(kernel.now_us) is int
+
+
+def test_what_has_ended_is_not_kept() -> None:
+    kernel = Kernel()
+    rounds = 5_000
+
+    def waits() -> None:
+        for _ in range(rounds):
+            assert kernel.block(3600.0)  # its time-out is far, and it is woken before
+
+    def wakes() -> None:
+        for _ in range(rounds):
+            kernel.sleep(0.001)
+            kernel.wake(waiting)
+            kernel.spawn("short", lambda: None)
+
+    waiting = kernel.spawn("waits", waits)
+    kernel.spawn("wakes", wakes)
+    assert kernel.run(3600.0) == "idle"
+    assert kernel.now_s == pytest.approx(rounds * 0.001)
+    assert len(kernel._due) < 1_500
+    assert len(kernel.nodes) < 1_500

@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures as real_futures
 import concurrent.futures.thread  # noqa: F401  (otherwise loaded when somebody asks for the pool)
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
@@ -155,9 +156,18 @@ def _wait_for_one(futures: list[Any], timeout_s: float | None) -> bool:
     if timeout_s is not None and timeout_s <= 0:
         return False
     one_done = locks.Event()
+
+    def notice(_: object) -> None:
+        one_done.set()
+
     for future in futures:
-        future.add_done_callback(lambda _: one_done.set())
-    return one_done.wait(timeout_s)
+        future.add_done_callback(notice)
+    try:
+        return one_done.wait(timeout_s)
+    finally:
+        for future in futures:  # who waits again and again for the same future would leave one each time
+            with suppress(ValueError):
+                future._done_callbacks.remove(notice)
 
 
 _NAMES = {

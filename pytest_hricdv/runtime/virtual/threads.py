@@ -24,6 +24,8 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 _THREADS = "threads"
+_PRUNE_AT = 64
+"""With fewer threads, those that are over are not looked for (chosen)."""
 
 
 class _Threads:
@@ -31,11 +33,23 @@ class _Threads:
 
     def __init__(self, main: Node) -> None:
         self.main = main
-        self.started: list[Thread] = []
-        self.made = 0
+        self.made = self.begun = 0
+        self._prune_at = _PRUNE_AT
         first = Thread(name="MainThread", daemon=False)
         self.running: dict[Node, Thread] = {main: first}
         first.began(main, 1)
+
+    def add(self, thread: Thread, node: Node) -> int:
+        """A thread begins; returns its number. Those that are over are forgotten, a few at a time."""
+        self.begun += 1
+        self.running[node] = thread
+        if len(self.running) > self._prune_at:
+            self.running = {node: thread for node, thread in self.running.items() if self._stays(node)}
+            self._prune_at = max(_PRUNE_AT, 2 * len(self.running))
+        return self.begun + 1
+
+    def _stays(self, node: Node) -> bool:
+        return node is self.main or not node.ended
 
     def number(self) -> int:
         """Of a new thread that has no name."""
@@ -104,9 +118,7 @@ class Thread:
         body = parent.wrap_thread(self._run, self.daemon)
         node = parent.kernel.spawn(f"{threads.main.name}: {self.name}", body)
         node.wrap_thread, node.own[_THREADS] = parent.wrap_thread, threads
-        threads.started.append(self)
-        threads.running[node] = self
-        self.began(node, len(threads.started) + 1)
+        self.began(node, threads.add(self, node))
 
     def _run(self) -> None:
         try:
@@ -182,7 +194,10 @@ def main_thread() -> Any:
 def enumerate_threads() -> list[Any]:
     """The node itself and its threads that are not over, as `threading.enumerate`."""
     threads = _threads()
-    return threading.enumerate() if threads is None else [main_thread(), *(t for t in threads.started if t.is_alive())]
+    if threads is None:
+        return threading.enumerate()
+    main, *others = threads.running.values()
+    return [main, *(thread for thread in others if thread.is_alive())]
 
 
 def active_count() -> int:

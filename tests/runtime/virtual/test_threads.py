@@ -125,3 +125,38 @@ def test_waiting_is_refused_where_it_is_not_asked_for() -> None:
 def test_a_lock_that_is_free_is_no_wait() -> None:
     with VIRTUAL.threading.Lock() as taken:
         assert taken
+
+
+def test_threads_that_are_over_and_waits_for_futures_that_are_not_are_not_kept() -> None:
+    lib, names, kept = VIRTUAL, list[object](), list[int]()
+
+    def body() -> None:
+        pending = lib.futures.Future()
+        for number in range(3_000):
+            lib.threading.Timer(0.001, lambda: None).start()
+            lib.futures.wait([pending], timeout=0.01)
+            if number % 1_000 == 0:
+                names.append([thread.name for thread in lib.threading.enumerate()])
+        kept.extend((len(pending._done_callbacks), len(lib.threading.current_thread()._node.kernel.nodes)))
+
+    in_virtual_time(body)
+    assert names == [["MainThread"]] * 3
+    assert kept[0] == 0
+    assert kept[1] < 1_500
+
+
+def test_the_node_stays_the_main_thread_of_its_threads_when_it_has_ended() -> None:
+    said: list[object] = []
+
+    def last() -> None:
+        VIRTUAL.time.sleep(1.0)
+        for _ in range(200):
+            VIRTUAL.threading.Thread(target=lambda: None).start()
+            VIRTUAL.time.sleep(0.01)
+        said.append((VIRTUAL.threading.main_thread().name, len(VIRTUAL.threading.enumerate())))
+
+    kernel = Kernel()
+    kernel.virtual = frozenset(("time", "threading"))
+    kernel.spawn("robot", lambda: VIRTUAL.threading.Thread(target=last).start())
+    kernel.run(1000.0)
+    assert said == [("MainThread", 2)]
