@@ -224,7 +224,10 @@ class Store:
         """Of the records of these runs."""
         with located(self.path):
             query = "SELECT sha256 FROM runs WHERE test = ? AND k = ?"
-            return {key: self._connection.execute(query, key).fetchone()[0] for key in keys}
+            stored = {key: self._connection.execute(query, key).fetchone() for key in keys}
+            if lacking := [key for key, row in stored.items() if row is None]:
+                raise ValueError(f"a run that is not there was repeated: {lacking[0]}")
+            return {key: row[0] for key, row in stored.items()}
 
     def results(self, keys: Iterable[RunKey]) -> Iterator[tuple[RunKey, TestResult, str]]:
         """The whole results of runs, and the texts of their replay files."""
@@ -250,10 +253,7 @@ class Store:
         """Number -> worker."""
         with located(self.path):
             rows = self._connection.execute("SELECT id, address, host, versions FROM workers ORDER BY id").fetchall()
-            return {
-                number: msgspec.convert((address, host, json.loads(versions)), _Worker).named
-                for number, address, host, versions in rows
-            }
+            return {row.id: row.named for row in msgspec.convert(rows, list[_Worker])}
 
     def runs_of_workers(self) -> dict[int, int]:
         """Number of a worker -> runs that it did."""
@@ -292,10 +292,11 @@ class _Again(msgspec.Struct, array_like=True):
 class _Worker(msgspec.Struct, array_like=True):
     """A row of the workers."""
 
+    id: int
     address: str
     host: str
-    versions: Mapping[str, str]
+    versions: str
 
     @property
     def named(self) -> WorkerName:
-        return WorkerName(self.address, self.host, self.versions)
+        return WorkerName(self.address, self.host, msgspec.convert(json.loads(self.versions), dict[str, str]))
