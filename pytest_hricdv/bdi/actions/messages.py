@@ -78,6 +78,13 @@ def _print(invocation: Invocation) -> Outcome:
     return True
 
 
+@internal_action("verbose", 1)
+def _verbose(invocation: Invocation) -> Outcome:
+    """It sets what Jason logs; nothing is logged here."""
+    invocation.agent.run.warn(f"{invocation.agent.name}: {invocation.call.location}: ignored: {invocation.call}")
+    return True
+
+
 @internal_action("println", 0, MANY)
 def _println(invocation: Invocation) -> Outcome:
     return _print(invocation)

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from pytest_hricdv.bdi.actions.advice import unknown_action
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
 from pytest_hricdv.bdi.language.limits import spend
 from pytest_hricdv.bdi.language.syntax import Formula, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
-from pytest_hricdv.bdi.language.terms import Call, ListTerm, Number, PlanTerm, String, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import (
+    VALUE_BY_RULE,
+    Call,
+    ListTerm,
+    Number,
+    PlanTerm,
+    String,
+    Structure,
+    Term,
+    Variable,
+)
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 
@@ -251,11 +261,8 @@ def check_call(call: Call) -> None:
     if action is not None and call.name in FUNCTIONS:
         limits = (min(action.least, FUNCTIONS[call.name][0]), action.most)
     if limits is None:
-        names = sorted({*ACTIONS, *FUNCTIONS})
-        # Below difflib's own 0.6 (chosen): for a name that is wrong for certain, a far guess beats the whole list.
-        near = difflib.get_close_matches(call.name, names, n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(names)}"
-        raise BdiError(f"{call.location}: unknown internal action {call.name}; {hint}")
+        names = {*ACTIONS, *FUNCTIONS} - {VALUE_BY_RULE}
+        raise BdiError(f"{call.location}: {unknown_action(call.name, names)}")
     least, most = limits
     if not least <= len(call.args) <= most:
         raise _wrong_number(call, least, most)

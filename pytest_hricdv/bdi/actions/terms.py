@@ -27,7 +27,7 @@ from pytest_hricdv.bdi.language.terms import (
     is_ground,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
-from pytest_hricdv.bdi.logic.substitution import Bindings
+from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
 from pytest_hricdv.bdi.logic.unify import undo
 
 
@@ -69,6 +69,14 @@ def _structure(invocation: Invocation) -> Outcome:
 @internal_action("literal", 1)
 def _literal(invocation: Invocation) -> Outcome:
     return isinstance(invocation.value(0), Structure)
+
+
+@internal_action("copy_term", 2)
+def _copy_term(invocation: Invocation) -> Outcome:
+    """A copy in which each variable without a value is another one."""
+    term = invocation.value(0)
+    fresh: Bindings = {variable: invocation.agent.fresh() for variable in free_variables(term)}
+    return invocation.unify(1, substitute_only(term, fresh))
 
 
 @internal_action("add_annot", 3)

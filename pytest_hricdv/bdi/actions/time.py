@@ -126,10 +126,10 @@ def _date(invocation: Invocation) -> Outcome:
     return all(invocation.unify(index, Number(part)) for index, part in enumerate((today.year, today.month, today.day)))
 
 
-@internal_action("time", 3)
+@internal_action("time", 3, 4)
 def _time(invocation: Invocation) -> Outcome:
-    """The virtual time of the run as hours, minutes and seconds; every run begins at 0:00:00."""
+    """The virtual time of the run as hours, minutes, seconds and, if asked for, ms; every run begins at 0:00:00."""
     invocation.agent.run.progress += 1
-    seconds = int(invocation.agent.run.time_ms // 1000)
-    parts = (seconds // 3600, seconds // 60 % 60, seconds % 60)
-    return all(invocation.unify(index, Number(part)) for index, part in enumerate(parts))
+    seconds, ms = divmod(int(invocation.agent.run.time_ms), 1000)
+    parts = (seconds // 3600, seconds // 60 % 60, seconds % 60, ms)
+    return all(invocation.unify(index, Number(parts[index])) for index in range(len(invocation.args)))

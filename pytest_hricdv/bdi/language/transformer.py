@@ -214,7 +214,7 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         formula = self._formula(meta, items[0])
         place = self._at(meta)
         if isinstance(formula, Call):
-            return InternalActionCall(formula, place)
+            return as_block(formula, place) or InternalActionCall(formula, place)
         truth = isinstance(formula, Structure) and formula.functor in ("true", "false") and not formula.args
         if isinstance(formula, (Structure, Variable, AnnotatedVariable)) and not truth:
             return ExternalAction(formula, place)
@@ -367,6 +367,21 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         parts = [item for item in items if item is not None]
         tail = parts.pop().term if parts and isinstance(parts[-1], _Tail) else None
         return tuple(self._term(meta, part) for part in parts), tail
+
+
+def as_block(call: Call, place: Location) -> Statement | None:
+    """The block that an internal action of old stands for, as ``.foreach(p(X), { act(X) })`` for a ``for``."""
+    condition, *blocks = call.args or (None,)
+    bodies = [block.plan for block in blocks if isinstance(block, PlanTerm) and isinstance(block.plan, tuple)]
+    if not isinstance(condition, Formula) or not bodies or len(bodies) < len(blocks):
+        return None
+    if call.name == ".foreach" and len(bodies) == 1:
+        return For(condition, bodies[0], place)
+    if call.name == ".loop" and len(bodies) == 1:
+        return While(condition, bodies[0], place)
+    if call.name == ".if_then_else" and len(bodies) <= 2:
+        return If(condition, bodies[0], bodies[1] if len(bodies) == 2 else (), place)
+    return None
 
 
 def _in_name_space(name: str) -> str:

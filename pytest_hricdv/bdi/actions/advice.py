@@ -1,0 +1,83 @@
+"""What to write instead of an internal action that there is not: by what it does, where that is known."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+_PROJECT = "agents are those of the project file: name it there, and let it begin with a message"
+_DIRECTORY = "there is no directory: agents tell each other what they offer, as in .broadcast(tell, offers(S))"
+_COLLECTION = "collections of Java are not there: use a list with .member, .union and .delete, or beliefs"
+
+_INSTEAD = {
+    ".assert": "beliefs are added with +b",
+    ".asserta": "beliefs are added with +b",
+    ".retract": "beliefs are deleted with -b, all of a kind with .abolish",
+    ".clone": _PROJECT,
+    ".create_agent": _PROJECT,
+    ".kill_agent": f"{_PROJECT}; the run ends with .stopMAS",
+    ".save_agent": "what an agent believes is printed with .findall and .print",
+    ".copy": "terms do not change: use the variable; with new variables, .copy_term",
+    ".df_deregister": _DIRECTORY,
+    ".df_register": _DIRECTORY,
+    ".df_search": _DIRECTORY,
+    ".df_subscribe": _DIRECTORY,
+    ".foreach": "use for (condition) { ... }, or .foreach(condition, { ... })",
+    ".forall": "use for (condition) { ... }",
+    ".if_then_else": "use if (condition) { ... } else { ... }, or .if_then_else(condition, { ... }, { ... })",
+    ".if": "use if (condition) { ... } else { ... }",
+    ".while": "use while (condition) { ... }",
+    ".for": "use for (condition) { ... }",
+    ".loop": "use while (condition) { ... }, or .loop(condition, { ... })",
+    ".include": 'use the directive { include("file.asl") }',
+    ".intention": "use .intend(goal), or .current_intention(I) for its own plans",
+    ".list_plans": "use .relevant_plans({+!_}, Plans) and .print(Plans)",
+    ".list_rules": "rules are in the source only",
+    ".relevant_rules": "rules are in the source only",
+    ".println_error": "use .print",
+    ".sleep": "use .wait(milliseconds)",
+    ".stop": "use .stopMAS",
+    ".exit": "use .stopMAS",
+    ".append": "lists and strings are joined with .concat",
+    ".size": "use .length",
+    ".setof_count": "use .count",
+    ".not": "negation is written not condition",
+    ".to_string": "use .term2string",
+    ".get_time": "use .time(H, M, S) or system.time",
+    ".average": "use math.average",
+    "math.mean": "use math.average",
+    "math.power": "powers are written X ** Y",
+    "math.pow": "powers are written X ** Y",
+    "math.mod": "the remainder is written X mod Y",
+}
+"""What there is instead, by the name of what there is not."""
+
+_COLLECTIONS = (".set.", ".map.", ".queue.")
+_OWN_PACKAGES = ("math.", "system.")
+"""Functions here, under the names that Jason gives them; everything else with a name before the dot is a Java class."""
+
+_LEAST_LIKENESS = 0.5
+"""Below difflib's own 0.6 (chosen): for a name that is wrong for certain, a far guess beats the whole list."""
+
+
+def unknown_action(name: str, names: Iterable[str]) -> str:
+    """The message for an internal action or function that there is not: what it is, and what to write instead.
+
+    Args:
+        name: as the model writes it.
+        names: those that there are.
+    """
+    if name in _INSTEAD:
+        return f"unknown internal action {name}; {_INSTEAD[name]}"
+    if name.startswith(_COLLECTIONS):
+        return f"unknown internal action {name}; {_COLLECTION}"
+    if not name.startswith((".", *_OWN_PACKAGES)):
+        action = name.replace(".", "_")
+        return (
+            f"{name} is an internal action in Java, of which there are none here; write a rule, or an external action "
+            f"{action}(...) of a Python environment, which answers with a percept"
+        )
+    ordered = sorted(names)
+    near = difflib.get_close_matches(name, ordered, n=3, cutoff=_LEAST_LIKENESS)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(ordered)}"
+    return f"unknown internal action {name}; {hint}"
