@@ -15,7 +15,7 @@ from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or,
 from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, FormulaTerm, Structure, Term, Variable, is_ground
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, substitute, substitute_only
-from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, undo, unify
+from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, stands_for, undo, unify
 
 MAX_CHOICES = 50_000
 """Open choices of one query (chosen): a recursion over a list has one for each item, and a rule that only calls itself
@@ -299,7 +299,7 @@ def _by_any_belief(
                 if unify(variable, entry, env, trail):
                     yield rest
             elif variable.negated <= entry.negated:
-                env[variable.variable] = entry.without_annotations()
+                env[variable.variable] = stands_for(variable, entry)
                 trail.append(variable.variable)
                 yield from _with_annotations(variable, entry.annots, rest, env, trail, mark)
             undo(env, trail, mark)

@@ -120,7 +120,7 @@ def _substitute_annotated(term: AnnotatedVariable, bindings: Bindings, functions
     value = substitute(term.variable, bindings, functions)
     annots, tail = _substitute_annots(term, bindings, functions)
     if isinstance(value, Structure):
-        negated = value.negated != term.negated
+        negated = value.negated or term.negated
         return Structure(value.functor, value.args, (), negated).with_annotations(value.annots + annots, tail)
     if isinstance(value, Variable):
         return AnnotatedVariable(value, annots, tail, term.negated)

@@ -128,9 +128,24 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
     if not next(match_annotations(pattern, target.annots, bindings, trail), False):
         return False
     if isinstance(value, Variable):
-        # As in Jason: a variable that is written with annotations stands for the literal without any.
-        return _bind(value, target.without_annotations(), bindings, trail)
-    return unify(value, target, bindings, trail)
+        return _bind(value, stands_for(pattern, target), bindings, trail)
+    return unify(value, _unsigned(pattern, target), bindings, trail)
+
+
+def stands_for(pattern: AnnotatedVariable, target: Structure) -> Structure:
+    """What the variable in a pattern is bound to where the pattern is a literal.
+
+    As in Jason, a variable that is written with annotations stands for the literal without any, `~X` for one that is
+    not negated.
+    """
+    bare = target.without_annotations() if pattern.annots or pattern.annots_tail is not None else target
+    return _unsigned(pattern, bare)
+
+
+def _unsigned(pattern: AnnotatedVariable, literal: Structure) -> Structure:
+    if not pattern.negated:
+        return literal
+    return Structure(literal.functor, literal.args, literal.annots, False, literal.annots_tail)
 
 
 def _unify_lists(pattern: ListTerm, target: ListTerm, bindings: Bindings, trail: Trail) -> bool:
