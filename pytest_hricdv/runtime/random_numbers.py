@@ -155,7 +155,8 @@ class _Names:
         # By identity where that is possible: a bound method is another object each time that it is asked for.
         pairs = {id(real): (real, other) for real, other in _replacements()}
         for module in [*sys.modules.values()]:
-            if not isinstance(module, ModuleType) or module is sys.modules[__name__]:
+            # By type: a library of cffi (`_openssl.lib`, of cryptography) says that it is a module, and has no names.
+            if not issubclass(type(module), ModuleType) or module is sys.modules[__name__]:
                 continue
             names: dict[str, Any] = object.__getattribute__(module, "__dict__")  # a lazy module is not loaded by this
             for name, value in [*names.items()]:

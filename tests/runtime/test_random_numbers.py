@@ -311,3 +311,23 @@ def test_a_source_that_was_replaced_in_the_first_run_of_a_process_is_the_runs_in
         "assert drawn[0] == drawn[1], drawn\n"
     )
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+class _Library:
+    """As libraries of cffi are, of which cryptography loads one: said to be a module, but without names."""
+
+    __slots__ = ()
+
+    @property
+    def __class__(self) -> type:  # type: ignore[override]
+        return ModuleType
+
+
+def test_what_only_says_that_it_is_a_module_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    library = _Library()
+    assert isinstance(library, ModuleType)
+    monkeypatch.setitem(sys.modules, "_openssl.lib", library)
+    with seeded_by(1):
+        first = os.urandom(4)
+    with seeded_by(1):
+        assert os.urandom(4) == first

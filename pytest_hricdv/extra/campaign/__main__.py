@@ -4,9 +4,9 @@
     python -m pytest_hricdv.campaign report --state=campaign.db
 
 A campaign may be ended at any time, by Ctrl-C, by kill -9 or by a power failure: the same command goes on with it.
-Without --cluster it runs on this machine, one worker for each core. With --cluster=tcp://HOST:8786 it runs on the
-workers of a scheduler of Dask (dask scheduler; dask worker tcp://HOST:8786 --nthreads=1), which have the project at the
-same path, or are sent it (--send-code).
+Without --cluster it runs on this machine, one worker for each core. With --cluster=tls://HOST:8786 it runs on the
+workers of a scheduler of Dask (dask scheduler --protocol=tls; dask worker tls://HOST:8786 --nthreads=1), which have the
+project at the same path, or are sent it (--send-code). The documentation says how to make credentials.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=int, default=0, metavar="N", help="that the suite is generated from (default 0)")
     add("--tests", type=_number, metavar="N", help="abstract tests per suite (default: that of the method)")
     add("--concretizations", type=_number, default=1, metavar="K", help="seeds of each test (default 1)")
-    add("--cluster", type=_address, default="local", metavar="ADDRESS", help="local, local:N or tcp://HOST:PORT")
+    add("--cluster", type=_address, default="local", metavar="ADDRESS", help="local, local:N or tls://HOST:PORT")
     add("--send-code", action="store_true", help="send the project to the workers, which do not have it")
     add("--audit", type=_percent, default=audit.PERCENT, metavar="PCT", help="runs done again elsewhere (default 1 %%)")
     add(

@@ -59,7 +59,7 @@ def audit(execution: Execution, percent: float) -> None:
 
 
 def _asked(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
-    cluster, service, archive = execution.cluster, execution.service, execution.archive
+    cluster, service, archive = execution.cluster, execution.service, execution.project.archive
     for question, answer in cluster.answers(service, queue, archive, execution.on_progress):
         if not isinstance(answer, Lost):
             yield question, answer

@@ -29,9 +29,9 @@ from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Counts, Store
 from pytest_hricdv.extra.campaign.table import write_parquet
-from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.cluster import connected
+from pytest_hricdv.extra.cluster.worker_project import WorkerProject, worker_project
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.model import GateResult, Report
@@ -48,14 +48,15 @@ def run(options: argparse.Namespace) -> int:
     """Begin a campaign, or go on with it."""
     root = Path.cwd()
     now = plan(_arguments(options), options.concretizations, root)
-    archive = code_archive.pack(root, options.state.resolve()) if options.send_code else b""
+    of_project = (root / now.planned.rootdir).resolve()
+    project = worker_project(of_project, root.resolve(), send=options.send_code, state=options.state.resolve())
     with closing(_held(options.state.resolve(), now)) as store:
         if options.retry_lost:
             store.forget_lost()
         store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), now)
         progress = Progress(store, now.runs)
         progress.say(_headline(options, now, store.counts()))
-        why = _execute(options, now, store, archive, progress)
+        why = _execute(options, now, store, project, progress)
         return _ended(options.state, now, store, progress, why)
 
 
@@ -90,14 +91,16 @@ def _headline(options: argparse.Namespace, now: CampaignPlan, counts: Counts) ->
     return f"campaign {options.state}: {tests}: {now.runs:,} runs{done}; on {options.cluster}"
 
 
-def _execute(options: argparse.Namespace, now: CampaignPlan, store: Store, archive: bytes, progress: Progress) -> str:
+def _execute(
+    options: argparse.Namespace, now: CampaignPlan, store: Store, project: WorkerProject, progress: Progress
+) -> str:
     """Run what is missing; returns why it ended before all was done."""
     began_s = time.monotonic()
     try:
         with connected(options.cluster, progress.say) as cluster:
             if cluster.connection.dashboard:
                 progress.say(f"dashboard of the cluster: {cluster.connection.dashboard}")
-            execution = Execution(now, store, cluster, options.run_seconds, archive, progress.show)
+            execution = Execution(now, store, cluster, options.run_seconds, project, progress.show)
             execution.run()
             audit.audit(execution, options.audit)
     except CancelledError:

@@ -12,6 +12,7 @@ from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question
 from pytest_hricdv.extra.cluster.service import Answer, Service
+from pytest_hricdv.extra.cluster.worker_project import WorkerProject
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
@@ -40,7 +41,7 @@ class Execution:
         store: of the campaign.
         cluster: that runs it.
         run_s: a process that has no result for so long (s of wall time) is ended, and its run tried again.
-        archive: of the project; empty where workers have it.
+        project: as workers find it.
         on_progress: called whenever something was stored, and from time to time.
     """
 
@@ -48,17 +49,16 @@ class Execution:
     store: Store
     cluster: Cluster
     run_s: float
-    archive: bytes = b""
+    project: WorkerProject
     on_progress: Callable[[], None] = lambda: None
     _tries: Counter[RunKey] = field(default_factory=Counter)
 
     @property
     def service(self) -> Service:
         """What workers are asked."""
-        planned = self.plan.planned
-        directory = "." if self.archive else planned.root
-        job = msgspec.json.encode(SessionArguments(planned.arguments))
-        return Service(run_process.__name__, job, directory, planned.project, self.run_s)
+        planned, there = self.plan.planned, self.project
+        job = msgspec.json.encode(SessionArguments((*there.arguments, *planned.arguments)))
+        return there.service(run_process.__name__, job, planned.project, self.run_s)
 
     def run(self) -> None:
         """Run what has no outcome yet.
@@ -76,7 +76,7 @@ class Execution:
         queue: deque[Question] = deque()
         for task in tasks:
             self._put(task, keys, queue)
-        for question, answer in self.cluster.answers(self.service, queue, self.archive, self._tick):
+        for question, answer in self.cluster.answers(self.service, queue, self.project.archive, self._tick):
             for again in self._taken(keys[question.key], answer):
                 self._put(again, keys, queue)
             self.on_progress()

@@ -39,12 +39,12 @@ class Planned(msgspec.Struct, frozen=True):
 
     Args:
         arguments: of pytest.
-        root: the project's folder.
+        root: the folder that it was started in.
         tests: in the order of collection.
         project: its files, and those of the code under test, name -> hash.
         versions: of what is installed.
         declared: the report before the first result.
-        units: signal -> unit.
+        rootdir: the project's folder, relative to `root`.
     """
 
     arguments: tuple[str, ...]
@@ -53,6 +53,7 @@ class Planned(msgspec.Struct, frozen=True):
     project: Mapping[str, str]
     versions: Mapping[str, str]
     declared: msgspec.Raw
+    rootdir: str = "."
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from collections.abc import Callable
@@ -49,6 +50,7 @@ class _Planning:
                 {
                     "arguments": self._job.arguments,
                     "root": str(session.config.invocation_params.dir),
+                    "rootdir": os.path.relpath(session.config.rootpath, session.config.invocation_params.dir),
                     "tests": [
                         {"suite": case.suite, "nodeid": nodeid, "data": case.abstract.to_data()}
                         for nodeid, case in aggregation.chosen.items()

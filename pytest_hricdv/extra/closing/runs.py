@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field
 from itertools import count, pairwise
-from pathlib import Path
 from typing import Self
 
 import msgspec
@@ -20,11 +19,10 @@ from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
-from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
-from pytest_hricdv.extra.cluster.service import Service
+from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.serving import arguments_of
@@ -193,11 +191,10 @@ class RunsOnCluster(ClosingRuns):
         options, config = CLUSTER.settings(collection.options), collection.config
         self._collection = collection
         self._address = Address.parse(options.address)
-        root, here = Path(config.rootpath), config.invocation_params.dir
-        self._archive = code_archive.pack(root) if options.send_code else b""
-        directory = here.relative_to(root) if options.send_code else here
-        settings = msgspec.json.encode(LoopSettings(arguments_of(config), 1))
-        self._service = Service(closing_process.__name__, settings, str(directory), project, BATCH_S)
+        there = project_of(config, send=options.send_code)
+        settings = msgspec.json.encode(LoopSettings((*there.arguments, *arguments_of(config)), 1))
+        self._service = there.service(closing_process.__name__, settings, project, BATCH_S)
+        self._archive = there.archive
 
     def __enter__(self) -> Self:
         self._cluster: Cluster = self._stack.enter_context(

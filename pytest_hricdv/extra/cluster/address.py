@@ -41,5 +41,10 @@ class Address:
             return cls(scheduler=text)
         raise ClusterError(f"{quoted(text)}: expected local, local:WORKERS or a scheduler's tcp://HOST:PORT")
 
+    @property
+    def is_encrypted(self) -> bool:
+        """Whether both ends show who they are, and nobody else can read along: of workers on this machine, always."""
+        return not self.scheduler or self.scheduler.startswith(("tls://", "wss://"))
+
     def __str__(self) -> str:
         return self.scheduler or f"local:{self.workers}"

@@ -24,8 +24,9 @@ AHEAD = 3
 """So many questions a thread are handed out: one that is asked, one that is there already, and one on its way. So none
 waits, and few are lost with a worker."""
 
-# Chosen: a job scheduler starts workers within a minute or not soon; a process of this machine imports Dask in seconds.
-WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 10.0
+# Chosen: a job scheduler starts workers within a minute or not soon; a process of this machine imports Dask in seconds,
+# and in 20 s where 25 others want the same two cores.
+WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 30.0
 
 TICK_S = 0.5
 """What happens without an answer, as a worker that comes or goes, is looked at so often (s)."""

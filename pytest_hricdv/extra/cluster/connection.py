@@ -9,18 +9,34 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from pytest_hricdv._base.message import quoted
 from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.address import Address, ClusterError
+from pytest_hricdv.extra.cluster.local_cluster import LocalWorkers
 
 if TYPE_CHECKING:
     from distributed import Client
+    from distributed.security import Security
 
 # Chosen: a scheduler that is up answers in milliseconds; one that its service starts anew is back in two minutes.
 CONNECT_S, WAIT_FOR_SCHEDULER_S = 5.0, 120.0
+CONNECT_LOCALLY_S = 60.0
+"""Chosen: that scheduler is in this process, and cannot be gone; with 25 processes on two cores it takes over 5 s."""
+
 MOST_RESTARTS = 20
 """So often workers of this machine are started anew; they end where a run kills its worker, or nothing can run."""
+
+UNENCRYPTED = (
+    "warning: {address} is neither encrypted nor authenticated: whoever reaches its port can run code as the users of "
+    "its workers and of this session, and read the project; give it TLS (docs/campaigns.md, 'TLS') and a tls:// address"
+)
+
+CREDENTIALS = (
+    "PEM files of the CA, of a certificate and of its key, as DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
+    "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and ...__CLIENT__KEY name them (docs/campaigns.md, 'TLS')"
+)
 
 GONE = (CancelledError, TimeoutError, OSError)
 """The errors of a connection that is gone."""
@@ -40,7 +56,7 @@ class Connection:
     def __init__(self, address: Address, say: Callable[[str], None]) -> None:
         self._address = address
         self._say = say
-        self._local: Any = None
+        self._local: LocalWorkers | None = None
         self._restarts = 0
         self.client: Client = self._connected()
 
@@ -97,12 +113,14 @@ class Connection:
 
         try:
             if not self._address.scheduler:
-                self._local = self._local or _local_cluster(self._address.workers)
-            return Client(self._local or self._address.scheduler, timeout=CONNECT_S)
-        except (OSError, TimeoutError, ValueError) as error:
+                self._local = self._local or LocalWorkers(self._address.workers)
+                return Client(self._local.cluster, timeout=CONNECT_LOCALLY_S)
+            return Client(self._address.scheduler, security=_credentials(self._address), timeout=CONNECT_S)
+        except (OSError, TimeoutError, ValueError, RuntimeError) as error:  # the last one: Dask's settings forbid it
             why = str(error).partition("\n")[0]
             raise ClusterError(
-                f"{self._address}: no scheduler answers there ({why}): start one with 'dask scheduler', or give local"
+                f"{self._address}: no scheduler answers there ({why}): start one with 'dask scheduler', or give local; "
+                "one that has TLS has a tls:// address"
             ) from None
 
     def _close_client(self) -> None:
@@ -119,8 +137,7 @@ class Connection:
 
     def _close_local(self) -> None:
         if self._local is not None:
-            with suppress(*GONE):
-                self._local.close(timeout=5)
+            self._local.close(GONE)
 
 
 @contextmanager
@@ -134,6 +151,8 @@ def connection(address: Address, say: Callable[[str], None]) -> Iterator[Connect
         raise ClusterError(
             f"{address}: Dask distributed is not installed: pip install 'pytest-hricdv[cluster]'"
         ) from None
+    if address.scheduler and not address.is_encrypted:
+        say(UNENCRYPTED.format(address=address))
     with _quiet():
         made = Connection(address, say)
         try:
@@ -156,13 +175,19 @@ def _quiet() -> Iterator[None]:
             log.setLevel(before)
 
 
-def _local_cluster(workers: int) -> Any:
-    from distributed import LocalCluster
+def _credentials(address: Address) -> Security:
+    """Those of Dask's settings. Raises ClusterError where an address needs them, and they are missing or damaged."""
+    from distributed.security import Security
 
-    return LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        processes=True,
-        memory_limit=0,  # none: runs take place in other processes, and a worker that is restarted loses them
-        silence_logs=logging.CRITICAL,
-    )
+    made = Security()
+    try:
+        context = made.get_connection_args("client")["ssl_context"]
+    except OSError as error:
+        role = made.get_tls_config_for_role("client")
+        files = ", ".join(quoted(role[name]) for name in ("ca_file", "cert", "key"))
+        raise ClusterError(
+            f"{address}: the credentials in Dask's settings, {files}, cannot be read ({error}): expected {CREDENTIALS}"
+        ) from None
+    if context is None and address.is_encrypted:
+        raise ClusterError(f"{address}: there are no credentials in Dask's settings: expected {CREDENTIALS}")
+    return made

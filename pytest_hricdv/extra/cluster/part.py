@@ -30,7 +30,7 @@ class ClusterPart(Part[ClusterOptions]):
         Value(
             "cluster",
             "ADDRESS",
-            "let the closing loop and --hri-search run tests on workers of Dask distributed: tcp://HOST:8786, the "
+            "let the closing loop and --hri-search run tests on workers of Dask distributed: tls://HOST:8786, the "
             "address of a scheduler, or local:N, with N workers on this machine",
         ),
         Flag("send-code", "send the project to the workers of --hri-cluster, which otherwise have it at the same path"),

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.cluster.service import Service
+from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import RequirementResult
@@ -77,11 +77,9 @@ def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[Rem
     """
     collection = context.collection
     options, config = CLUSTER.settings(collection.options), collection.config
-    root, here = Path(config.rootpath), config.invocation_params.dir
-    archive = code_archive.pack(root) if options.send_code else b""
-    directory = here.relative_to(root) if options.send_code else here
-    project = identity(root, context.provenance.code).project
-    job = msgspec.json.encode(SessionArguments(arguments_of(config)))
-    service = Service(run_process.__name__, job, str(directory), project, RUN_S)
+    there = project_of(config, send=options.send_code)
+    project = identity(Path(config.rootpath), context.provenance.code).project
+    job = msgspec.json.encode(SessionArguments((*there.arguments, *arguments_of(config))))
+    service = there.service(run_process.__name__, job, project, RUN_S)
     with connected(Address.parse(options.address), say) as cluster:
-        yield RemoteRuns(cluster, service, archive)
+        yield RemoteRuns(cluster, service, there.archive)

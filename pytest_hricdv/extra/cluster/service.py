@@ -7,6 +7,8 @@ and leaves the connection to the scheduler alone.
 from __future__ import annotations
 
 import atexit
+import json
+import os
 import platform
 import threading
 from collections.abc import Mapping
@@ -16,10 +18,13 @@ from pathlib import Path
 
 import msgspec
 
+from pytest_hricdv._base import project_files
 from pytest_hricdv._base.hash_seed import hash_seed_of_children
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.cluster import code_archive
+from pytest_hricdv.extra.cluster.code_archive import ArchiveError
+from pytest_hricdv.extra.cluster.private_folder import require_safe
 from pytest_hricdv.session.identity import Identity
 
 
@@ -31,7 +36,12 @@ class Service:
         module: name of the module that a process runs.
         job: the first line that it is sent; its answer is an `Identity`.
         directory: where it starts; with an archive, relative to the folder with its files.
-        project: the project's files, name -> hash; a worker with other ones refuses. Empty: whatever it has.
+        project: files of project and code under test, name -> hash: a worker whose process has other ones refuses.
+            Empty: whatever it has.
+        root: the project's folder, relative to `directory`.
+        sources: the files in it, name -> hash: a worker with other ones refuses before it imports any. Empty: it does
+            not look.
+        archive_sha256: of the archive with the project, where workers do not have it.
         silent_s: a process that writes nothing for so long (s of wall time) is ended.
         hash_seed: of the processes, on whichever machine: that of all that the session starts.
     """
@@ -41,6 +51,9 @@ class Service:
     directory: str
     project: Mapping[str, str]
     silent_s: float
+    root: str = "."
+    sources: Mapping[str, str] = field(default_factory=dict)
+    archive_sha256: str = ""
     hash_seed: str = field(default_factory=hash_seed_of_children)
 
 
@@ -81,6 +94,17 @@ def ask(service: Service, message: bytes, archive: bytes = b"") -> Answer:
     return asked.answer(service, message, archive)
 
 
+class OtherProjectError(Exception):
+    """A worker has other files; the text says which."""
+
+
+def _require_same(wanted: Mapping[str, str], present: Mapping[str, str]) -> None:
+    """Raise OtherProjectError where files, name -> hash, are others than those that are wanted."""
+    differ = differences(wanted, present)
+    if differ:
+        raise OtherProjectError(differ)
+
+
 class _Asked:
     """The process of a thread."""
 
@@ -90,26 +114,37 @@ class _Asked:
         self._process: SeparateProcess | None = None
         self._identity = Identity({}, {})
         self._directory = Path()
+        self._sent: Path | None = None
+        """Where the project is that was sent."""
 
     def answer(self, service: Service, message: bytes, archive: bytes) -> Answer:
         try:
             if self._process is None or self._service != service:
                 self._start(service, archive)
-        except (ProcessError, OSError) as error:
+        except (ProcessError, OSError, ArchiveError) as error:
             self.end()
             return Answer(self._worker, unable=f"it cannot begin: {error}")
-        differ = differences(service.project, self._identity.project) if service.project else ""
-        if differ:
-            return Answer(self._worker, unable=f"its project in {self._directory} is another one: {differ}")
+        except OtherProjectError as error:
+            self.end()
+            return Answer(self._worker, unable=f"its project in {self._directory} is another one: {error}")
         assert self._process is not None, "it was started"
         lines: list[bytes] = []
         try:
             self._process.send(message)
             self._read(self._process, service.silent_s, lines)
         except ProcessError as error:
+            shown = self._shown(lines)
             self.end()
-            return Answer(self._worker, tuple(lines), str(error))
-        return Answer(self._worker, tuple(lines))
+            return Answer(self._worker, shown, str(error))
+        return Answer(self._worker, self._shown(lines))
+
+    def _shown(self, lines: list[bytes]) -> tuple[bytes, ...]:
+        """Lines of an answer without the name of the folder with the project, which is another one each time."""
+        if self._sent is None:
+            return tuple(lines)
+        folder = json.dumps(str(self._sent))[1:-1].encode()
+        separator = json.dumps(os.sep)[1:-1].encode()
+        return tuple(line.replace(folder + separator, b"").replace(folder, b".") for line in lines)
 
     @property
     def _worker(self) -> WorkerName:
@@ -117,12 +152,28 @@ class _Asked:
 
     def _start(self, service: Service, archive: bytes) -> None:
         self.end()
-        self._directory = (code_archive.unpacked(archive) if archive else Path()) / service.directory
+        scratch = _scratch()
+        require_safe(scratch)  # Python looks for modules in it first
+        self._directory = self._folder(service, archive, scratch) / service.directory
+        if service.sources:
+            _require_same(service.sources, project_files.hashes((self._directory / service.root).resolve()))
         self._process = self._stack.enter_context(started(service.module, self._directory, hash_seed=service.hash_seed))
         self._process.send(service.job)
         lines: list[bytes] = []
         self._read(self._process, service.silent_s, lines)
-        self._identity, self._service = msgspec.json.decode(lines[-1], type=Identity), service
+        self._identity = msgspec.json.decode(lines[-1], type=Identity)
+        if service.project:
+            _require_same(service.project, self._identity.project)
+        self._service = service
+
+    def _folder(self, service: Service, archive: bytes, scratch: Path) -> Path:
+        """The folder that the service's directory is in: a new one with the project that was sent, or any."""
+        if not service.archive_sha256:
+            return Path()
+        if code_archive.digest(archive) != service.archive_sha256:
+            raise ArchiveError("the project that came is not the one that was sent: its SHA-256 is another one")
+        self._sent = self._stack.enter_context(code_archive.unpacked(archive, scratch))
+        return self._sent
 
     def _read(self, process: SeparateProcess, silent_s: float, lines: list[bytes]) -> None:
         """Takes an answer; ends the process when it is silent for too long."""
@@ -150,7 +201,7 @@ class _Asked:
     def end(self) -> None:
         """End the process."""
         self._stack.close()
-        self._process = self._service = None
+        self._process = self._service = self._sent = None
 
 
 _processes: dict[int, _Asked] = {}
@@ -164,6 +215,13 @@ def end_processes() -> None:
 
 
 atexit.register(end_processes)
+
+
+def _scratch() -> Path:
+    """The folder that Dask has made for this worker's files: it removes what a worker that was killed leaves there."""
+    from distributed import get_worker
+
+    return Path(get_worker().local_directory)
 
 
 def _address() -> str:

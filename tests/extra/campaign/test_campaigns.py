@@ -131,7 +131,7 @@ def test_a_run_that_kills_its_worker_is_named_and_the_others_go_on(lamps: Path, 
     crash_at(lamps, "os.kill(PARENT, 9)", "wish.cellar")
     done = campaign(*RUN, *ALL)
     assert done.returncode == 1, done.stdout
-    assert "4 workers were lost with it, the last of them tcp://127.0.0.1:" in done.stdout
+    assert "4 workers were lost with it, the last of them tls://127.0.0.1:" in done.stdout
     campaign("report", "--state=a.db")
     result = report(lamps)["campaign"]
     assert result["stored"] == RUNS
@@ -158,7 +158,7 @@ def test_a_run_that_differs_elsewhere_is_reported_with_the_event_at_which_it_par
     assert "FAILED 4 of 4 repeated runs differ elsewhere" in failed.stdout
     status = campaign("status", "--state=a.db")
     assert status.stdout.count("differs: ") == 4
-    assert status.stdout.count("worker tcp://127.0.0.1:") == 2
+    assert status.stdout.count("worker tls://127.0.0.1:") == 2
 
 
 @pytest.mark.slow

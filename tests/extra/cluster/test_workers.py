@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import os
+import socket
+import ssl
+import stat
 import subprocess
 import sys
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import dask
+import psutil
 import pytest
+from distributed import Worker
+from distributed.security import Security
 
 from benchmarks import lost_workers
+from pytest_hricdv.extra.cluster import code_archive
+from pytest_hricdv.extra.cluster import service as worker_side
 from pytest_hricdv.extra.cluster.address import Address, ClusterError
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.extra.cluster.service import Answer, Service
@@ -90,6 +100,168 @@ def test_each_question_is_answered_once(cluster: Cluster, echo: Path) -> None:
     assert all(isinstance(answer, Answer) and answer.worker.versions == {"echo": "1"} for answer in found.values())
 
 
+def listening() -> dict[int, tuple[str, str]]:
+    """Port -> address and process, of all sockets that take connections in this process and in its children."""
+    own = psutil.Process()
+    return {
+        port.laddr.port: (port.laddr.ip, process.name())
+        for process in (own, *own.children(recursive=True))
+        for port in process.net_connections("all")
+        if port.status == psutil.CONN_LISTEN
+    }
+
+
+def test_workers_of_this_machine_listen_on_loopback_only_and_answer_nothing_without_credentials(
+    cluster: Cluster,
+) -> None:
+    """Neither a browser nor a client in the clear, nor TLS without a certificate or with one of somebody else."""
+    ports = listening()
+    assert len(ports) >= 2 + 2 * 3, "scheduler, its HTTP server; two nannies, workers, and HTTP servers of these"
+    assert {address for address, _ in ports.values()} == {"127.0.0.1"}
+    assert cluster.connection.dashboard == ""
+    encrypted = 0
+    for port in ports:
+        answer = spoken(port, b"GET / HTTP/1.0\r\n\r\n")
+        assert answer in (b"", b"HTTP/1.1 404 Not Found")
+        encrypted += not answer
+        for client in () if answer else (anonymous(), stranger()):
+            with pytest.raises(OSError, match=r"CERTIFICATE|ALERT|HTTP_REQUEST|WRONG_VERSION|EOF|reset|closed"):
+                refused(port, client)
+    assert encrypted >= 1 + 2 * 2
+
+
+def spoken(port: int, text: bytes) -> bytes:
+    """The first line that is answered to a text in the clear."""
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as connection, suppress(ConnectionResetError):
+        connection.sendall(text)
+        return connection.makefile("rb").readline().strip()
+    return b""
+
+
+def anonymous() -> ssl.SSLContext:
+    """Of a client that believes every server, and has no certificate."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    return context
+
+
+def stranger() -> ssl.SSLContext:
+    """Of a client that believes every server, and has a certificate of its own making."""
+    context = Security.temporary().get_connection_args("client")["ssl_context"]
+    assert isinstance(context, ssl.SSLContext)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    return context
+
+
+def refused(port: int, client: ssl.SSLContext) -> None:
+    """Raises what a TLS client is told; the last version tells it after the client's side of the handshake."""
+    with (
+        socket.create_connection(("127.0.0.1", port), timeout=20) as connection,
+        client.wrap_socket(connection) as encrypted,
+    ):
+        encrypted.sendall(b"anybody there?")
+        assert encrypted.recv(1) == b"", "nothing is said"
+        raise ConnectionError("closed")
+
+
+INTRUDER = """
+import sys
+from distributed import Client
+from distributed.security import Security
+
+for scheme, security in (("tcp", None), ("tls", Security.temporary())):
+    try:
+        client = Client(f"{scheme}://127.0.0.1:{sys.argv[1]}", security=security, timeout=3)
+    except (OSError, TimeoutError) as error:
+        print(scheme, "refused", flush=True)
+    else:
+        print(scheme, client.submit(lambda: "ran").result(timeout=5), flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_another_process_runs_no_code_in_workers_of_this_machine(cluster: Cluster) -> None:
+    port = cluster.connection.client.scheduler_info()["address"].rpartition(":")[2]
+    client = [sys.executable, "-c", INTRUDER, port]
+    done = subprocess.run(client, capture_output=True, text=True, timeout=120, check=False, env=environment())
+    assert done.stdout == "tcp refused\ntls refused\n", done.stderr
+
+
+def test_credentials_are_in_memory_only(cluster: Cluster) -> None:
+    """Not in an environment, a command line or a file: other processes, and reports of failures, may show these."""
+    own = psutil.Process()
+    (folder,) = {str(Path(path).parent) for path in cluster.connection.client.run(scratch).values()}
+    for process in own.children(recursive=True):
+        assert "BEGIN" not in str(process.cmdline()) + str(process.environ())
+    for path in Path(folder).rglob("*"):
+        assert path.is_dir() or b"BEGIN" not in path.read_bytes()
+    assert stat.S_IMODE(Path(folder).parent.stat().st_mode) == 0o700, "and these folders are for this user only"
+
+
+def scratch(dask_worker: Worker) -> str:
+    """The folder of a worker, in which Python looks for modules first."""
+    return str(dask_worker.local_directory)
+
+
+def test_python_looks_for_modules_in_no_folder_of_a_cluster_that_has_ended(echo: Path) -> None:
+    before = [*sys.path]
+    with connected(Address(workers=1), [].append):
+        pass
+    assert sys.path == before
+
+
+def test_a_folder_for_temporary_files_that_anybody_may_change_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "open"))
+    with pytest.raises(ClusterError, match=r"local:1: .*open: others may write to it \(mode 0777, not sticky\)"):
+        connected(Address(workers=1), [].append).__enter__()
+
+
+def test_a_cluster_of_others_without_tls_is_warned_about(echo: Path) -> None:
+    said: list[str] = []
+    with pytest.raises(ClusterError, match="no scheduler answers there"):
+        connected(Address(f"tcp://127.0.0.1:{lost_workers.free_port()}"), said.append).__enter__()
+    assert len(said) == 1
+    assert "is neither encrypted nor authenticated: whoever reaches its port can run code" in said[0]
+
+
+@pytest.mark.parametrize("files", [(), ("ca", "cert", "key")])
+def test_tls_without_credentials_says_which_are_expected(tmp_path: Path, files: tuple[str, ...]) -> None:
+    """None; and files that have none in them."""
+    for name in files:
+        (tmp_path / name).write_text("no PEM", encoding="ascii")
+    settings = {"ca-file": "ca", "client.cert": "cert", "client.key": "key"}
+    with (
+        dask.config.set(
+            {f"distributed.comm.tls.{name}": str(tmp_path / file) for name, file in settings.items() if file in files}
+        ),
+        pytest.raises(ClusterError, match=r"Dask's settings.*: expected PEM files of the CA, .*TLS__CA_FILE"),
+    ):
+        connected(Address("tls://127.0.0.1:9"), [].append).__enter__()
+
+
+def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
+    cluster: Cluster, echo: Path, tmp_path: Path
+) -> None:
+    """Where it is at the same path, and where it was sent; the module of the service would say that it was imported."""
+    (tmp_path / "conftest.py").write_text("# another user's\n", encoding="utf-8")
+    archive = code_archive.pack(tmp_path)
+    evil = f"import pathlib; pathlib.Path({str(tmp_path / 'ran')!r}).touch()"
+    (echo / "evil_service.py").write_text(evil, encoding="utf-8")
+    own = {"conftest.py": "0123456789abcdef"}
+    there = Service("evil_service", b"{}", str(tmp_path), {}, 20.0, sources=own)
+    sent = replace(there, directory=".", archive_sha256=code_archive.digest(archive))
+    forged = replace(sent, sources={}, archive_sha256="0" * 64)
+    expected = (there, "conftest.py changed"), (sent, "conftest.py changed"), (forged, "its SHA-256 is another one")
+    for asked, why in expected:
+        answer = cluster.connection.client.submit(worker_side.ask, asked, b"[]", archive, pure=False).result()
+        assert why in answer.unable
+    assert not (tmp_path / "ran").exists()
+
+
 def test_a_process_that_crashes_costs_no_worker(cluster: Cluster, echo: Path) -> None:
     found = ask(cluster, service(echo), '["one", "crash", "two"]', '["three"]', '["four"]')
     crashed = found['["one", "crash", "two"]']
@@ -109,11 +281,11 @@ def test_a_process_that_is_silent_for_too_long_is_ended(cluster: Cluster, echo: 
 
 def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:
     said: list[str] = []
-    refused = pytest.raises(ClusterError, match=r"no worker can be asked: tcp://.*robot\.py changed")
+    refused = pytest.raises(ClusterError, match=r"no worker can be asked: tls://.*robot\.py changed")
     with connected(Address(workers=1), said.append) as made, refused:
         ask(made, service(echo, has="fedcba9876543210"), '["one"]')
     assert len(said) == 1
-    assert said[0].startswith("worker tcp://127.0.0.1:")
+    assert said[0].startswith("worker tls://127.0.0.1:")
     assert f"its project in {echo} is another one: robot.py changed" in said[0]
 
 
@@ -152,7 +324,7 @@ def test_workers_of_this_machine_that_do_not_come_back_are_started_anew(
     monkeypatch.setattr("pytest_hricdv.extra.cluster.cluster.WAIT_FOR_LOCAL_S", 0.5)
     said: list[str] = []
     with connected(Address(workers=1), said.append) as made:
-        made.connection._local.scale(0)
+        made.connection._local.cluster.scale(0)
         while made.connection.client.scheduler_info()["workers"]:
             pass
         assert lines(ask(made, service(echo), '["one"]')['["one"]']) == ['"one!"']

@@ -1,0 +1,81 @@
+"""A folder that nobody else on the machine can put a file into, change, or exchange for another one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+_ALL_IDS = "4294967295"
+"""How many user ids there are in a process that is in no user namespace (`man user_namespaces`)."""
+
+
+class UnsafeFolderError(OSError):
+    """Another user can exchange what is in a folder; the text says which folder, why, and what to do."""
+
+
+@contextmanager
+def private_folder(purpose: str, parent: Path | None = None) -> Iterator[Path]:
+    """A new folder with a name that cannot be foreseen, for this user only; in the end it is removed.
+
+    Args:
+        purpose: a word of its name.
+        parent: the folder that it is made in; None: that for temporary files.
+
+    Raises:
+        UnsafeFolderError: another user can exchange what is in that one.
+        OSError: no folder can be made there.
+    """
+    place = (parent or Path(tempfile.gettempdir())).resolve()
+    require_safe(place)
+    made = Path(tempfile.mkdtemp(prefix=f"hricdv-{purpose}-", dir=place))  # 0700, and an error where it exists
+    try:
+        yield made
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def require_safe(folder: Path) -> None:
+    """Raise UnsafeFolderError where another user can exchange a folder, or an entry of ours in it.
+
+    As sshd does with its files: from the root down, each folder belongs to root or to this user, and where others may
+    write to it, it is sticky, as `/tmp` is. A link on the way is followed, and where it leads is looked at.
+    Nothing is looked at on Windows, where the folder for temporary files is the user's own.
+    """
+    if not hasattr(os, "getuid"):
+        return
+    place = folder.resolve()
+    for path in (place, *place.parents):
+        why = _why_unsafe(path.lstat())
+        if why:
+            raise UnsafeFolderError(
+                f"{path}: {why}, so that another user can exchange files below it: set TMPDIR (of a worker, "
+                "--local-directory) to a folder of your own, as mkdir -m 700 makes it"
+            )
+
+
+def _why_unsafe(status: os.stat_result) -> str:
+    if status.st_uid not in _trusted():
+        return f"it belongs to user {status.st_uid}"
+    own_group = status.st_gid == os.getuid()  # the group that many systems make for each user, with the same number
+    writable = status.st_mode & stat.S_IWOTH or (status.st_mode & stat.S_IWGRP and not own_group)
+    if writable and not status.st_mode & stat.S_ISVTX:
+        return f"others may write to it (mode {stat.S_IMODE(status.st_mode):04o}, not sticky)"
+    return ""
+
+
+@cache
+def _trusted() -> frozenset[int]:
+    """User ids whose folders cannot hurt: our own, root, and in a user namespace the one that stands for others."""
+    own = {os.getuid(), 0}
+    try:
+        if _ALL_IDS not in Path("/proc/self/uid_map").read_text(encoding="ascii").split():
+            own.add(int(Path("/proc/sys/kernel/overflowuid").read_text(encoding="ascii")))
+    except (OSError, ValueError):  # not Linux: no such namespaces
+        pass
+    return frozenset(own)
