@@ -183,7 +183,7 @@ class PartTrials:
             process = subprocess.Popen(
                 command,
                 cwd=self._folder,
-                env={**environment(), **(kind.environment or {}), MARK: trial, "PYTHONUNBUFFERED": "1"},
+                env={**environment(), **(kind.environment or {}), MARK: _mark(trial), "PYTHONUNBUFFERED": "1"},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -301,10 +301,15 @@ def _sent(pid: int, number: int) -> bool:
     return False
 
 
+def _mark(trial: str) -> str:
+    """Of a trial of this process: several may run at the same time."""
+    return f"{os.getpid()}-{trial}"
+
+
 def _of_trial(trial: str) -> list[int]:
     """All processes that a trial has started, itself or through others."""
     pids = [int(name) for name in os.listdir("/proc") if name.isdigit()]
-    return [pid for pid in pids if f"{MARK}={trial}\0" in _read(pid, "environ")]
+    return [pid for pid in pids if f"{MARK}={_mark(trial)}\0" in _read(pid, "environ")]
 
 
 def _left(trial: str) -> str:

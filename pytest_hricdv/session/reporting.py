@@ -137,7 +137,7 @@ class Reporting:
     def _collect_here(self, session: pytest.Session) -> None:
         """Finds which tests were selected, where no worker of xdist has said so, and none will."""
         with self.session.signals.deferred(), contextlib.suppress(Exception):  # then the report is without tests
-            if not session.items:
+            if not getattr(session, "items", ()):
                 session.perform_collect()
 
     def _report(self, *, stopped: bool) -> None:

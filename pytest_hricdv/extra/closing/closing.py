@@ -110,7 +110,7 @@ class Closing:
         if not CLUSTER.settings(self._collection.options).address:
             return RunsHere(config, _processes(config), self._say, self._signals.let_through)
         here = identity(Path(config.rootpath), self._context.provenance.code)
-        return RunsOnCluster(self._collection, here.project)
+        return RunsOnCluster(self._collection, here.project, self._signals.let_through)
 
     def _closed(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
         archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)

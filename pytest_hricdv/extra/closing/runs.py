@@ -181,13 +181,17 @@ class RunsOnCluster(ClosingRuns):
     Args:
         collection: of the session.
         project: files that have to be there as they are here, name -> hash.
+        let_through: while the cluster is waited for, a signal may raise.
 
     Raises:
         ClusterError: there is no such cluster, or the project is too large to be sent.
     """
 
-    def __init__(self, collection: Collection, project: Mapping[str, str]) -> None:
+    def __init__(
+        self, collection: Collection, project: Mapping[str, str], let_through: LetThrough = nullcontext
+    ) -> None:
         super().__init__()
+        self._let_through = let_through
         options, config = CLUSTER.settings(collection.options), collection.config
         self._collection = collection
         self._address = Address.parse(options.address)
@@ -197,9 +201,9 @@ class RunsOnCluster(ClosingRuns):
         self._archive = there.archive
 
     def __enter__(self) -> Self:
-        self._cluster: Cluster = self._stack.enter_context(
-            connected(self._address, lambda text: self._collection.say(f"hricdv: {text}"))
-        )
+        connecting = connected(self._address, lambda text: self._collection.say(f"hricdv: {text}"))
+        with self._let_through():
+            self._cluster: Cluster = self._stack.enter_context(connecting)
         return self
 
     def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
@@ -210,7 +214,13 @@ class RunsOnCluster(ClosingRuns):
             batch = _batch(request, tests, numbers, online)
             parts[tests[numbers[0]].id] = _Part(numbers)
             questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(batch)))
-        for question, answer in self._cluster.answers(self._service, questions, self._archive):
+        answers = self._cluster.answers(self._service, questions, self._archive)
+        while True:
+            with self._let_through():
+                answered = next(answers, None)
+            if answered is None:
+                return
+            question, answer = answered
             part = parts[question.key]
             lines = () if isinstance(answer, Lost) else answer.lines
             for number, observation in self._observations(lines, request, part.numbers):
