@@ -65,7 +65,14 @@ class _Tracers:
             self._outer = sys.gettrace()
         if target not in self._own:
             self._measure_within(target)
-        sys.settrace(self._own.get(target, self._outer))
+        tracer = self._own.get(target, self._outer)
+        sys.settrace(tracer)
+        if self._inner and target in self._own and type(tracer).__name__ == "CTracer":
+            # It keeps a stack for each greenlet, and looks for the present one only where a function begins or ends.
+            # Between nodes one does; where code switches itself, the lines up to the next call would be lost.
+            frame = sys._getframe()
+            tracer(frame, "call", None)
+            tracer(frame, "return", None)
 
     def _measure_within(self, target: greenlet.greenlet) -> None:
         """A greenlet made by what is measured is measured as well."""

@@ -84,6 +84,55 @@ def test_greenlets_that_the_code_makes_itself_are_measured_with_it(tmp_path: Pat
     assert json.loads(process.stdout.splitlines()[-1]) == ["", MISSING]
 
 
+SWITCHING = """
+import greenlet
+
+
+def use():
+    def coroutine():
+        got = home.switch(5)
+        if got:
+            got += 1
+        return got
+    home = greenlet.getcurrent()
+    child = greenlet.greenlet(coroutine)
+    value = child.switch()
+    value += 1
+    if value:
+        value += 2
+    other = child.switch(3)
+    other += 1
+    return value + other
+"""
+
+RECORDING = """
+import greenlet, sys, switching
+from pytest_hricdv.coverage.own_coverage import OwnCoverage
+
+own, hub = OwnCoverage([switching.__file__]), greenlet.getcurrent()
+
+def body():
+    with own.recording("run"):
+        switching.use()
+        hub.switch()
+        switching.use()
+
+node = greenlet.greenlet(body)
+node.switch()
+assert sys.gettrace() is None
+node.switch()
+print(sorted(own.data().lines(switching.__file__)))
+"""
+
+
+def test_no_line_is_lost_where_code_switches_between_greenlets_itself(tmp_path: Path) -> None:
+    (tmp_path / "switching.py").write_text(SWITCHING.lstrip("\n"), encoding="utf-8")
+    (tmp_path / "script.py").write_text(RECORDING, encoding="utf-8")
+    process = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert process.returncode == 0, process.stderr
+    assert json.loads(process.stdout) == [*range(5, 19)]
+
+
 def test_a_running_measurement_is_joined_and_goes_on(tmp_path: Path) -> None:
     # The user's own figures must be complete: line 11 ran outside of our greenlets, line 15 after them.
     after = "graded.never(); user.stop(); f = str(code.files[0].path)\n"
