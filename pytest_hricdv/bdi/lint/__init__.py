@@ -29,8 +29,16 @@ from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, text_of
-from pytest_hricdv.bdi.lint.name_checks import GoalWithoutPlan, NearName, UnknownAgent, UnknownBelief, UnmatchedDeletion
-from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
+from pytest_hricdv.bdi.lint.name_checks import (
+    GoalWithoutPlan,
+    NearName,
+    UnknownAgent,
+    UnknownBelief,
+    UnmatchedDeletion,
+    UntestedPercept,
+)
+from pytest_hricdv.bdi.lint.plan_checks import DeadTimeout, EndlessSpin, ShadowedPlan
+from pytest_hricdv.bdi.lint.portability_checks import NotPortable
 from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
 
 __all__ = ["CHECKS", "Check", "Finding", "external_actions", "lint"]
@@ -80,14 +88,17 @@ class Check(Protocol):
 
 
 CHECKS: tuple[Check, ...] = (
+    DeadTimeout(),
     EndlessSpin(),
     GoalWithoutPlan(),
     NearName(),
+    NotPortable(),
     ShadowedPlan(),
     UnboundComparison(),
     UnknownAgent(),
     UnknownBelief(),
     UnmatchedDeletion(),
+    UntestedPercept(),
 )
 """All checks; a new one is added here."""
 

@@ -85,6 +85,15 @@ def location_of(name: str, start: Location, skip: str = "") -> Location:
     return start if match is None else _location(start.file, match.start())
 
 
+def declaration_of(percept: str, file: str) -> Location:
+    """Where a remark of a source declares a percept; the beginning of the source if none does."""
+    for remark in re.finditer(r"//\s*lint:\s*percepts\b[^\n]*", text_of(file)):
+        name = re.search(rf"(?<!\w){re.escape(percept)}(?!\w)", remark[0])
+        if name is not None:
+            return _location(file, remark.start() + name.start())
+    return Location(file, 1, 1)
+
+
 def _location(file: str, offset: int) -> Location:
     before = text_of(file)[:offset]
     return Location(file, before.count("\n") + 1, offset - (before.rfind("\n") + 1) + 1)

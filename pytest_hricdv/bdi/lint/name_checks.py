@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from pytest_hricdv.bdi.language.errors import Location
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
 from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, System, annotated_sources, predicate_text
+from pytest_hricdv.bdi.lint.model_builder import declaration_of
 from pytest_hricdv.bdi.logic.substitution import renamed_apart
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -92,6 +94,40 @@ class UnmatchedDeletion:
 
 def _sources(additions: list[Addition]) -> str:
     return " and ".join(sorted({addition.source or "any source" for addition in additions}))
+
+
+class UntestedPercept:
+    """Declared percepts that no agent tests: what comes from outside, and changes nothing."""
+
+    name = "untested-percept"
+    why = "Whoever adds it expects an effect: it has none, as no condition, plan or deletion names it."
+
+    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
+        """One finding for each name, where a source declares it, else at the beginning of the first agent's source."""
+        for percept, file in sorted(system.percepts, key=str):
+            agents = [agent for agent in system.agents if file in (None, agent.file)]
+            if any(map(_tests_any_belief, agents)):
+                continue
+            used = {mention.literal.functor for agent in agents for mention in (*agent.tests, *agent.deletions)}
+            if agents and percept not in used and not any(percept in _asked_for(agent) for agent in agents):
+                near = one_letter_away(percept, used)
+                hint = f"; did you mean {near}?" if near else ""
+                place = declaration_of(percept, agents[0].file if file is None else file)
+                names = " or ".join(sorted(agent.name for agent in agents))
+                yield place, f"the percept {percept} is declared, and never tested by {names}{hint}"
+
+
+def _tests_any_belief(agent: AgentModel) -> bool:
+    """Whether a plan or query may be about any belief: its literal is a variable."""
+    if any(not isinstance(plan.trigger.literal, Structure) for plan in agent.plans if len(plan.trigger.sign) == 1):
+        return True
+    return ".add_plan" in agent.actions or ".belief" in agent.actions
+
+
+def _asked_for(agent: AgentModel) -> set[str]:
+    """The names in messages and other calls, which may be questions about beliefs."""
+    parts = parts_of(tuple((plan.context, plan.body) for plan in agent.plans))
+    return {part.functor for part in parts if isinstance(part, Structure)}
 
 
 class GoalWithoutPlan:
