@@ -93,7 +93,7 @@ def counted(run: Counted) -> Iterator[None]:
 
 def is_even(work: int, rounds: int, max_rounds: int) -> bool:
     """Whether a run that does as much work in all its rounds is far from the limit, so that its parts need no sum."""
-    return 2 * work * max_rounds <= MAX_WORK * rounds
+    return 2 * (work - WORK_PER_CYCLE * rounds) * max_rounds <= MAX_WORK * rounds
 
 
 def too_large() -> LimitError:

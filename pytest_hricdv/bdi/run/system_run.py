@@ -193,6 +193,16 @@ class SystemRun:
         self.order = tuple(self.agents.values())
         livelock = LivelockDetector(self.agents)
         while self.rounds < max_rounds:
+            # Between parts of the run things are counted: within them, even a comparison in each round would show.
+            ended = self._do_part(livelock, min(max_rounds, self.rounds + ROUNDS_BETWEEN_COUNTS))
+            if ended:
+                return ended
+            self._count_held()
+        return "round limit"
+
+    def _do_part(self, livelock: LivelockDetector, until: int) -> str:
+        """Do rounds until the run ends by itself, as `go`, or has had so many: then empty."""
+        while self.rounds < until:
             if not self.do_round():
                 if not self._jump():
                     return "idle"
@@ -212,7 +222,7 @@ class SystemRun:
                 and (not self._jump() or livelock.repeats_after_jump(self.ticks, self.progress))
             ):
                 return "spin"
-        return "round limit"
+        return ""
 
     def do_round(self) -> bool:
         """Let every agent do a reasoning cycle that has anything to do; False if there is none."""
@@ -226,9 +236,6 @@ class SystemRun:
                     raise BdiError(f"{agent.name}: {_limit(error, agent)}") from None
         if acted:
             self.rounds += 1
-            WORK.left += WORK_PER_CYCLE * len(self.agents)
-            if not self.rounds % ROUNDS_BETWEEN_COUNTS:
-                self._count_held()
         return acted
 
     def _count_held(self) -> None:
@@ -240,6 +247,7 @@ class SystemRun:
         if WORK.left < 0:
             raise overworked()
         agents = self.agents.values()
+        WORK.left += WORK_PER_CYCLE * ROUNDS_BETWEEN_COUNTS * len(agents)
         for kind, count in (
             ("beliefs", lambda agent: sum(map(len, agent.beliefs.buckets.values()))),
             ("plans", lambda agent: len(agent.library.plans)),

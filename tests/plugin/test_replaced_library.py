@@ -1,0 +1,59 @@
+"""Code that replaces parts of Python's library for the whole process loses no result; wrong parts are named."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin.project import MODES, change, report
+
+pytestmark = pytest.mark.slow
+
+SUITE = "--hri-suite=by-hand"
+WRONG = {
+    "hashlib.sha256": "import hashlib; hashlib.sha256 = lambda data=b'', **_: hashlib.md5(data)",
+    "json.dumps": "import json; json.dumps = lambda value, **_: '{}'",
+    "zlib.compress": "import zlib; zlib.compress = lambda data, level=-1: b''",
+    "builtins.sorted": "import builtins; builtins.sorted = lambda items, **_: [*items]",
+}
+HARMLESS = {
+    "sys.stdout": "import io, sys; sys.stdout = sys.stderr = io.StringIO()",
+    "no sys.stdout": "import sys; sys.stdout = None",
+    "time": "import time; time.time = time.monotonic = time.perf_counter = lambda: 5.0",
+    "os.replace": "import os; os.replace = os.rename = lambda *_: None",
+    "JSONEncoder.default": "import json; json.JSONEncoder.default = lambda self, value: 'x'",
+}
+PLACE = ("lamps/guide.py", "    if wish.level == 0.0:\n        return switched_off()\n")
+
+
+def _hashes(lamps: pytest.Pytester) -> list[str]:
+    return [test["record_sha256"] for test in report(lamps.path)["tests"]]
+
+
+@pytest.mark.parametrize("options", [MODES["plain"], MODES["on two workers"]], ids=["plain", "on two workers"])
+@pytest.mark.parametrize("name", WRONG)
+def test_what_answers_wrongly_fails_the_session(lamps: pytest.Pytester, name: str, options: tuple[str, ...]) -> None:
+    change(lamps.path, *PLACE, f"    {WRONG[name]}\n" + PLACE[1])
+    result = lamps.runpytest_subprocess(SUITE, *options)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines([f"*{name} of Python's library answers wrongly: the code under test has replaced*"])
+    assert len(_hashes(lamps)) == 4
+    assert report(lamps.path)["not_run"] == 0
+
+
+@pytest.mark.parametrize("name", HARMLESS)
+def test_what_makes_no_difference_makes_none(lamps: pytest.Pytester, name: str) -> None:
+    lamps.runpytest_subprocess(SUITE)
+    before = _hashes(lamps)
+    change(lamps.path, *PLACE, f"    {HARMLESS[name]}\n" + PLACE[1])
+    result = lamps.runpytest_subprocess(SUITE)
+    assert result.ret == pytest.ExitCode.OK
+    assert _hashes(lamps) == before
+    result.stdout.fnmatch_lines(["tests: 3 passed, 1 known to fail"])
+
+
+def test_a_violation_is_a_failure_although_pytest_fail_does_nothing(lamps: pytest.Pytester) -> None:
+    change(lamps.path, "pytest.ini", "hri_known_violations =\n    R2: the hall has no dimmer\n", "")
+    change(lamps.path, *PLACE, "    import pytest; pytest.fail = lambda *_, **__: None\n" + PLACE[1])
+    result = lamps.runpytest_subprocess(SUITE)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert "failed" in {test["outcome"] for test in report(lamps.path)["tests"]}
