@@ -49,8 +49,8 @@ def test_code_that_ends_the_process_loses_no_result(lamps: pytest.Pytester) -> N
 
 
 def test_the_test_functions_own_words_keep_their_meaning(lamps: pytest.Pytester) -> None:
-    host = "def test_lamps(hri_case):\n    hri_case.check(hri_case.run())\n"
-    change(lamps.path, "test_lamps.py", host, f"import pytest\n\n\n{host[:30]}    pytest.skip('rig is busy')\n")
+    change(lamps.path, "test_lamps.py", "def test_lamps(hri_case):\n", "import pytest\n\n\ndef test_lamps(hri_case):\n")
+    change(lamps.path, "test_lamps.py", "    hri_case.check(hri_case.run())\n", "    pytest.skip('rig is busy')\n")
     result = lamps.runpytest_subprocess(SUITE)
     assert result.ret == pytest.ExitCode.OK
-    result.assert_outcomes(skipped=4, passed=1)
+    result.assert_outcomes(skipped=4, deselected=1)
