@@ -7,12 +7,13 @@ import os
 import sys
 from pathlib import Path
 from subprocess import run
-from typing import Any
+from typing import IO, Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv._base import atomic_file
 from pytest_hricdv.report.files import prepare, write
 from pytest_hricdv.results.codec import ReportError, canonical, load
 from tests.report import sample
@@ -81,16 +82,15 @@ def test_a_failed_write_leaves_whole_files_and_no_parts(
     old = [path.read_bytes() for path in write(sample.report(tests=1), tmp_path)]
     new = [path.read_bytes() for path in write(sample.report(tests=2), tmp_path / "new")]
     written: list[Path] = []
-    really = Path.write_bytes
 
-    def full(path: Path, data: bytes) -> int:
+    def full(path: Path, mode: str) -> IO[bytes]:
         written.append(path)
         if len(written) == full_at:
-            really(path, data[:100])
+            path.write_bytes(b"{" * 100)
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-        return really(path, data)
+        return path.open(mode)
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(atomic_file, "_OPEN", full)
     with pytest.raises(ReportError, match="disk is full"):
         write(sample.report(tests=2), tmp_path)
     assert (tmp_path / "report.json").read_bytes() == (old if full_at == 1 else new)[0]
@@ -112,10 +112,10 @@ def test_an_exception_while_writing_leaves_the_old_files(tmp_path: Path, monkeyp
     write(sample.report(tests=1), tmp_path)
     old = (tmp_path / "report.json").read_bytes()
 
-    def interrupted(path: Path, data: bytes) -> int:
+    def interrupted(path: Path, mode: str) -> IO[bytes]:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Path, "write_bytes", interrupted)
+    monkeypatch.setattr(atomic_file, "_OPEN", interrupted)
     with pytest.raises(KeyboardInterrupt):
         write(sample.report(tests=2), tmp_path)
     assert (tmp_path / "report.json").read_bytes() == old
