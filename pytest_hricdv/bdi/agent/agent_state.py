@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.agent.intentions import (
 )
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError
-from pytest_hricdv.bdi.language.syntax import Formula, Plan, Rule
+from pytest_hricdv.bdi.language.syntax import GOAL_STATE, Formula, Plan, Rule, with_state
 from pytest_hricdv.bdi.language.terms import Call, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.inference import MAX_NESTED_QUERIES
@@ -157,8 +157,10 @@ class AgentState:
         stack = intention.stack
         while stack and (done := stack[-1]).pc >= len(done.body):
             stack.pop()
-            if done.sign == "+!" and self.run.goal is not None:
-                self.run.note_achieved(self.name, done.literal)
+            if done.sign == "+!":
+                if self.run.goal is not None:
+                    self.run.note_achieved(self.name, done.literal)
+                self.note_goal(done.literal, "finished")
             if stack:
                 caller = stack[-1]
                 if not done.literal.ground:
@@ -228,12 +230,24 @@ class AgentState:
             self._wake_waiting_for(sign, literal)
         if intention is not None or self.library.options[sign][literal.key]:
             self.events.append((sign, literal, intention))
+        if sign == "+!":
+            self.note_goal(literal, "started")
 
     def post_goal(self, goal: Structure) -> None:
         """Add a goal to be pursued in a new intention."""
         if self.waits:
             self._wake_waiting_for("+!", goal)
         self.events.append(("+!", goal, None))
+        self.note_goal(goal, "started")
+
+    def note_goal(self, goal: Structure, state: str) -> None:
+        """Say what has become of a goal; as in Jason, the agent reacts to that before it reacts to anything else."""
+        waited = any(wait.trigger is not None and wait.trigger.sign == GOAL_STATE for wait in self.waits)
+        if self.library.follows_goals or waited:
+            event = with_state(goal, state)
+            self._wake_waiting_for(GOAL_STATE, event)
+            if self.library.options[GOAL_STATE][event.key]:
+                self.events.appendleft((GOAL_STATE, event, None))
 
     def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
         """Let the intentions go on in the next cycle that wait for an event like this one."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.intentions import ADDED_GOALS, Event, HardDeadline, IntendedMeans, Intention
 from pytest_hricdv.bdi.language.errors import BdiError, Location
-from pytest_hricdv.bdi.language.syntax import Comparison, ConditionStatement, InternalActionCall, TestGoal
+from pytest_hricdv.bdi.language.syntax import GOAL_STATE, Comparison, ConditionStatement, InternalActionCall, TestGoal
 from pytest_hricdv.bdi.language.terms import Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -41,11 +41,18 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
     # An `error(...)` of its own is one more, as in Jason: a plan that asks for it by name is applicable, too.
     replaced = {annot.functor for annot in extra if isinstance(annot, Structure)} - {"error"}
     annots = tuple(annot for annot in annots if annot.functor not in replaced)
-    if means.sign in ADDED_GOALS and _handle(agent, intention, len(intention.stack) - 1, annots + extra):
-        return
+    if means.sign in ADDED_GOALS:
+        _note_failed(agent, means.sign, means.literal)
+        if _handle(agent, intention, len(intention.stack) - 1, annots + extra):
+            return
     goal = f"{means.sign}{means.literal.without_annotations()}"
     agent.run.warn(f"{agent.name}: {place}: {message}: no failure plan, the intention of {goal} is dropped")
     agent.note_end(intention)
+
+
+def _note_failed(agent: AgentState, sign: str, goal: Structure) -> None:
+    if sign == "+!":
+        agent.note_goal(goal, "failed")
 
 
 def _error_message(error: str, message: str, means: IntendedMeans) -> str:
@@ -93,7 +100,7 @@ def no_applicable_plan(agent: AgentState, event: Event) -> bool:
         Whether that was all for this cycle; if not, another event is selected.
     """
     sign, literal, intention = event
-    if len(sign) == 1:
+    if len(sign) == 1 or sign == GOAL_STATE:
         return False
     if sign in ADDED_GOALS:
         has_relevant_plan = bool(agent.library.relevant(sign, literal.key))
@@ -136,6 +143,7 @@ def fail_goal(
         Structure("code", (literal,)),
         *_place(intention.stack[-1].statement.location if intention.stack else None),
     )
+    _note_failed(agent, sign, literal)
     handler = "-" + sign[1]
     if agent.library.relevant(handler, literal.key):
         _post(agent, handler, literal, annots, intention)

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pytest_hricdv.bdi.language.syntax import SIGNS, And, Comparison, EventKey, Formula, Not, Or, Plan, Trigger
+from pytest_hricdv.bdi.language.syntax import (
+    GOAL_STATE,
+    SIGNS,
+    And,
+    Comparison,
+    EventKey,
+    Formula,
+    Not,
+    Or,
+    Plan,
+    Trigger,
+)
 from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_evaluable, is_ground
 from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -34,6 +45,8 @@ class PlanLibrary:
         self.options = {sign: Options(self, sign) for sign in SIGNS}
         """The :meth:`relevant` plans by sign and predicate, prepared for selection."""
         self._by_sign = {sign: tuple(plan for plan in plans if plan.trigger.sign == sign) for sign in SIGNS}
+        self.follows_goals = bool(self._by_sign[GOAL_STATE])
+        """Whether a plan is for the states of goals."""
         self._steady: dict[Key, bool] = {}
         message_plans = self.relevant("+!", KQML_RECEIVED)
         self.has_own_message_plans = any(not plan.builtin for plan in message_plans)

@@ -199,8 +199,19 @@ def block_text(body: Body) -> str:
 
 EventKey = tuple[str, Key]
 """The index of plans: the sign of the event, and the key of its literal."""
-SIGNS = ("+", "-", "+!", "-!", "+?", "-?")
-"""The signs of events: of beliefs, achievement goals and test goals."""
+GOAL_STATE = "^!"
+"""The sign of an event that says what has become of an achievement goal, in its annotation ``state(S)``."""
+STATE = (False, "state", 1)
+"""The key of the annotation."""
+GOAL_STATES = ("started", "finished", "failed")
+"""What becomes of a goal, of Jason 1.4.2: the values of ``state``. It has ``suspended`` and ``resumed``, too."""
+SIGNS = ("+", "-", "+!", "-!", "+?", "-?", GOAL_STATE)
+"""The signs of events: of beliefs, achievement goals and test goals, and of the states of goals."""
+
+
+def with_state(goal: Structure, state: str) -> Structure:
+    """The literal of the event that says what has become of a goal."""
+    return goal.with_annotations((*goal.annots, Structure("state", (Structure(state),))))
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ _CHAIN_ENDS = frozenset({"_DOT", "SEMICOLON", "COMMA"})
 
 _BRACKETS = {"LPAR": "(", "LSQB": "[", "LBRACE": "{", "BANG": "!", "QMARK": "?"}
 _HINTS = {
-    "^": "; meta-events such as ^!g are not supported",
+    "^": "; an event of a goal's state is written ^!g[state(S)]",
     "'": "; strings are in double quotes, names with other characters in single quotes, on one line",
     "%": "; the remainder is 'mod', comments begin with '//'",
     "#": "; comments begin with '//'",

@@ -13,6 +13,9 @@ from lark.visitors import Transformer_NonRecursive
 from pytest_hricdv.bdi.language.errors import NO_LOCATION, BdiSyntaxError, EvaluationError, Location
 from pytest_hricdv.bdi.language.plan_patterns import PlanPattern, expand_pattern, plans_in
 from pytest_hricdv.bdi.language.syntax import (
+    GOAL_STATE,
+    GOAL_STATES,
+    STATE,
     TRUE,
     AchievementGoal,
     And,
@@ -178,7 +181,17 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
 
     def trigger(self, meta: Meta, items: Children) -> Trigger:
         sign = str(items[0]) + ("" if items[1] is None else str(items[1]))
+        if sign == GOAL_STATE:
+            self._see_that_it_may_come(meta, items[2])
         return Trigger(sign, items[2])
+
+    def _see_that_it_may_come(self, meta: Meta, goal: GoalTerm) -> None:
+        """See that an event of a goal's state names none that never comes."""
+        annots = () if isinstance(goal, Variable) else goal.annots
+        states = [annot.args[0] for annot in annots if isinstance(annot, Structure) and annot.key == STATE]
+        for state in states:
+            if not isinstance(state, Variable) and str(state) not in GOAL_STATES:
+                raise self._error(meta, f"expected {', '.join(GOAL_STATES)} or a variable as the state, found {state}")
 
     def context(self, meta: Meta, items: Children) -> Formula | None:
         return None if items[0] is None else self._formula(meta, items[0])

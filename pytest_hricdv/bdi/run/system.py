@@ -16,7 +16,7 @@ from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
 from pytest_hricdv.bdi.language.limits import MAX_HELD
 from pytest_hricdv.bdi.language.parser import parse_literal, read_program
 from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals, read_project
-from pytest_hricdv.bdi.language.syntax import Plan, Program, Rule
+from pytest_hricdv.bdi.language.syntax import GOAL_STATE, Plan, Program, Rule, with_state
 from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
 from pytest_hricdv.bdi.logic.substitution import renamed_apart
@@ -285,7 +285,10 @@ def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> Agen
         own = _with_source(belief)
         if base.add(own) and library.relevant("+", own.key):
             events.append(("+", own))
-    events += [("+!", _with_source(_with_own_variables(goal))) for goal in goals]
+    initial = [_with_source(_with_own_variables(goal)) for goal in goals]
+    started = [(GOAL_STATE, with_state(goal, "started")) for goal in reversed(initial)]
+    followed = [event for event in started if library.relevant(GOAL_STATE, event[1].key)]
+    events = [*followed, *events, *(("+!", goal) for goal in initial)]
     return AgentTemplate(entry.name, program, base.content(), library, events)
 
 

@@ -208,6 +208,14 @@ class TracedAgent(Agent):
         super().post_goal(goal)
         self._events[id(self.events[-1])] = step
 
+    def note_goal(self, goal: Structure, state: str) -> None:
+        """Note what has become of a goal, if a plan is for that."""
+        before = len(self.events)
+        super().note_goal(goal, state)
+        if len(self.events) > before:
+            sign, literal, _ = self.events[0]
+            self._events[id(self.events[0])] = self._note_event(sign, literal, self.cause)
+
     def react(self, event: Event) -> IntendedMeans | bool:
         """Note the choice of a plan."""
         self.cause = self._events.pop(id(event), None)

@@ -338,3 +338,31 @@ def test_atomic_plan_that_waits_for_others_or_time_is_not_warned_of(tmp_path: Pa
     source = "!x. !y. @l[atomic] +!x <- .wait(0); .wait({+q}); .wait({+never}, 5). -!x <- .print(x). +!y <- .print(y)."
     result = system_of(tmp_path, a=source, b="!s. +!s <- .wait(20); .send(a, tell, q).").run()
     assert (result.prints, result.warnings) == (["[a] x", "[a] y"], [])
+
+
+@pytest.mark.parametrize(
+    ("rest", "printed"),
+    [
+        ("+!g. ^!g[state(S)] <- .print(S).", ["started", "go on", "finished"]),
+        ("+!g <- .fail. -!g. ^!g[state(S)] <- .print(S).", ["started", "failed", "go on"]),
+        ("-!g. ^!g[state(S)] <- .print(S).", ["started", "failed", "go on"]),
+        ("+!g. ^!G[state(finished)] <- .print(G).", ["go on", "g", "go"]),
+        ("+!g. ^!g[state(S)] : S == failed <- .print(S).", ["go on"]),
+        ("+!g : true. ^!go[state(started)] <- .print(first).", ["first", "go on"]),
+        ("+!g. !w. +!w <- .wait({^!g[state(finished)]}); .print(waited).", ["go on", "waited"]),
+        ("+!g <- .add_plan({^!h[state(S)] <- .print(S)}); !!h. +!h.", ["go on", "started", "finished"]),
+        ("+!g. ^!g[state(started)] <- .fail.", ["go on"]),
+        (
+            "+!g <- !h. +!h <- .fail. -!g. ^!h[state(S)] <- .print(h, S). ^!g[state(S)] <- .print(S).",
+            ["started", "hstarted", "hfailed", "go on"],
+        ),
+    ],
+)
+def test_plans_say_what_becomes_of_a_goal(tmp_path: Path, rest: str, printed: list[str]) -> None:
+    assert prints_of(tmp_path, f'!go. +!go <- !g; .print("go on"). {rest}') == printed
+
+
+def test_goal_of_a_message_is_followed_in_a_trace_too(tmp_path: Path) -> None:
+    sources = {"a": "!go. +!go <- .send(b, achieve, g).", "b": "+!g. ^!g[state(S)] <- .print(S)."}
+    system = system_of(tmp_path, **sources)
+    assert system.run(trace=True).prints == system.run().prints == ["[b] started", "[b] finished"]

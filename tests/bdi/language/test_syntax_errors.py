@@ -42,7 +42,16 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("@l(1) +!a.", "human.asl:1:1: expected a name as a plan's label, found l(1)"),
         ("@one @two +!a.", "human.asl:1:6: expected an event such as +!g or -b, found '@'"),
         ("+!a <- if b { c }.", "human.asl:1:11: expected '(', found 'b'"),
-        ("^!a <- b.", "human.asl:1:1: unexpected character '^'; meta-events such as ^!g are not supported"),
+        ("^?a <- b.", "human.asl:1:2: expected '!', found '?'"),
+        (
+            "p(^a).",
+            "human.asl:1:3: expected a term or condition, found '^'; an event of a goal's state is written "
+            "^!g[state(S)]",
+        ),
+        (
+            "^!a[state(suspended)] <- b.",
+            "human.asl:1:1: expected started, finished, failed or a variable as the state, found suspended",
+        ),
         (
             "p('x).",
             'human.asl:1:3: unexpected character "\'"; strings are in double quotes, names with other characters in '
