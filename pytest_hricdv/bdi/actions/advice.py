@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-_PROJECT = "agents are those of the project file: name it there, and let it begin with a message"
+_SOURCE = 'agents begin with what a source says: .create_agent(name, "source.asl"), and tell it what it is to know'
 _DIRECTORY = "there is no directory: agents tell each other what they offer, as in .broadcast(tell, offers(S))"
 _COLLECTION = "collections of Java are not there: use a list with .member, .union and .delete, or beliefs"
 
@@ -13,9 +13,7 @@ _INSTEAD = {
     ".assert": "beliefs are added with +b",
     ".asserta": "beliefs are added with +b",
     ".retract": "beliefs are deleted with -b, all of a kind with .abolish",
-    ".clone": _PROJECT,
-    ".create_agent": _PROJECT,
-    ".kill_agent": f"{_PROJECT}; the run ends with .stopMAS",
+    ".clone": _SOURCE,
     ".save_agent": "what an agent believes is printed with .findall and .print",
     ".copy": "terms do not change: use the variable; with new variables, .copy_term",
     ".df_deregister": _DIRECTORY,

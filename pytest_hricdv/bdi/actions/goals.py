@@ -232,6 +232,20 @@ def _rest(agent: AgentState, means: IntendedMeans) -> Term:
     return agent.value(rest, means.unifier | own)
 
 
+@internal_action("create_agent", 2, inspects=True)
+def _create_agent(invocation: Invocation) -> Outcome:
+    """``.create_agent(Name, "source.asl")``; the agent acts from the next round on, as the last."""
+    if invocation.is_free(0) or invocation.is_free(1):
+        raise EvaluationError(f"{invocation.call}: expected a name and a source, found a variable without a value")
+    invocation.agent.run.create_agent(invocation.text(0), invocation.text(1), invocation.call.location)
+    return True
+
+
+@internal_action("kill_agent", 1, inspects=True)
+def _kill_agent(invocation: Invocation) -> Outcome:
+    return invocation.agent.run.kill_agent(invocation.text(0))
+
+
 @internal_action("stopMAS", 0, 1)
 def _stop_mas(invocation: Invocation) -> Outcome:
     if invocation.args and invocation.number(0) < 0:

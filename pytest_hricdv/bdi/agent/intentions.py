@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
+from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax import Body, ExternalAction, For, Formula, Plan, Statement, Trigger, While
 from pytest_hricdv.bdi.language.terms import Number, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -297,6 +298,12 @@ class RunServices(Protocol):
 
     def deliver(self, receiver: str, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
+
+    def create_agent(self, name: str, source: str, place: Location) -> None:
+        """Let a new agent take part from the next round on, with what a source file says."""
+
+    def kill_agent(self, name: str) -> bool:
+        """Let an agent take part no longer; whether there was one of that name."""
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
         """Let the environment execute an action; whether it succeeded."""

@@ -208,7 +208,9 @@ class Memo:
     ) -> RecordingRun:
         """A run that is at a node."""
         dependencies = Dependencies(forwarding, atoms, arrived=node.states is not None)
-        return RecordingRun(environment, seed, self.system.templates, dependencies, node.states)
+        run = RecordingRun(environment, seed, self.system.templates, dependencies, node.states)
+        run.new_agent = self.system.new_agent
+        return run
 
     def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int, done: int = 0) -> Segment | None:
         """Execute the next segment of a run that is at a node; None if that is not possible."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from pytest_hricdv.bdi.actions import StandardActions, check_calls, inspects_intentions
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
-from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
+from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.limits import MAX_HELD
 from pytest_hricdv.bdi.language.parser import parse_literal, read_program
 from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals, read_project
@@ -200,10 +200,35 @@ class MultiAgentSystem:
         run = _new_run(self.environment, seed, awaited, jitter, trace)
         for template in self.templates:
             run.agents[template.name] = template.agent(run, TracedAgent if trace else Agent)
+        run.new_agent = self.new_agent
         try:
             return _result(run, run.go(max_rounds))
         finally:
             run.close()
+
+    def new_agent(self, run: SystemRun, name: str, source: str, place: Location) -> Agent:
+        """An agent for a run, with a source that lies beside the project file or the sources of its agents.
+
+        Args:
+            run: the run.
+            name: its name.
+            source: its source file.
+            place: where it is asked for, for the error.
+
+        Raises:
+            BdiError: the source is missing, cannot be read, or uses an unknown internal action.
+        """
+        entries = self._project.agents
+        folders = [Path(entries[0].location.file).parent, *(entry.source.parent for entry in entries)]
+        candidates = [folder / source for folder in folders]
+        path = next((candidate for candidate in candidates if candidate.exists()), candidates[0])
+        if not path.exists():
+            raise BdiError(f"{place}: no such file: {path}; the source of a new agent lies beside the project file")
+        program = read_program(path)
+        check_calls(program)
+        library = PlanLibrary((*program.plans, *_message_plans()))
+        template = _template(AgentEntry(name, path, place), program, library)
+        return template.agent(run, TracedAgent if isinstance(run, TracedRun) else Agent)
 
     def show(self, percepts: Mapping[str, Iterable[str | Structure]] | None) -> None:
         """Let agents perceive these literals in the environment, instead of what it lists for them.
@@ -235,7 +260,7 @@ def _new_run(
 
 
 def _result(run: SystemRun, ended: str) -> Result:
-    plans = {name: agent.executed for name, agent in run.agents.items()}
+    plans = {name: agent.executed for name, agent in {**run.killed, **run.agents}.items()}
     trace = Trace(tuple(run.steps)) if isinstance(run, TracedRun) else None
     return Result(run.prints, plans, run.actions, run.rounds, ended, run.warnings, run.time_ms, trace)
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 import random
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, HardDeadline, Message, Percepts, Question, Wait, ticks_of
-from pytest_hricdv.bdi.language.errors import BdiError
+from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import (
     CHARACTERS,
     MAX_HELD,
@@ -27,6 +27,7 @@ from pytest_hricdv.bdi.language.limits import (
     overworked,
     spend,
 )
+from pytest_hricdv.bdi.language.project import MAX_AGENTS
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure, Variable
 from pytest_hricdv.bdi.logic.unify import unify
@@ -51,6 +52,10 @@ class SystemRun:
         self.environment = environment
         self.agents: dict[str, Agent] = {}
         """The agents by name, in the order in which they act."""
+        self.killed: dict[str, Agent] = {}
+        """Agents that took part, by name."""
+        self.new_agent: Callable[[SystemRun, str, str, Location], Agent] | None = None
+        """Makes an agent of a name, a source and the place that asks for it."""
         self.prints: list[str] = []
         self.actions: list[tuple[str, str]] = []
         self.warnings: list[str] = []
@@ -128,9 +133,40 @@ class SystemRun:
     def deliver(self, receiver: str, message: Message) -> None:
         """Put a message into its receiver's mailbox."""
         spend(1)
-        agent = self.agents[receiver]
+        agent = self.agents.get(receiver)
+        if agent is None:  # killed while the message was under way
+            return
         agent.mailbox.append(message)
         agent.awake = True
+        self.progress += 1
+
+    def create_agent(self, name: str, source: str, place: Location) -> None:
+        """Let a new agent take part from the next round on, with what a source file says.
+
+        Raises:
+            EvaluationError: there is an agent of that name.
+            BdiError: the source cannot be read, or there are too many agents.
+        """
+        if name in self.agents:
+            raise EvaluationError(f"there is an agent {name} already", "internal_action")
+        if len(self.agents) >= MAX_AGENTS:
+            raise BdiError(f"{place}: more than {MAX_AGENTS:,} agents: {name} cannot be created")
+        if self.new_agent is None:
+            raise BdiError(f"{place}: agents cannot be created in this run")
+        self.agents[name] = self.new_agent(self, name, source, place)
+        self._note_agents_changed()
+
+    def kill_agent(self, name: str) -> bool:
+        """Let an agent take part no longer; whether there was one of that name."""
+        if name not in self.agents:
+            return False
+        killed = self.killed[name] = self.agents.pop(name)
+        killed.awake = False  # it may come later in this round
+        self._note_agents_changed()
+        return True
+
+    def _note_agents_changed(self) -> None:
+        self.order = tuple(self.agents.values())
         self.progress += 1
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.bdi import BdiError
+from pytest_hricdv.bdi.lint import lint
 from tests.bdi.models import system_of
 
 
@@ -31,6 +32,52 @@ def test_action_does_what_jason_does(tmp_path: Path, body: str, prints: list[str
     assert [line.removeprefix("[a] ") for line in result.prints] == prints
 
 
+NEW = "!s. +!s <- .my_name(N); .print(up). +!hi[source(S)] <- .print(hi, S)."
+
+
+@pytest.mark.parametrize(
+    ("body", "prints"),
+    [
+        ('.create_agent(c, "b.asl"); .wait(9)', ["[c] up"]),
+        ('N = c; .create_agent(N, "b.asl"); .send(N, achieve, hi); .wait(9)', ["[c] up", "[c] hia"]),
+        ('.create_agent(c, "b.asl"); .broadcast(achieve, hi); .wait(9)', ["[c] up", "[c] hia"]),
+        ('.create_agent(c, "b.asl"); .kill_agent(c); .wait(9)', []),
+        ('.create_agent(c, "b.asl"); .wait(9); .all_names(L); .print(L)', ["[c] up", "[a] [a,c]"]),
+        ('.create_agent(c, "b.asl"); .kill_agent(c); .all_names(L); .print(L)', ["[a] [a]"]),
+        ('.create_agent(a, "b.asl")', ["[a] there is an agent a already"]),
+        ('.create_agent(c, "b.asl"); .kill_agent(c); .send(c, achieve, hi)', ["[a] there is no agent c to send to"]),
+        (".kill_agent(c)", ["[a] "]),
+        ('for (.range(I, 1, 3)) { .concat(c, I, N); .create_agent(N, "b.asl") }', ["[c1] up", "[c2] up", "[c3] up"]),
+        (".kill_agent(a); .print(no)", []),
+    ],
+)
+@pytest.mark.parametrize("jitter", [0, 3])
+def test_agents_are_created_and_killed(tmp_path: Path, body: str, prints: list[str], jitter: int) -> None:
+    (tmp_path / "b.asl").write_text(NEW, encoding="utf-8")
+    system = system_of(tmp_path, a=f"!go. +!go <- {body}. -!go[error_msg(M)] <- .print(M).")
+    result = system.run(jitter=jitter, trace=jitter > 0)
+    assert sorted(result.prints) == sorted(prints)
+    assert jitter or result.prints == prints
+    if "create_agent" in body:
+        assert not [finding for finding in lint([tmp_path / "mas.mas2j"]) if "no agent" in str(finding)]
+
+
+@pytest.mark.parametrize(
+    ("call", "source", "message"),
+    [
+        ('.create_agent(c, "no.asl")', "", r"a\.asl:1:14: no such file: .*no\.asl"),
+        ('.create_agent(c, "b.asl")', "+!g <- .prnt(x).", r"b\.asl:1:8: unknown internal action \.prnt"),
+        ('.create_agent(c, "b.asl")', "+!g <- ", r"b\.asl:1:7: expected"),
+    ],
+)
+def test_source_of_a_new_agent_that_cannot_be_read_ends_the_run(
+    tmp_path: Path, call: str, source: str, message: str
+) -> None:
+    (tmp_path / "b.asl").write_text(source, encoding="utf-8")
+    with pytest.raises(BdiError, match=message):
+        system_of(tmp_path, a=f"!go. +!go <- {call}.").run()
+
+
 def test_verbosity_is_ignored_with_a_warning(tmp_path: Path) -> None:
     result = system_of(tmp_path, a="!go. +!go <- .verbose(2).").run()
     (warning,) = result.warnings
@@ -42,8 +89,7 @@ def test_verbosity_is_ignored_with_a_warning(tmp_path: Path) -> None:
     [
         (".foreach(1)", "unknown internal action .foreach; use for (condition) { ... }"),
         (".if_then_else(1)", "use if (condition) { ... } else { ... }"),
-        (".create_agent(b, x)", "agents are those of the project file"),
-        (".kill_agent(b)", "the run ends with .stopMAS"),
+        (".clone(b)", '.create_agent(name, "source.asl")'),
         (".set.create(S)", "use a list with .member"),
         (".df_search(s, L)", "agents tell each other what they offer"),
         (".sleep(3)", "use .wait(milliseconds)"),
