@@ -120,8 +120,8 @@ def ours(folder: Path) -> Totals:
     }
 
 
-QUICK = ("exclude_also", "partial_also", "omit", "dynamic contexts")
-"""Each takes two sessions in processes of their own: these always, the others among the slow tests."""
+QUICK = ("exclude_also",)
+"""Each takes two sessions in processes of their own: this always, the others among the slow tests."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in INI])

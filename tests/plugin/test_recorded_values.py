@@ -18,9 +18,8 @@ def hashes(lamps: pytest.Pytester) -> list[str]:
     return [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
 
 
-@pytest.mark.parametrize(
-    "kind", ["float32", pytest.param("int64", marks=pytest.mark.slow), pytest.param("asarray", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["float32", "int64", "asarray"])
 def test_numbers_of_numpy_are_recorded_as_what_they_stand_for(lamps: pytest.Pytester, kind: str) -> None:
     before = hashes(lamps)
     project.change(lamps.path, "conftest.py", SIGNAL, SIGNAL.replace(" level)", f" {NUMPY}.{kind}(level))"))

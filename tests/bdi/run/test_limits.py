@@ -152,6 +152,7 @@ def test_messages_that_double_between_agents_end(tmp_path: Path) -> None:
         system.run()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("low")
 def test_what_comes_after_an_overworked_run_has_no_limit_of_it(tmp_path: Path) -> None:
     with pytest.raises(BdiError, match=WORK):
@@ -159,6 +160,7 @@ def test_what_comes_after_an_overworked_run_has_no_limit_of_it(tmp_path: Path) -
     assert prints_of(tmp_path, f"!g. +!g <- L = [{','.join('x' * 5000)}]; .length(L,N); .print(N).") == ["5000"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("low")
 def test_each_run_with_the_memo_has_the_whole_limit(tmp_path: Path) -> None:
     source = "!g. +!g <- .findall(I,.range(I,1,15000),L); .print(done)."

@@ -40,6 +40,7 @@ def test_a_closing_loop(lamps: pytest.Pytester) -> None:
     assert timeless(there["closing"]) == timeless(here["closing"])
 
 
+@pytest.mark.slow
 def test_a_cluster_that_is_not_there(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_subprocess(*CLOSURE, "--hri-cluster=somewhere")
     result.stderr.fnmatch_lines(
