@@ -25,8 +25,6 @@ DIFFERENT = (
 """What comes otherwise than in both Jasons, on purpose: each has its row in the table of the two Jasons."""
 STRICT = ("default_action",)
 """Of these, what comes as in both Jasons where actions that nobody implements fail: with `bdi run --strict-actions`."""
-NOT_YET = ("fork_and",)
-"""What is refused, and legal in one Jason or both."""
 
 
 def _by_agent(lines: list[str]) -> dict[str, list[str]]:
@@ -55,12 +53,12 @@ def _expected(name: str) -> list[dict[str, list[str]]]:
     return [_by_agent(lines) for lines in printed if lines is not None]
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if name not in (*DIFFERENT, *NOT_YET)])
+@pytest.mark.parametrize("name", [name for name in CASES if name not in DIFFERENT])
 def test_case_prints_what_a_jason_printed(name: str, tmp_path: Path) -> None:
     assert _printed(name, tmp_path) in _expected(name)
 
 
-@pytest.mark.parametrize("name", [*DIFFERENT, *NOT_YET])
+@pytest.mark.parametrize("name", DIFFERENT)
 def test_case_that_is_said_to_differ_does(name: str, tmp_path: Path) -> None:
     assert _printed(name, tmp_path) not in _expected(name), "it is as in Jason now: take it from the list"
 

@@ -263,7 +263,10 @@ class Agent(AgentState):
         means = intention.stack[-1]
         body, pc = means.body, means.pc
         if pc >= len(body):
-            self.end_plans(intention)
+            if intention.branch_of is not None and len(intention.stack) == intention.branch_of.depth:
+                self.join(intention, intention.branch_of)
+            else:
+                self.end_plans(intention)
             return
         self.current = intention
         try:

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from pytest_hricdv.bdi.agent.intentions import (
     Event,
+    ForkedIntention,
     HardDeadline,
     IntendedMeans,
     Intention,
@@ -85,6 +86,8 @@ class AgentState:
         self.woken: list[Intention] = []
         """Intentions that will go on in the next cycle: what they waited for has happened in this one."""
         self.suspended: list[Intention] = []
+        self.forked: list[ForkedIntention] = []
+        """Intentions that wait for their branches."""
         self.suspending: list[Intention] = []
         """Intentions that will be suspended as soon as what they wait for has come."""
         self.current: Intention | None = None
@@ -156,6 +159,9 @@ class AgentState:
         """Remove finished plans from an intention; it continues in the plan that called them, or ends."""
         stack = intention.stack
         while stack and (done := stack[-1]).pc >= len(done.body):
+            if intention.branch_of is not None and len(stack) == intention.branch_of.depth:
+                self.ready(intention)  # to be joined in its next turn, as in Jason
+                return
             stack.pop()
             if done.sign == "+!":
                 if self.run.goal is not None:
@@ -173,6 +179,47 @@ class AgentState:
         if stack:
             self.ready(intention)
 
+    def join(self, branch: Intention, forked: ForkedIntention) -> None:
+        """A branch is done: the intention goes on with what it has bound, unless it needs the others, too."""
+        forked.branches.remove(branch)
+        forked.intention.top.unifier.update(branch.top.unifier)
+        if not forked.needs_all or not forked.branches:
+            self._drop_branches(forked)
+            self.go_on(forked.intention)
+
+    def _drop_branches(self, forked: ForkedIntention) -> None:
+        """Nothing of a fork is pursued any more."""
+        if forked in self.forked:
+            self.forked.remove(forked)
+        for branch in forked.branches:
+            self.remove_intention(branch)
+            for inner in [inner for inner in self.forked if inner.intention is branch]:
+                self._drop_branches(inner)
+            branch.branch_of = None
+            branch.stack.clear()  # so that whoever goes through all intentions does not take it for one
+        forked.branches.clear()
+
+    def leave_fork(self, branch: Intention, depth: int) -> None:
+        """If the plan at a depth of a branch's stack is given up, so are the forks above it, with their branches."""
+        while branch.branch_of is not None and depth < branch.branch_of.depth:
+            forked = branch.branch_of
+            if branch in forked.branches:
+                forked.branches.remove(branch)
+            branch.branch_of = forked.intention.branch_of
+            self._drop_branches(forked)
+            outer = branch.branch_of
+            if outer is not None:  # it takes the place of the branch that it was itself a branch of
+                outer.branches[outer.branches.index(forked.intention)] = branch
+
+    def gives_up_branch(self, branch: Intention) -> bool:
+        """Whether a branch that has failed is not needed, because another one may still be done."""
+        forked = branch.branch_of
+        if forked is None or forked.needs_all or len(forked.branches) < 2:
+            return False
+        forked.branches.remove(branch)
+        self.run.progress += 1
+        return True
+
     def _bind_results(self, done: IntendedMeans, caller: IntendedMeans) -> None:
         """Bind the caller's variables that the plan for its goal has bound."""
         asked = free_variables(done.literal)
@@ -186,6 +233,8 @@ class AgentState:
 
     def note_end(self, intention: Intention) -> None:
         """An intention has ended, by success or failure."""
+        if intention.branch_of is not None:
+            self.leave_fork(intention, -1)
         if self.atomic is intention:
             self.atomic = None
 

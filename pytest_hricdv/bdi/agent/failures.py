@@ -157,12 +157,15 @@ def _handle(agent: AgentState, intention: Intention, start: int, annots: tuple[T
     stack = intention.stack
     for depth in range(start, -1, -1):  # the innermost goal first
         means = stack[depth]
+        if intention.branch_of is not None and depth < intention.branch_of.depth and agent.gives_up_branch(intention):
+            return True
         handler = "-" + means.sign[1:]
         if agent.library.relevant(handler, means.literal.key):
             # A plan for a failure, or for a belief that can also be lost, ends the search.
             if means.sign not in ADDED_GOALS:
                 return False
             literal = means.literal
+            agent.leave_fork(intention, depth)
             del stack[depth:]
             _post(agent, handler, literal, annots, intention)
             return True
@@ -212,6 +215,7 @@ def _reach_deadline(agent: AgentState, intention: Intention, event: Event | None
     if event is not None and event in agent.events:
         agent.events.remove(event)
     if depth is not None:
+        agent.leave_fork(intention, depth)
         del intention.stack[depth:]
     fail_goal(agent, intention, "+!", goal, "deadline_reached", f"the hard deadline of {goal} is over")
     return True
@@ -232,6 +236,7 @@ def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bo
     stack = intention.stack
     for depth, means in enumerate(stack):
         if means.sign == "+!" and unify(goal, means.literal, dict(means.unifier), []):
+            agent.leave_fork(intention, depth)
             del stack[depth:]
             if succeeded:
                 agent.go_on(intention)

@@ -64,6 +64,12 @@ class IntendedMeans:
         self.loop: Loop | None = None
         """The loop whose statement is next, if it has been executed at least once."""
 
+    def copy(self) -> IntendedMeans:
+        """The plan at the same statement, with bindings of its own."""
+        means = IntendedMeans(self.plan, self.sign, self.literal, dict(self.unifier))
+        means.body, means.pc, means.blocks, means.loop = self.body, self.pc, list(self.blocks), self.loop
+        return means
+
     @property
     def finished(self) -> bool:
         """Whether the plan has no statement left."""
@@ -98,10 +104,12 @@ class IntendedMeans:
 class Intention:
     """A stack of plans, the one being executed last."""
 
-    __slots__ = ("number", "stack")
+    __slots__ = ("branch_of", "number", "stack")
 
     def __init__(self, number: int) -> None:
         self.number = number
+        self.branch_of: ForkedIntention | None = None
+        """What goes on once it is done, for a branch of a fork: it has copies of the plans below."""
         self.stack: list[IntendedMeans] = []
 
     @property
@@ -129,10 +137,30 @@ class Intention:
             and top.pc == len(top.body) - 1
             and not top.blocks
             and not top.plan.atomic
+            and self.branch_of is None
             and top.literal.ground
             and len(top.literal.annots) < 2
         ):
             self.stack.pop()
+
+
+class ForkedIntention:
+    """An intention that waits for its branches.
+
+    Args:
+        intention: the intention.
+        needs_all: whether it waits for all of them, or for one.
+    """
+
+    __slots__ = ("branches", "depth", "intention", "needs_all")
+
+    def __init__(self, intention: Intention, needs_all: bool) -> None:
+        self.intention = intention
+        self.needs_all = needs_all
+        self.depth = len(intention.stack)
+        """The number of plans that each branch has copies of; what is above is the branch's own."""
+        self.branches: list[Intention] = []
+        """Those that are not done."""
 
 
 Event = tuple[str, Structure, Intention | None]

@@ -8,7 +8,7 @@ from typing import Any
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail, note_deadline
-from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop
+from pytest_hricdv.bdi.agent.intentions import ForkedIntention, IntendedMeans, Intention, Loop
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import limited
 from pytest_hricdv.bdi.language.syntax import (
@@ -17,6 +17,7 @@ from pytest_hricdv.bdi.language.syntax import (
     ConditionStatement,
     ExternalAction,
     For,
+    Fork,
     GoalTerm,
     If,
     InternalActionCall,
@@ -226,6 +227,21 @@ def _leave_loop(agent: AgentState, intention: Intention, means: IntendedMeans, l
     agent.go_on(intention)
 
 
+def _fork(agent: AgentState, intention: Intention, means: IntendedMeans, statement: Fork) -> None:
+    """Start an intention for each branch; this one goes on when they are done."""
+    if intention.atomic:
+        raise EvaluationError(f"{statement}: an atomic plan has no statements side by side")
+    forked = ForkedIntention(intention, statement.needs_all)
+    for body in statement.branches:
+        branch = agent.new_intention()
+        branch.branch_of = forked
+        branch.stack = [below.copy() for below in intention.stack]
+        branch.top.body, branch.top.pc, branch.top.blocks, branch.top.loop = body, 0, [], None
+        forked.branches.append(branch)
+        agent.intentions.append(branch)
+    agent.forked.append(forked)
+
+
 EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]] = {
     AchievementGoal: _achieve,
     TestGoal: _test,
@@ -236,6 +252,7 @@ EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]]
     If: _if,
     While: _while,
     For: _for,
+    Fork: _fork,
 }
 """Executes a statement that an intention is at; afterwards the intention is queued, waiting, failed or ended.
 

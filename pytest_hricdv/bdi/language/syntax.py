@@ -178,6 +178,18 @@ class For:
         return f"for ({self.condition}) {block_text(self.body)}"
 
 
+@dataclass(frozen=True, slots=True)
+class Fork:
+    """``!a |&| !b``, until all branches are done, or ``!a ||| !b``, until one is."""
+
+    branches: tuple[Body, ...]
+    needs_all: bool
+    location: Location = field(compare=False)
+
+    def __str__(self) -> str:
+        return (" |&| " if self.needs_all else " ||| ").join("; ".join(map(str, branch)) for branch in self.branches)
+
+
 Statement = (
     AchievementGoal
     | TestGoal
@@ -187,6 +199,7 @@ Statement = (
     | ConditionStatement
     | If
     | While
+    | Fork
     | For
 )
 Body = tuple[Statement, ...]

@@ -110,7 +110,7 @@ def _hint(token: Token, accepted: set[str], text: str) -> str:
     if "::" in text[max(0, (token.start_pos or 0) - 1) : (token.start_pos or 0) + 2]:
         return "; a name space is a name, as in ns::p(X), not a variable"
     if text.startswith(("|&|", "|||"), token.start_pos or 0):
-        return "; goals side by side are not supported: start them with '!!' and wait for their beliefs with '.wait'"
+        return "; statements side by side are single ones, joined by '|&|' alone or '|||' alone, with no blocks"
     if token.type == "BANG" and text.startswith("!=", token.start_pos):
         return "; unequal is '\\=='"
     return _HINTS.get(str(token), "")

@@ -25,6 +25,7 @@ from pytest_hricdv.bdi.language.syntax import (
     ConditionStatement,
     ExternalAction,
     For,
+    Fork,
     Formula,
     GoalTerm,
     If,
@@ -217,6 +218,12 @@ class AgentSpeakTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     def believe(self, meta: Meta, items: Children) -> Statement:
         # '+<' adds what queries find first: a belief that is added always is.
         return BeliefUpdate(str(items[0]).removesuffix("<"), items[1], self._at(meta))
+
+    def fork_all(self, meta: Meta, items: Children) -> Statement:
+        return Fork(tuple((item,) for item in items), True, self._at(meta))
+
+    def fork_one(self, meta: Meta, items: Children) -> Statement:
+        return Fork(tuple((item,) for item in items), False, self._at(meta))
 
     def literal_group(self, meta: Meta, items: Children) -> GoalTerm:
         if not isinstance(items[0], GoalTerm):

@@ -144,6 +144,8 @@ def _body(model: AgentModel, body: Body, plan: Plan) -> None:
         _statement(model, statement, plan)
         for block in ("then", "otherwise", "body"):
             _body(model, getattr(statement, block, ()), plan)
+        for branch in getattr(statement, "branches", ()):
+            _body(model, branch, plan)
 
 
 def _statement(model: AgentModel, statement: Statement, plan: Plan) -> None:

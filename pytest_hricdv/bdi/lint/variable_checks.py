@@ -14,6 +14,7 @@ from pytest_hricdv.bdi.language.syntax import (
     ConditionStatement,
     ExternalAction,
     For,
+    Fork,
     Formula,
     If,
     InternalActionCall,
@@ -106,6 +107,9 @@ class _BindingAnalysis:
             yield from self.body(statement.then, inside)
             yield from self.body(statement.otherwise, bound)
             bound.update(inside)
+        elif isinstance(statement, Fork):
+            for branch in statement.branches:
+                yield from self.body(branch, bound)
         elif isinstance(statement, (For, While)):
             # What is bound in a loop is not bound after it.
             inside = set(bound)
