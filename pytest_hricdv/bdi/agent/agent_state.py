@@ -291,12 +291,15 @@ class AgentState:
 
     def note_goal(self, goal: Structure, state: str) -> None:
         """Say what has become of a goal; as in Jason, the agent reacts to that before it reacts to anything else."""
-        waited = any(wait.trigger is not None and wait.trigger.sign == GOAL_STATE for wait in self.waits)
-        if self.library.follows_goals or waited:
+        if self.library.follows_goals or (self.waits and self._awaits_goals()):
             event = with_state(goal, state)
             self._wake_waiting_for(GOAL_STATE, event)
             if self.library.options[GOAL_STATE][event.key]:
                 self.events.appendleft((GOAL_STATE, event, None))
+
+    def _awaits_goals(self) -> bool:
+        """Whether an intention waits for what becomes of a goal."""
+        return any(wait.trigger is not None and wait.trigger.sign == GOAL_STATE for wait in self.waits)
 
     def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
         """Let the intentions go on in the next cycle that wait for an event like this one."""
