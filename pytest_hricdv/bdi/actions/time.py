@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Wait
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
-from pytest_hricdv.bdi.language.syntax import InternalActionCall, Plan, Trigger
+from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, Trigger
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
     Arithmetic,
@@ -59,6 +59,7 @@ def _wait(invocation: Invocation) -> Outcome:
     if wait.deadline is not None:
         run.note_deadline(wait.deadline)
     agent.waits.append(wait)
+    agent.awaits_goals |= wait.trigger is not None and wait.trigger.sign == GOAL_STATE
     invocation.held = True
     return True
 

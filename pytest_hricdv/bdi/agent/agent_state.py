@@ -79,6 +79,8 @@ class AgentState:
         self.intentions: deque[Intention] = deque()
         """The intentions that are ready for their next statement."""
         self.waits: list[Wait] = []
+        self.awaits_goals = False
+        """Whether an intention has ever waited for what becomes of a goal."""
         self.questions: dict[str, Question] = {}
         """What intentions have asked other agents, by the name of the message."""
         self.deadlines: list[HardDeadline] = []
@@ -166,7 +168,8 @@ class AgentState:
             if done.sign == "+!":
                 if self.run.goal is not None:
                     self.run.note_achieved(self.name, done.literal)
-                self.note_goal(done.literal, "finished")
+                if self.library.follows_goals or self.awaits_goals:
+                    self.note_goal(done.literal, "finished")
             if stack:
                 caller = stack[-1]
                 if not done.literal.ground:
@@ -279,7 +282,7 @@ class AgentState:
             self._wake_waiting_for(sign, literal)
         if intention is not None or self.library.options[sign][literal.key]:
             self.events.append((sign, literal, intention))
-        if sign == "+!":
+        if sign == "+!" and (self.library.follows_goals or self.awaits_goals):
             self.note_goal(literal, "started")
 
     def post_goal(self, goal: Structure) -> None:
@@ -287,19 +290,15 @@ class AgentState:
         if self.waits:
             self._wake_waiting_for("+!", goal)
         self.events.append(("+!", goal, None))
-        self.note_goal(goal, "started")
+        if self.library.follows_goals or self.awaits_goals:
+            self.note_goal(goal, "started")
 
     def note_goal(self, goal: Structure, state: str) -> None:
         """Say what has become of a goal; as in Jason, the agent reacts to that before it reacts to anything else."""
-        if self.library.follows_goals or (self.waits and self._awaits_goals()):
-            event = with_state(goal, state)
-            self._wake_waiting_for(GOAL_STATE, event)
-            if self.library.options[GOAL_STATE][event.key]:
-                self.events.appendleft((GOAL_STATE, event, None))
-
-    def _awaits_goals(self) -> bool:
-        """Whether an intention waits for what becomes of a goal."""
-        return any(wait.trigger is not None and wait.trigger.sign == GOAL_STATE for wait in self.waits)
+        event = with_state(goal, state)
+        self._wake_waiting_for(GOAL_STATE, event)
+        if self.library.options[GOAL_STATE][event.key]:
+            self.events.appendleft((GOAL_STATE, event, None))
 
     def _wake_waiting_for(self, sign: str, literal: Structure) -> None:
         """Let the intentions go on in the next cycle that wait for an event like this one."""

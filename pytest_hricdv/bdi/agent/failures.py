@@ -51,7 +51,7 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
 
 
 def _note_failed(agent: AgentState, sign: str, goal: Structure) -> None:
-    if sign == "+!":
+    if sign == "+!" and (agent.library.follows_goals or agent.awaits_goals):
         agent.note_goal(goal, "failed")
 
 
