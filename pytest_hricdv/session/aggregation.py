@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-import zlib
 from collections.abc import KeysView, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from zlib import compress, decompress  # as they are now: the code under test may replace them for the whole process
 
 import msgspec
 import pytest
@@ -46,7 +46,7 @@ class ResultStore:
 
     def put(self, nodeid: str, text: str) -> None:
         """Keep a result, as `pytest_hricdv.results.codec.encode` wrote it."""
-        self._packed[nodeid] = zlib.compress(text.encode(), FASTEST)
+        self._packed[nodeid] = compress(text.encode(), FASTEST)
 
     def nodeids(self) -> KeysView[str]:
         """Of all results."""
@@ -54,7 +54,7 @@ class ResultStore:
 
     def results(self) -> list[TestResult]:
         """All results, in the order in which their tests were first put."""
-        return [decode(zlib.decompress(packed)) for packed in self._packed.values()]
+        return [decode(decompress(packed)) for packed in self._packed.values()]
 
 
 class _Head(msgspec.Struct):
