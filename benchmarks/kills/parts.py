@@ -224,7 +224,7 @@ class PartTrials:
             return any(_sent(pid, signal.SIGKILL) for pid in pids[:1])
         if signal.SIGSTOP in numbers:
             stopped = [pid for pid in _of_trial(trial) if _sent(pid, signal.SIGSTOP)]
-            time.sleep(random.Random(trial).uniform(*STOPPED_S))
+            time.sleep(random.Random(trial).uniform(*STOPPED_S))  # for how long they are stopped is what is tried
             for pid in stopped:
                 _sent(pid, signal.SIGCONT)
             return bool(stopped)
@@ -281,7 +281,7 @@ def _begun(process: subprocess.Popen[bytes], log: Path, pattern: str) -> float:
     while process.poll() is None and not re.search(pattern, log.read_text(encoding="utf-8", errors="replace")):
         if time.monotonic() > until_s:
             break
-        time.sleep(0.01)
+        time.sleep(0.01)  # it only looks again: what it waits for is in the output
     return time.monotonic()
 
 
@@ -319,7 +319,7 @@ def _left(trial: str) -> str:
         left = _of_trial(trial)
         if not left or time.monotonic() > until_s:
             return f"process {left[0]} ({_read(left[0], 'cmdline')[:200]})" if left else ""
-        time.sleep(0.05)
+        time.sleep(0.05)  # it only looks again: nobody tells when a process that is no child ends
 
 
 def _read(pid: int, name: str) -> str:
