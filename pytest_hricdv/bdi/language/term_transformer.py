@@ -1,0 +1,207 @@
+"""Builds terms and formulas from the parse tree; needs lark."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any, cast
+
+from lark import v_args
+from lark.tree import Meta
+from lark.visitors import Transformer_NonRecursive
+
+from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
+from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, GoalTerm, Not, Or
+from pytest_hricdv.bdi.language.syntax_tree import parts_of
+from pytest_hricdv.bdi.language.terms import (
+    VALUE_BY_RULE,
+    AnnotatedVariable,
+    Arithmetic,
+    Call,
+    FormulaTerm,
+    ListTerm,
+    Number,
+    PlanTerm,
+    String,
+    Structure,
+    Term,
+    Variable,
+    is_name,
+    source,
+)
+
+_ESCAPES = {"n": "\n", "t": "\t", "r": "\r"}
+_NUMBERED = re.compile(r"\b_(\d{1,9})\b")
+_FORMULA_ONLY = (And, Or, Not, Comparison)
+Children = list[Any]
+
+
+@v_args(meta=True)
+class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
+    """One method for each grammar rule of a term or formula; it gets the position of the text and its parts."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.begin("", "")
+
+    def begin(self, text: str, file: str) -> None:
+        """Start a new source: errors refer to it, and the numbers of anonymous variables start again."""
+        self._text = text
+        self._file = file
+        self._functions: dict[tuple[str, int], str] = {}
+        """Functions that a directive registers, and the predicates of their rules."""
+        self._anonymous = 0
+        self._conditions: list[FormulaTerm] = []
+        """The conditions found in the place of a term: what hands none over must not have any."""
+        self._numbered = {int(number) for number in _NUMBERED.findall(text)} if "_" in text else set()
+        """The numbers of variables that the author has named so, as `_1`: they are not given to other ones."""
+
+    def _at(self, meta: Meta) -> Location:
+        return Location(self._file, getattr(meta, "line", 1), getattr(meta, "column", 1))
+
+    def _error(self, meta: Meta, message: str) -> BdiSyntaxError:
+        return BdiSyntaxError.at(message, self._at(meta), self._text)
+
+    # --- formulas
+
+    def disjoin(self, meta: Meta, items: Children) -> Formula:
+        return Or(tuple(self._formula(meta, item) for item in items))
+
+    def conjoin(self, meta: Meta, items: Children) -> Formula:
+        return And(tuple(self._formula(meta, item) for item in items))
+
+    def negate(self, meta: Meta, items: Children) -> Formula:
+        return Not(self._formula(meta, items[0]))
+
+    def compare(self, meta: Meta, items: Children) -> Formula:
+        left, operator, right = items
+        return Comparison(str(operator), self._term(meta, left), self._term(meta, right))
+
+    def _formula(self, meta: Meta, value: Any) -> Formula:
+        if not isinstance(value, Formula):
+            raise self._error(meta, f"expected a condition or an action, found {value}")
+        return value
+
+    # --- terms
+
+    def _argument(self, meta: Meta, value: Any) -> Term:
+        """A term, or a condition, as long as the literal may turn out to be a goal."""
+        if not isinstance(value, _FORMULA_ONLY):
+            return cast(Term, value)
+        self._conditions.append(FormulaTerm(value, self._at(meta)))
+        return self._conditions[-1]
+
+    def _handed_over(self, goal: GoalTerm) -> GoalTerm:
+        """The literal of a goal, whose arguments may be conditions."""
+        if self._conditions:
+            own = [part for part in parts_of(goal) if isinstance(part, FormulaTerm)]
+            self._conditions = [condition for condition in self._conditions if all(condition is not o for o in own)]
+        return goal
+
+    def _without_conditions(self) -> None:
+        """See that no condition is left in the place of a term where only a goal may have one."""
+        if self._conditions:
+            first = self._conditions[0]
+            raise BdiSyntaxError.at(f"expected a term, found the condition {first}", first.location, self._text)
+
+    def _term(self, meta: Meta, value: Any) -> Term:
+        if isinstance(value, _FORMULA_ONLY):
+            raise self._error(meta, f"expected a term, found the condition {value}")
+        term: Term = value
+        return term
+
+    def binary(self, meta: Meta, items: Children) -> Term:
+        left, operator, right = items
+        return Arithmetic(str(operator), (self._term(meta, left), self._term(meta, right)))
+
+    def minus(self, meta: Meta, items: Children) -> Term:
+        operand = self._term(meta, items[0])
+        # A negative number is a constant, which matches without being computed.
+        return Number(-operand) if isinstance(operand, Number) else Arithmetic("-", (operand,))
+
+    def number(self, meta: Meta, items: Children) -> Term:
+        return Number(items[0])
+
+    def string(self, meta: Meta, items: Children) -> Term:
+        return String(self._unquoted(items[0]))
+
+    @staticmethod
+    def _unquoted(token: str) -> str:
+        return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m[1], m[1]), token[1:-1], flags=re.DOTALL)
+
+    def call(self, meta: Meta, items: Children) -> Term:
+        name, args = str(items[0]), tuple(items[1] or ())
+        if (name, len(args)) in self._functions:
+            return Call(VALUE_BY_RULE, (Structure(self._functions[name, len(args)], args),), self._at(meta))
+        return Call(name, args, self._at(meta))
+
+    def list(self, meta: Meta, items: Children) -> Term:
+        terms, tail = self._items(meta, items)
+        return ListTerm(terms, tail)
+
+    def group(self, meta: Meta, items: Children) -> Any:
+        return items[0]
+
+    def empty_body(self, meta: Meta, items: Children) -> Term:
+        return PlanTerm(())
+
+    def quoted(self, meta: Meta, items: Children) -> Term:
+        return PlanTerm(items[0])
+
+    def literal(self, meta: Meta, items: Children) -> Structure:
+        negation, functor, arguments, annotations = items
+        args = tuple(self._argument(meta, argument) for argument in arguments or ())
+        annots, tail = annotations or ((), None)
+        if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
+            # The same object as in messages and beliefs: comparing it is fast.
+            return source(str(args[0]))
+        return Structure(_in_name_space(str(functor)), args, (), negation is not None).with_annotations(annots, tail)
+
+    def variable(self, meta: Meta, items: Children) -> GoalTerm:
+        negation, token, annotations = items
+        name = str(token)
+        if name[0] == "_" and not name[1:2].isdigit():
+            # Each is a variable of its own, in Jason also those with a name, `_q`; numbered from 1 (see `FIRST_FRESH`
+            # of the runs). Only `_1` is the same variable wherever it stands in a plan.
+            name = self._new_name()
+        annots, tail = annotations or ((), None)
+        if negation is None and annotations is None:
+            return Variable(name)
+        return AnnotatedVariable(Variable(name), annots, tail, negation is not None)
+
+    def _new_name(self) -> str:
+        self._anonymous += 1
+        while self._anonymous in self._numbered:
+            self._anonymous += 1
+        return f"_{self._anonymous}"
+
+    def arguments(self, meta: Meta, items: Children) -> Children:
+        return items
+
+    def annotations(self, meta: Meta, items: Children) -> tuple[tuple[Term, ...], Variable | None]:
+        annots, tail = self._items(meta, items)
+        if tail is not None and not isinstance(tail, Variable):
+            raise self._error(meta, "expected a variable after '|' in annotations")
+        return annots, tail
+
+    def tail(self, meta: Meta, items: Children) -> _Tail:
+        if not isinstance(items[0], (Variable, ListTerm)):
+            raise self._error(meta, f"expected a variable or a list after '|', found {items[0]}")
+        return _Tail(items[0])
+
+    def _items(self, meta: Meta, items: Children) -> tuple[tuple[Term, ...], Term | None]:
+        parts = [item for item in items if item is not None]
+        tail = parts.pop().term if parts and isinstance(parts[-1], _Tail) else None
+        return tuple(self._term(meta, part) for part in parts), tail
+
+
+def _in_name_space(name: str) -> str:
+    """A functor as it is kept: one of the default name space, ``default::p`` or ``::p``, without it."""
+    return name.removeprefix("default").removeprefix("::") if "::" in name else name
+
+
+@dataclass(frozen=True, slots=True)
+class _Tail:
+    """The term after ``|`` in a list or in annotations."""
+
+    term: Variable | ListTerm
