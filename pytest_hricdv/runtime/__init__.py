@@ -3,8 +3,9 @@
 from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.runtime.bus import Bus, MessageFault, NodeBus, Subscription, text_of, topic_of
 from pytest_hricdv.runtime.failure import KernelError, NodeError
-from pytest_hricdv.runtime.kernel import Kernel, Node, World
+from pytest_hricdv.runtime.kernel import Kernel, Node
 from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
+from pytest_hricdv.runtime.world import World
 
 __all__ = [
     "Body",

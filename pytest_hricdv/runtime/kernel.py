@@ -11,42 +11,32 @@ Nodes that are due at the same time are resumed in the order in which they began
 from __future__ import annotations
 
 import ctypes
-import heapq
 import math
-import operator
 import sys
 import threading
 from collections import deque
 from collections.abc import Callable
 from types import FrameType
-from typing import NoReturn, Protocol, SupportsIndex
+from typing import NoReturn
 
 from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv._base.message import MAX_LINE, cut, quoted
+from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.runtime.failure import KernelError, NodeError
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
+from pytest_hricdv.runtime.timeouts import Timeouts
+from pytest_hricdv.runtime.world import World, advanced
+
+_PRUNE_AT = 1024
+"""With fewer nodes, those that have ended are not looked for (chosen; see `Timeouts`)."""
 
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-
-class World(Protocol):
-    """What happens while the nodes wait: physics, or any other process."""
-
-    def advance(self, target_us: int) -> int:
-        """Advance at most to `target_us` and return the time reached (us).
-
-        It returns early when something happened that nodes should see at once.
-        """
-
-    def observe(self) -> None:
-        """Publish what happened; the kernel's clock has the time that `advance` returned."""
 
 
 class _NodeGreenlet(greenlet):
@@ -59,10 +49,6 @@ def running_node() -> Node | None:
     """The node, of whichever kernel, that runs in this thread; None outside of a node."""
     here = greenlet.getcurrent()
     return here.node if isinstance(here, _NodeGreenlet) else None
-
-
-_PRUNE_AT = 1024
-"""With fewer, what has ended is not looked for (chosen: some 100 kB; asyncio looks from 100 timers on)."""
 
 
 class Node:
@@ -78,15 +64,15 @@ class Node:
         """Wraps the body of a thread that it starts, for instance so that it is measured."""
         self.own: dict[str, object] = {}
         """What stand-ins of Python's modules keep for it, as its threads and its event loop."""
-        self._greenlet = _NodeGreenlet(body)
-        self._greenlet.node = self
-        self._wait = 0  # number of the current wait; heap entries of earlier waits are stale
-        self._woken = False
+        self.greenlet = _NodeGreenlet(body)
+        self.greenlet.node = self
+        self.wait = 0  # number of the current wait; heap entries of earlier waits are stale
+        self.woken = False
         self.abandoned = False
         """It goes on whatever is raised in it, and is left where it is."""
         self.blocked_s = 0.0
         """When it began to wait (s of simulated time), of a node that waits."""
-        self._blocked = False  # it waits, and is not among those that go on at this instant
+        self.blocked = False  # it waits, and is not among those that go on at this instant
 
     def leave_for_ever(self) -> None:
         """It does not go on, whatever comes: it is left where it is."""
@@ -94,12 +80,12 @@ class Node:
         for leave in self.leaving:
             leave()
         # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._greenlet))
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.greenlet))
 
     @property
     def frame(self) -> FrameType | None:
         """Its innermost frame, while it waits; None while it runs, and when it has ended."""
-        return self._greenlet.gr_frame
+        return self.greenlet.gr_frame
 
 
 class Kernel:
@@ -144,10 +130,9 @@ class Kernel:
         self._thread = threading.get_ident()
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
-        self._prune_due_at = self._prune_nodes_at = _PRUNE_AT
-        self._due: list[tuple[int, int, Node, int]] = []
+        self._prune_at = _PRUNE_AT
+        self._timeouts: Timeouts[Node] = Timeouts()
         self._ready: deque[Node] = deque()
-        self._order = 0
         self._stop: str | None = None
         self._resumes = 0  # at the present instant
         self._max_resumes = max_resumes_at_one_instant
@@ -174,11 +159,11 @@ class Kernel:
         """Start `body` as a node at the present simulated instant."""
         node = Node(self, name, body)
         if self._hub is not None:  # a node that is started by another node returns to the kernel when it ends
-            node._greenlet.parent = self._hub
+            node.greenlet.parent = self._hub
         self._nodes.append(node)
-        if len(self._nodes) > self._prune_nodes_at:
+        if len(self._nodes) > self._prune_at:
             self._nodes = [node for node in self._nodes if not node.ended]
-            self._prune_nodes_at = max(_PRUNE_AT, 2 * len(self._nodes))
+            self._prune_at = max(_PRUNE_AT, 2 * len(self._nodes))
         self._ready.append(node)
         return node
 
@@ -193,19 +178,15 @@ class Kernel:
     def block(self, timeout_s: float | None = None) -> bool:
         """Block the calling node until `wake`, at most `timeout_s`; True when it was woken, False on time-out."""
         node = self._running()
-        node._wait += 1
-        node._woken = False
+        node.wait += 1
+        node.woken = False
         if timeout_s is not None:
             if not (math.isfinite(timeout_s) and timeout_s >= 0):
                 raise KernelError(f"{node.name} at {self.now_s:.3f} s: cannot wait for {timeout_s!r} s")
-            self._order += 1
             # A wait of less than a microsecond takes one, otherwise a loop that waits for a time would never end.
-            due_us = self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0))
-            heapq.heappush(self._due, (due_us, self._order, node, node._wait))
-            if len(self._due) > self._prune_due_at:
-                self._prune_due()
+            self._timeouts.add(self.now_us + max(round(timeout_s * US_PER_S), int(timeout_s > 0)), node)
         assert self._hub is not None
-        node._blocked = True
+        node.blocked = True
         node.blocked_s = self.now_s
         # Left from the first to the last and entered in the opposite order, as context managers are.
         going_on = [leave() for leave in node.leaving]
@@ -214,7 +195,7 @@ class Kernel:
         finally:
             for go_on in reversed(going_on):
                 go_on()
-        return node._woken
+        return node.woken
 
     def wake(self, node: Node) -> None:
         """Make a blocked node runnable at the present instant.
@@ -223,7 +204,7 @@ class Kernel:
         """
         if node.ended:
             return
-        node._woken = True
+        node.woken = True
         self._make_runnable(node)
 
     def require_own_thread(self, deed: str) -> None:
@@ -298,14 +279,14 @@ class Kernel:
                 self._look()
             if self._stop is not None:
                 return self._stop
-            self._drop_stale()
-            if not self._due and self.world is None:
+            due_us = self._timeouts.next_us()
+            if due_us is None and self.world is None:
                 return "idle"
-            due_us = self._due[0][0] if self._due else limit_us
-            self._advance(min(due_us, limit_us))
-            if self.now_us >= limit_us and not self._ready and (not self._due or self._due[0][0] > limit_us):
+            self._advance(limit_us if due_us is None else min(due_us, limit_us))
+            if self.now_us >= limit_us and not self._ready and (due_us is None or due_us > limit_us):
                 return "limit"
-            self._collect_due()
+            for node in self._timeouts.pop(self.now_us):
+                self._make_runnable(node)
 
     def look_each(self, period_s: float, look: Callable[[], None]) -> None:
         """Let somebody look at the run each `period_s` of simulated time, between two steps of it, who may stop it."""
@@ -315,10 +296,7 @@ class Kernel:
     def wait_ends(self, began_by_s: float, ends_by_s: float) -> bool:
         """Whether a node has waited since `began_by_s`, and its time-out comes by `ends_by_s` (s of simulated time)."""
         ends_by_us = ends_by_s * US_PER_S
-        return any(
-            due_us <= ends_by_us and wait == node._wait and not node.ended and node.blocked_s <= began_by_s
-            for due_us, _, node, wait in self._due
-        )
+        return any(due_us <= ends_by_us and node.blocked_s <= began_by_s for due_us, node in self._timeouts.pending())
 
     def skip(self, until_s: float) -> None:
         """Set the time to `until_s` after an idle run, in which nothing else can happen."""
@@ -334,7 +312,7 @@ class Kernel:
         failed: BaseException | None = None
         with self.supervision.watched():
             for node in self._nodes:
-                if not node.ended and node._greenlet:
+                if not node.ended and node.greenlet:
                     try:
                         self._enter(node, GreenletExit)
                     except BaseException as error:
@@ -347,7 +325,7 @@ class Kernel:
 
     def waits_for_ever(self, node: Node) -> bool:
         """Whether a node is blocked without a time-out: only another one can wake it."""
-        return node._blocked and not any(due is node and wait == node._wait for _, _, due, wait in self._due)
+        return node.blocked and not any(pending is node for _, pending in self._timeouts.pending())
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -401,7 +379,7 @@ class Kernel:
             if not (isinstance(error, (Exception, SystemExit)) or word_of(error)):
                 raise
             raised = error
-        node.ended = node._greenlet.dead
+        node.ended = node.greenlet.dead
         if isinstance(raised, BaseException):
             problem = f"failed at {self.now_s:.3f} s: {error_text(raised)}"
             raise NodeError(node.name, self.now_s, problem) from raised
@@ -410,7 +388,7 @@ class Kernel:
         """Hand control over to a node until it blocks or ends; returns what its greenlet does."""
         outside, self.inside = self.inside, node
         try:
-            return node._greenlet.switch() if raising is None else node._greenlet.throw(raising)
+            return node.greenlet.switch() if raising is None else node.greenlet.throw(raising)
         finally:
             self.inside = outside
             self.returns += 1
@@ -422,53 +400,12 @@ class Kernel:
             self.now_us = max(self.now_us, target_us)
             return
         while self.now_us < target_us and not self._ready and self._stop is None:
-            reached_us = self.world.advance(target_us)
-            if type(reached_us) is not int:
-                reached_us = _whole_us(self.world, reached_us)
-            if not self.now_us < reached_us <= target_us:
-                raise KernelError(f"world at {self.now_us} us, asked for {target_us} us, went to {reached_us} us")
-            self.now_us = reached_us
+            self.now_us = advanced(self.world, self.now_us, target_us)
             self.world.observe()
-
-    def _collect_due(self) -> None:
-        while self._due and self._due[0][0] <= self.now_us:
-            _, _, node, wait = heapq.heappop(self._due)
-            if wait == node._wait and not node.ended:
-                self._make_runnable(node)
 
     def _make_runnable(self, node: Node) -> None:
         """Once only: a node that is resumed twice would go on from its next wait at once."""
-        if node._blocked:
-            node._blocked = False
-            node._wait += 1
+        if node.blocked:
+            node.blocked = False
+            node.wait += 1
             self._ready.append(node)
-
-    def _prune_due(self) -> None:
-        """Forget time-outs of waits that have ended before: what waits an hour at most, and is woken each millisecond,
-        would leave millions. Only once there are twice as many as were needed last, so it costs little for each."""
-        self._due = [entry for entry in self._due if entry[3] == entry[2]._wait and not entry[2].ended]
-        heapq.heapify(self._due)
-        self._prune_due_at = max(_PRUNE_AT, 2 * len(self._due))
-
-    def _drop_stale(self) -> None:
-        while self._due and (self._due[0][3] != self._due[0][2]._wait or self._due[0][2].ended):
-            heapq.heappop(self._due)
-
-
-def _whole_us(world: World, reached_us: object) -> int:
-    """What a world's `advance` returned, as an integer: numpy's are some, and whole floats lose nothing.
-
-    Raises:
-        KernelError: it is no whole number, such as the None of a function without `return`.
-    """
-    if isinstance(reached_us, SupportsIndex) and not isinstance(reached_us, bool):
-        return operator.index(reached_us)
-    if isinstance(reached_us, float) and reached_us.is_integer():
-        return int(reached_us)
-    function = getattr(world.advance, "__func__", world.advance)
-    code = getattr(function, "__code__", None)
-    place = f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
-    raise KernelError(
-        f"{place}{type(world).__name__}.advance returned {quoted(reached_us)}; expected the time that the world has "
-        "reached, in whole microseconds since the beginning of the run: return it, at most target_us"
-    )

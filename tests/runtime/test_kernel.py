@@ -303,5 +303,5 @@ def test_what_has_ended_is_not_kept() -> None:
     kernel.spawn("wakes", wakes)
     assert kernel.run(3600.0) == "idle"
     assert kernel.now_s == pytest.approx(rounds * 0.001)
-    assert len(kernel._due) < 1_500
+    assert len(kernel._timeouts) < 1_500
     assert len(kernel.nodes) < 1_500

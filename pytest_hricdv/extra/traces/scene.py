@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.runtime.body import Body
-from pytest_hricdv.runtime.kernel import World
+from pytest_hricdv.runtime.world import World
 
 
 @dataclass(frozen=True)

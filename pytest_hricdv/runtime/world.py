@@ -1,0 +1,57 @@
+"""The seam of worlds: what happens while the nodes wait."""
+
+from __future__ import annotations
+
+import operator
+from typing import Protocol, SupportsIndex
+
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv.runtime.failure import KernelError
+
+__tracebackhide__ = True  # a failing test shows the frames of its author
+
+
+class World(Protocol):
+    """What happens while the nodes wait: physics, or any other process."""
+
+    def advance(self, target_us: int) -> int:
+        """Advance at most to `target_us` and return the time reached (us).
+
+        It returns early when something happened that nodes should see at once.
+        """
+
+    def observe(self) -> None:
+        """Publish what happened; the kernel's clock has the time that `advance` returned."""
+
+
+def advanced(world: World, now_us: int, target_us: int) -> int:
+    """Let a world advance from `now_us` at most to `target_us`; returns the time that it reached (us).
+
+    Raises:
+        KernelError: what it returned is no time, or lies outside.
+    """
+    reached_us = world.advance(target_us)
+    if type(reached_us) is not int:
+        reached_us = _whole_us(world, reached_us)
+    if not now_us < reached_us <= target_us:
+        raise KernelError(f"world at {now_us} us, asked for {target_us} us, went to {reached_us} us")
+    return reached_us
+
+
+def _whole_us(world: World, reached_us: object) -> int:
+    """What a world's `advance` returned, as an integer: numpy's are some, and whole floats lose nothing.
+
+    Raises:
+        KernelError: it is no whole number, such as the None of a function without `return`.
+    """
+    if isinstance(reached_us, SupportsIndex) and not isinstance(reached_us, bool):
+        return operator.index(reached_us)
+    if isinstance(reached_us, float) and reached_us.is_integer():
+        return int(reached_us)
+    function = getattr(world.advance, "__func__", world.advance)
+    code = getattr(function, "__code__", None)
+    place = f"{code.co_filename}:{code.co_firstlineno}: " if code is not None else ""
+    raise KernelError(
+        f"{place}{type(world).__name__}.advance returned {quoted(reached_us)}; expected the time that the world has "
+        "reached, in whole microseconds since the beginning of the run: return it, at most target_us"
+    )
