@@ -37,6 +37,8 @@ class Ros2:
         packages: of nodes that are not under test; they see virtual time, too.
         patience_s: how long a node may have waited when a run ends, in a callback without a time-out, or for a service
             that nobody serves.
+        interfaces: folders of packages of interfaces that are not installed, such as "third_party/nav2_msgs": their
+            `.msg`, `.srv` and `.action` files are enough to import them. Paths are relative to where pytest is started.
     """
 
     topics: Mapping[str, str] = field(default_factory=dict, hash=False)
@@ -44,6 +46,7 @@ class Ros2:
     actions: Mapping[str, str] = field(default_factory=dict, hash=False)
     packages: tuple[str, ...] = ()
     patience_s: float = 30.0
+    interfaces: tuple[str | Path, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,56 @@ class Caller(Protocol):
         """
 
 
+class SentGoal(Protocol):
+    """A goal of an action that was sent, and accepted."""
+
+    def feedback(self, timeout_s: float) -> Any | None:
+        """The oldest feedback not yet taken; None if there is none within `timeout_s`."""
+
+    def result(self, timeout_s: float) -> Any | None:
+        """The `status` of the goal and its `result`, once it is over; None if it is not within `timeout_s`."""
+
+    def cancel(self, timeout_s: float) -> bool:
+        """Ask to cancel it; whether the server will. It is over when there is a result."""
+
+
+class ActionCaller(Caller, Protocol):
+    """A client of an action."""
+
+    def send(self, timeout_s: float, **fields: Any) -> SentGoal | None:
+        """Send a goal that has these fields, beside others; None if it is not accepted within `timeout_s`."""
+
+
+class ServedGoal(Protocol):
+    """A goal that the world has accepted."""
+
+    request: Any
+    """The goal's message."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has succeeded, was aborted or is cancelled."""
+
+    @property
+    def is_canceling(self) -> bool:
+        """Whether a client has asked to cancel it, and may."""
+
+    def wait(self, timeout_s: float) -> bool:
+        """Go on with the goal for `timeout_s`; True, at once, when it is to be cancelled, or is over."""
+
+    def feedback(self, **fields: Any) -> None:
+        """Publish feedback that has these fields."""
+
+    def succeed(self, **fields: Any) -> None:
+        """End it: it has succeeded, with a result that has these fields."""
+
+    def abort(self, **fields: Any) -> None:
+        """End it: it has failed, with a result that has these fields."""
+
+    def cancel(self, **fields: Any) -> None:
+        """End it as cancelled, which a client has asked for, with a result that has these fields."""
+
+
 class WorldNode(Protocol):
     """A node of the simulated world in the ROS graph. Types are named as "std_msgs/msg/String", or are classes."""
 
@@ -60,8 +110,26 @@ class WorldNode(Protocol):
     def client(self, name: str, kind: str | type[Any]) -> Caller:
         """A client of a service."""
 
-    def action(self, name: str, kind: str | type[Any]) -> Caller:
+    def action(self, name: str, kind: str | type[Any]) -> ActionCaller:
         """A client of an action."""
+
+    def serve_action(
+        self,
+        name: str,
+        kind: str | type[Any],
+        execute: Callable[[Any], object],
+        *,
+        accept: Callable[[Any], bool] = ...,
+        may_cancel: Callable[[Any], bool] = ...,
+    ) -> None:
+        """Serve an action from now on.
+
+        Args:
+            execute: called with each goal that was accepted (`ServedGoal`), in a node of its own; it may block, and
+                ends the goal with `succeed`, `abort` or `cancel`.
+            accept: whether a goal is accepted, by its message.
+            may_cancel: whether a goal is cancelled when a client asks for it.
+        """
 
 
 class Ros2System(Protocol):

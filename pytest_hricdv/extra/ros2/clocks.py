@@ -84,9 +84,10 @@ class _Jump:
 class Clock(Destroyable):
     """As `rcl_clock_t`. A ROS clock that is overridden stands still between two settings (design of ROS time)."""
 
-    def __init__(self, clock_type: int) -> None:
+    def __init__(self, clock_type: int, kernel: Kernel | None = None) -> None:
         node = running_node()
-        super().__init__(None if node is None else node.kernel)  # rclpy has one in a class
+        # Without any: rclpy has one in a class.
+        super().__init__(kernel if kernel is not None or node is None else node.kernel)
         self.type = ClockType(clock_type)
         self._is_overridden = False
         self._override_ns: int | None = None

@@ -9,6 +9,7 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.fields import kinds_of
+from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.monitor.vocabulary import Kind
 
 ROSOUT = "rosout"
@@ -20,6 +21,7 @@ def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
     Raises:
         Ros2Error: a name or type is none, or two have the same name in requirements.
     """
+    provide_interfaces(declared.interfaces)
     names: dict[str, dict[str, Kind]] = {ROSOUT: {"level": float, "name": str, "msg": str}}
     for name, kinds in _kinds(declared):
         if name in names:
@@ -85,9 +87,11 @@ def loaded(name: str, folder: str) -> Any:
         if error.name not in (package, f"{package}.{folder}"):
             raise
         raise Ros2Error(
-            f"ros2: type {name!r}: there is no Python package {error.name!r}; is the workspace's setup file sourced?"
+            f"ros2: type {name!r}: there is no Python package {error.name!r}; is the workspace's setup file sourced? "
+            "The folder of its interface files is enough: Ros2(interfaces=(...,))"
         ) from None
-    if class_name not in vars(module):
-        classes = [member for member in vars(module) if member[0].isupper()]
-        raise Ros2Error(f"ros2: {package} has no {folder} {class_name!r}{nearest(class_name, classes)}")
-    return vars(module)[class_name]
+    try:
+        return getattr(module, class_name)
+    except AttributeError:
+        classes = [member for member in dir(module) if member[0].isupper()]
+        raise Ros2Error(f"ros2: {package} has no {folder} {class_name!r}{nearest(class_name, classes)}") from None

@@ -9,23 +9,18 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.extra.ros2 import qos
-from pytest_hricdv.extra.ros2.actions import part_names
 from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context, Node
-from pytest_hricdv.extra.ros2.handles import Awaited
 from pytest_hricdv.extra.ros2.services import Client, Service
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.vocabulary import loaded
-from pytest_hricdv.extra.ros2.wait_set import WaitSet
+from pytest_hricdv.extra.ros2.world_action_client import ActionCaller
+from pytest_hricdv.extra.ros2.world_action_server import Execute, ServedAction, ServedGoal
+from pytest_hricdv.extra.ros2.world_client import ServiceClient, wait_for
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.kernel import US_PER_S
-from pytest_hricdv.runtime.virtual.identifiers import uuid4
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 T = TypeVar("T")
-_LOOKS_EVERY_S = 0.01
-"""How often a client looks whether there is a server. Chosen: servers appear in the first milliseconds, if they do."""
-
 _LATCHED = qos.Profile(depth=1, durability=qos.TRANSIENT_LOCAL)
 
 
@@ -43,7 +38,7 @@ class MessageQueue(Generic[T]):
 
     def wait(self, timeout_s: float) -> Any | None:
         """Block until there is a message, at most `timeout_s`; None on time-out."""
-        _wait("subscription", self._subscription, timeout_s)
+        wait_for("subscription", self._subscription, timeout_s)
         return self.poll()
 
 
@@ -82,7 +77,7 @@ class WorldNode:
 
         def serving() -> None:
             while True:
-                _wait("service", service, None)
+                wait_for("service", service, None)
                 request, info = service.service_take_request(srv.Request)
                 if info is not None:
                     service.service_send_response(answer(request, srv.Response()), info.request_id)
@@ -97,71 +92,25 @@ class WorldNode:
         """A client of an action."""
         return ActionCaller(self._node, name, _class(kind, "action"))
 
+    def serve_action(
+        self,
+        name: str,
+        kind: str | type[Any],
+        execute: Execute,
+        *,
+        accept: Callable[[Any], bool] = lambda goal: True,
+        may_cancel: Callable[[ServedGoal], bool] = lambda goal: True,
+    ) -> None:
+        """Serve an action from now on.
 
-class ServiceClient:
-    """A client of a service."""
-
-    def __init__(self, client: Client) -> None:
-        self._client = client
-
-    def call(self, timeout_s: float, **fields: Any) -> Any | None:
-        """Ask with a request that has these fields; the response, or None if there is none within `timeout_s`."""
-        return _answer(self._client, self._client.kind.Request(**fields), timeout_s)
-
-
-class ActionCaller:
-    """A client of an action: one goal after the other."""
-
-    def __init__(self, node: Node, name: str, kind: Any) -> None:
-        self._types, names, profile = kind.Impl, part_names(name), qos.Profile()
-        self._goal = Client(node, self._types.SendGoalService, names["send_goal"], profile)
-        self._result = Client(node, self._types.GetResultService, names["get_result"], profile)
-
-    def call(self, timeout_s: float, **fields: Any) -> Any | None:
-        """Send a goal that has these fields, and wait until it is over.
-
-        Returns:
-            Its `status`, as `action_msgs/msg/GoalStatus` numbers it, and its `result`; None if the goal was not
-            accepted, or is not over within `timeout_s`.
+        Args:
+            execute: called with each goal that was accepted (`ServedGoal`), in a node of the kernel of its own; it may
+                block, and ends the goal with `succeed`, `abort` or `cancel`.
+            accept: whether a goal is accepted, by its message.
+            may_cancel: whether a goal is cancelled when a client asks for it.
         """
-        kernel = self._goal.kernel
-        end_s = kernel.now_s + timeout_s
-        request = self._types.SendGoalService.Request()
-        request.goal_id.uuid = list(uuid4().bytes)
-        for name, value in fields.items():
-            setattr(request.goal, name, value)
-        answer = _answer(self._goal, request, timeout_s)
-        if answer is None or not answer.accepted:
-            return None
-        wanted = self._types.GetResultService.Request()
-        wanted.goal_id.uuid = request.goal_id.uuid
-        return _answer(self._result, wanted, end_s - kernel.now_s)
+        ServedAction(self._node, name, _class(kind, "action"), execute, accept, may_cancel)
 
 
 def _class(kind: str | type[Any], folder: str) -> Any:
     return loaded(kind, folder) if isinstance(kind, str) else kind
-
-
-def _answer(client: Client, request: Any, timeout_s: float) -> Any | None:
-    """The response to a request, which waits for a server; responses to earlier ones, too late, are dropped."""
-    kernel = client.kernel
-    end_s = kernel.now_s + timeout_s
-    # The graph wakes nobody when a server comes, as in `rclpy`, which looks every 0.25 s.
-    while not client.service_server_is_available():
-        if kernel.now_s + _LOOKS_EVERY_S > end_s:
-            return None
-        kernel.sleep(_LOOKS_EVERY_S)
-    number = client.send_request(request)
-    while True:
-        _wait("client", client, max(end_s - kernel.now_s, 0.0))
-        info, response = client.take_response(client.kind.Response)
-        if info is None:
-            return None
-        if info.request_id.sequence_number == number:
-            return response
-
-
-def _wait(kind: str, entity: Awaited, timeout_s: float | None) -> None:
-    waiting = WaitSet()
-    getattr(waiting, f"add_{kind}")(entity)
-    waiting.wait(-1 if timeout_s is None else round(timeout_s * US_PER_S) * 1000)

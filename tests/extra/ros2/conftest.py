@@ -1,19 +1,55 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
+
+from pytest_hricdv.extra.ros2 import interface_packages
+
+HERE = Path(__file__).parent
+
+
+def _forget(packages: set[str]) -> None:
+    for name in [loaded for loaded in sys.modules if loaded.partition(".")[0] in packages]:
+        del sys.modules[name]
 
 
 @pytest.fixture
 def cell_msgs(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Packages of interfaces that can be imported, as those of a workspace that is sourced."""
-    monkeypatch.syspath_prepend(Path(__file__).parent / "interfaces")
+    monkeypatch.syspath_prepend(HERE / "interfaces")
     yield
-    for name in [each for each in sys.modules if each.partition(".")[0] == "cell_msgs"]:
-        del sys.modules[name]
+    _forget({"cell_msgs"})
+
+
+@pytest.fixture
+def interfaces(tmp_path: Path) -> Iterator[Callable[[Mapping[str, str]], None]]:
+    """Lets packages be imported of which there are interface files, by their paths; those of `interface_files`, too."""
+    before = dict(interface_packages._FINDER.folders)
+    imported = set(sys.modules)
+
+    def provide(files: Mapping[str, str]) -> None:
+        for path, text in files.items():
+            (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / path).write_text(text, encoding="utf-8")
+        packages = sorted({path.partition("/")[0] for path in files})
+        standard = [folder for folder in sorted((HERE / "interface_files").iterdir()) if folder.is_dir()]
+        interface_packages.provide_interfaces([*standard, *(tmp_path / package for package in packages)])
+
+    yield provide
+    packages = set(interface_packages._FINDER.folders)
+    interface_packages._FINDER.folders = before
+    for name in set(sys.modules) - imported:
+        if name.partition(".")[0] in packages:
+            del sys.modules[name]
+
+
+@pytest.fixture
+def ros_messages(interfaces: Callable[[Mapping[str, str]], None]) -> None:
+    """Messages of ROS and of packages of others, where they are not installed: made of their interface files."""
+    interfaces({})
 
 
 collect_ignore = ["table"]  # a project of its own, which test_table.py runs

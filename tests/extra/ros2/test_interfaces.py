@@ -1,0 +1,148 @@
+"""Interface files of packages that are not installed are enough to use their messages."""
+
+from __future__ import annotations
+
+import array
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
+from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
+from pytest_hricdv.extra.ros2.fields import kinds_of
+from pytest_hricdv.extra.ros2.interface_text import parts_of
+from pytest_hricdv.extra.ros2.messages import copy_message, type_name
+from pytest_hricdv.extra.ros2.vocabulary import loaded, vocabulary
+
+MESSAGE = r"""
+# Everything that a field can be: "quoted", it's said.
+bool is_on true
+byte flags
+char letter
+float32 ratio 0.5  # half
+float64[3] position
+float64[] ranges [1.0, 2.5]
+uint8[<=4] data
+int16 below -3
+string name "a # b"
+string<=5 short hello
+wstring wide
+string[2] pair
+cell_io/Point[] points
+Point origin
+geometry/msg/Pose pose
+
+uint8 IDLE=0
+int32 LOWEST = -5
+string GREETING="it's here"
+float64 PI=3.14
+"""
+
+
+@pytest.fixture
+def made(interfaces: Any) -> Any:
+    return interfaces(
+        {
+            "cell_io/msg/Everything.msg": MESSAGE,
+            "cell_io/msg/Point.msg": "float64 x\nfloat64 y 1",
+            "geometry/msg/Pose.msg": "cell_io/Point at\n",
+            "cell_io/srv/Grasp.srv": "float64 force\n---\nbool held\n",
+            "cell_io/srv/Ask.srv": "---\n",
+            "cell_io/action/Fetch.action": "# goal\nstring part\n---\nbool found\n---\nfloat32 way\n",
+            "cell_io/msg/Wrong.msg": "float64 x\nfloat64\n",
+            "cell_io/msg/WrongDefault.msg": "uint8 A=1\nint32 x seven\n",
+            "cell_io/msg/Lacking.msg": "absent_msgs/Thing thing\n",
+            "cell_io/srv/Single.srv": "float64 x\n",
+        }
+    )
+
+
+def test_fields_have_the_defaults_and_containers_of_generated_classes(made: None) -> None:
+    message = loaded("cell_io/msg/Everything", "msg")()
+    assert (message.is_on, message.flags, message.letter, message.ratio, message.below) == (True, b"\x00", 0, 0.5, -3)
+    assert (message.name, message.short, message.wide, message.pair) == ("a # b", "hello", "", ["", ""])
+    assert message.position.tolist() == [0.0, 0.0, 0.0]
+    assert message.position.dtype == "float64"
+    assert (message.ranges, message.data) == (array.array("d", [1.0, 2.5]), array.array("B"))
+    assert (message.points, message.pose.at.y, type_name(type(message.origin))) == ([], 1.0, "cell_io/msg/Point")
+    constants = (message.IDLE, message.LOWEST, message.GREETING, message.PI)
+    assert constants == (0, -5, "it's here", 3.14)
+    assert kinds_of(type(message))["pose.at.x"] is float
+
+
+def test_a_message_is_copied_compared_and_sent_as_bytes(made: None) -> None:
+    kind = loaded("cell_io/msg/Everything", "msg")
+    message = kind(points=[loaded("cell_io/msg/Point", "msg")(x=4.0)], data=[1, 2], wide="é", position=[1.0, 2.0, 3.0])
+    copied = copy_message(message)
+    assert copied == message
+    assert copied.points is not message.points
+    copied.points[0].x = 5.0
+    assert copied != message
+    assert deserialize(serialize(message, kind), kind) == message
+    assert "points=[cell_io.msg.Point(x=4.0, y=1.0)]" in repr(message)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "problem"),
+    [
+        ("is_on", 1, "The 'is_on' field must be of type 'bool'"),
+        ("ratio", 1, "The 'ratio' field must be of type 'float'"),
+        ("ratio", 1e39, "The 'ratio' field must be a float in"),
+        ("below", 40000, r"The 'below' field must be an integer in \[-32768, 32767\]"),
+        ("data", [1] * 5, "The 'data' field must be a set or sequence with at most 4 elements"),
+        ("data", [300], r"The 'data' field must be an integer in \[0, 255\]"),
+        ("position", [1.0], "The 'position' field must be a set or sequence with 3 elements"),
+        ("short", "longer", "The 'short' field must be a text of at most 5 characters"),
+        ("origin", 3, "The 'origin' field must be a sub message of type 'Point'"),
+        ("points", [3], "The 'points' field must be a sub message of type 'Point'"),
+        ("nmae", "x", "Invalid arguments passed to constructor: nmae; nearest: name"),
+    ],
+)
+def test_a_wrong_value_fails_at_its_line(made: None, field: str, value: Any, problem: str) -> None:
+    with pytest.raises(AssertionError, match=problem):
+        loaded("cell_io/msg/Everything", "msg")(**{field: value})
+
+
+def test_services_and_actions_have_their_parts(made: None) -> None:
+    from cell_io.action import Fetch  # type: ignore[import-not-found, unused-ignore]
+    from cell_io.srv import Ask, Grasp  # type: ignore[import-not-found, unused-ignore]
+
+    assert (Grasp.Request(force=2.0).force, Grasp.Response().held) == (2.0, False)
+    assert type_name(Grasp.Request) == "cell_io/srv/Grasp_Request"
+    assert (Grasp.Event().request, Ask.Request().get_fields_and_field_types()) == ([], {})
+    assert Fetch.Impl.SendGoalService.Request().goal.part == ""
+    assert type_name(Fetch.Impl.FeedbackMessage) == "cell_io/action/Fetch_FeedbackMessage"
+    assert len(Fetch.Impl.GetResultService.Request().goal_id.uuid) == 16
+    assert type_name(Fetch.Impl.CancelGoalService) == "action_msgs/srv/CancelGoal"
+    names = vocabulary(Ros2(actions={"/fetch": "cell_io/action/Fetch"}))
+    assert names["fetch_result"] == {"status": float, "found": bool}
+
+
+@pytest.mark.parametrize(
+    ("name", "folder", "problem"),
+    [
+        ("Wrong", "msg", r"Wrong.msg:2: 'float64' is neither a field, as `float64 x`, nor a constant"),
+        ("WrongDefault", "msg", "WrongDefault.msg:2: 'seven' is no value of type int32"),
+        ("Everythin", "msg", "cell_io has no msg 'Everythin'; nearest: Everything"),
+        ("Single", "srv", "Single.srv: has 1 parts; expected 2, with lines `---` between them"),
+    ],
+)
+def test_a_mistake_in_a_file_is_said_with_its_line(made: None, name: str, folder: str, problem: str) -> None:
+    with pytest.raises(Ros2Error, match=problem):
+        loaded(f"cell_io/{folder}/{name}", folder)
+
+
+def test_a_message_of_a_package_that_is_missing_names_it(made: None) -> None:
+    with pytest.raises(Ros2Error, match="there is no Python package 'absent_msgs': install it, or add the folder"):
+        loaded("cell_io/msg/Lacking", "msg")()
+
+
+def test_a_folder_that_is_no_package_of_interfaces_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Ros2Error, match="has no folder msg, srv or action; expected the folder of a package"):
+        vocabulary(Ros2(interfaces=(tmp_path,)))
+
+
+def test_lines_of_later_parts_are_counted_in_the_file() -> None:
+    with pytest.raises(Ros2Error, match=r"^a.srv:4: "):
+        parts_of("int8 a\n---\n\nint8\n", "cell", "a.srv")
