@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from pytest_hricdv.extra.ros2.actions import part_names
+from pytest_hricdv.extra.ros2.clocks import Clock
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.handles import Destroyable
+from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.qos import Profile
 from pytest_hricdv.extra.ros2.services import Client
 from pytest_hricdv.extra.ros2.topics import Subscription
@@ -87,6 +89,11 @@ class ActionClient(Destroyable):
         """The oldest status; None if there is none."""
         taken = self._status.take_message(kind, False)
         return None if taken is None else taken[0]
+
+    def configure_introspection(self, clock: Clock, profile: Profile | None, state: IntrospectionState) -> None:
+        """Publish what its services send and receive from now on, or no more."""
+        for part in (self.goal, self._cancel, self._result):
+            part.configure_introspection(clock, profile or Profile(), state)
 
     def get_num_entities(self) -> tuple[int, int, int, int, int]:
         """How many subscriptions, guard conditions, timers, clients and services it waits for."""

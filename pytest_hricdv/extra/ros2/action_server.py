@@ -9,6 +9,7 @@ from pytest_hricdv.extra.ros2.actions import NEXT_STATE, GoalEvent, GoalState, p
 from pytest_hricdv.extra.ros2.clocks import Clock, Timer
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
+from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.qos import Profile
 from pytest_hricdv.extra.ros2.services import RequestId, Service
 from pytest_hricdv.extra.ros2.topics import Publisher
@@ -198,6 +199,11 @@ class ActionServer(Destroyable):
         infos = tuple(self._goals.pop(key).info for key in expired[:max_num_goals])
         self._set_expiry()
         return infos
+
+    def configure_introspection(self, clock: Clock, profile: Profile | None, state: IntrospectionState) -> None:
+        """Publish what its services send and receive from now on, or no more."""
+        for part in (self._goal, self._cancel, self._result):
+            part.configure_introspection(clock, profile or Profile(), state)
 
     def get_num_entities(self) -> tuple[int, int, int, int, int]:
         """How many subscriptions, guard conditions, timers, clients and services it waits for."""

@@ -19,6 +19,14 @@ EPOCH_NS = round(EPOCH.timestamp()) * 1_000_000_000
 """What the system's clock shows when a run begins (ns since 1970)."""
 
 
+def whole_ns(duration_s: float) -> int:
+    """A duration in whole ns; what is longer than nothing lasts at least one of them.
+
+    `rclpy` truncates it to 0, and asks again until the time is over: here none would pass meanwhile.
+    """
+    return max(int(duration_s * 1e9), 1) if duration_s > 0 else int(duration_s * 1e9)
+
+
 def system_ns(kernel: Kernel) -> int:
     """The time of the system's clock (ns since 1970)."""
     return EPOCH_NS + kernel.now_us * 1000
@@ -30,6 +38,10 @@ _WITHOUT_CLOCK_TOPIC = "ros2 without /clock"
 def need_no_clock_topic(kernel: Kernel) -> None:
     """Let clocks with `use_sim_time` read the kernel until there is a message on `/clock`, instead of showing 0."""
     kernel.own[_WITHOUT_CLOCK_TOPIC] = True
+
+
+class TimerCancelledError(RCLError):
+    """As of the extension: a timer that is cancelled was called."""
 
 
 class ClockType(IntEnum):
@@ -247,6 +259,10 @@ class Timer(Awaited):
 
     is_timer_ready = is_ready
 
+    def came(self) -> tuple[int, int]:
+        """When it was due; at one instant timers are first."""
+        return self.kernel.now_us * 1000 + min(self._next_ns - self._clock.now_ns(), 0), 0
+
     def due_ns(self) -> int | None:
         """When it is due, in the kernel's time; None for one that is cancelled, or whose clock stands still."""
         if self._canceled or self._clock.stands_still():
@@ -259,13 +275,13 @@ class Timer(Awaited):
         return self._clock
 
     def call_timer(self) -> None:
-        """Count one call. Raises RCLError for a timer that is cancelled."""
+        """Count one call. Raises TimerCancelledError for one that is cancelled."""
         self.call_timer_with_info()
 
     def call_timer_with_info(self) -> dict[str, int]:
         """Count one call; returns when it was expected, and when it came (ns)."""
         if self._canceled:
-            raise RCLError("failed to call timer: timer is canceled")
+            raise TimerCancelledError("failed to call timer: timer is canceled")
         now_ns, expected_ns = self._clock.now_ns(), self._next_ns
         self._last_ns = now_ns
         self._next_ns += self._period_ns
@@ -273,7 +289,9 @@ class Timer(Awaited):
         if self._next_ns < now_ns:
             behind_ns = now_ns - self._next_ns
             skipped = -(-behind_ns // self._period_ns) if self._period_ns else 0
-            self._next_ns = self._next_ns + skipped * self._period_ns if self._period_ns else now_ns
+            self._next_ns += skipped * self._period_ns
+        if not self._period_ns:
+            self._next_ns = now_ns + 1  # it is due as often as the machine can call it: time has to pass meanwhile
         return {"expected_call_time": expected_ns, "actual_call_time": now_ns}
 
     def reset_timer(self) -> None:

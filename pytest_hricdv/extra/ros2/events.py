@@ -10,12 +10,12 @@ from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Any, Protocol
 
-from pytest_hricdv.extra.ros2.handles import Awaited
-from pytest_hricdv.extra.ros2.qos import INVALID_POLICY, MANUAL_BY_TOPIC, Profile
+from pytest_hricdv.extra.ros2.handles import Awaited, RCLError
+from pytest_hricdv.extra.ros2.qos import MANUAL_BY_TOPIC, Profile, QosPolicyKind
 from pytest_hricdv.runtime.kernel import Kernel
 
 
-class UnsupportedEventTypeError(RuntimeError):
+class UnsupportedEventTypeError(RCLError):
     """As of the extension: this middleware does not have such events."""
 
 
@@ -78,7 +78,7 @@ class CountStatus(_Status):
 class QosIncompatibleStatus(CountStatus):
     """How often a profile did not match, and the policy that did not the last time (`rclpy.qos.QoSPolicyKind`)."""
 
-    last_policy_kind: int = INVALID_POLICY
+    last_policy_kind: int = QosPolicyKind.RMW_QOS_POLICY_INVALID
 
 
 @dataclass

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.extra.ros2.clocks import Timer
+from pytest_hricdv.extra.ros2.clocks import Timer, whole_ns
 from pytest_hricdv.extra.ros2.handles import Awaited, InvalidHandle, running_kernel
 from pytest_hricdv.extra.ros2.wait_set import WaitSet, block_until_woken
 
@@ -62,7 +62,7 @@ def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]
             if self._tasks:
                 yield from original(self, _left_s(end_ns), nodes, condition)
                 return
-            entities = _Entities(self, self.get_nodes() if nodes is None else nodes)
+            entities = Entities(self, self.get_nodes() if nodes is None else nodes)
             ready, is_over = entities.wait(end_ns)
             if self._is_shutdown:
                 raise executors.ShutdownException
@@ -88,7 +88,7 @@ def _end_ns(timeout_sec: Any) -> int | None:
     timeout_s = getattr(timeout_sec, "timeout", timeout_sec)
     if timeout_s is None or timeout_s < 0:
         return None
-    return running_kernel("spin").now_us * 1000 + int(float(timeout_s) * 1e9)
+    return running_kernel("spin").now_us * 1000 + whole_ns(float(timeout_s))
 
 
 def _left_s(end_ns: int | None) -> float | None:
@@ -122,7 +122,7 @@ class _Waitables:
         return cls(kept, wait_set)
 
 
-class _Entities:
+class Entities:
     """The entities that an executor waits for now.
 
     Args:

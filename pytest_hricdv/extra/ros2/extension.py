@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Callable
 from enum import IntEnum
@@ -25,12 +26,15 @@ from pytest_hricdv.extra.ros2 import (
 )
 from pytest_hricdv.extra.ros2.action_client import ActionClient
 from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
+from pytest_hricdv.extra.ros2.events_executor import events_executor
 from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.services import Client, RequestId, Service, ServiceInfo
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
 
 NAME = "rclpy._rclpy_pybind11"
+
+_EVENTS_EXECUTOR = "EventsExecutor"
 
 
 class SignalHandlerOptions(IntEnum):
@@ -45,9 +49,6 @@ class SignalHandlerOptions(IntEnum):
 _SIGNAL_HANDLERS = "ros2 signal handlers"
 
 _NS_PER_S = 1_000_000_000
-
-# As rcl's rosout_default_profile: who joins late gets the last ten seconds of the log, up to a thousand entries.
-_ROSOUT_PROFILE = qos.Profile(depth=1000, durability=qos.TRANSIENT_LOCAL, lifespan_ns=10 * _NS_PER_S)
 
 
 class TypeDescriptionService(handles.Destroyable):
@@ -74,6 +75,10 @@ class TypeDescriptionService(handles.Destroyable):
         self.impl.destroy_when_not_in_use()
 
 
+_ARGUMENTS_OF_JAZZY = 6
+"""Of a node; since kilted, there is the profile of its log, too."""
+
+
 class Node(contexts.Node):
     """A node whose log is published on `/rosout`, and that can be asked for the actions in the graph.
 
@@ -86,13 +91,14 @@ class Node(contexts.Node):
     get_action_server_names_and_types_by_node = graph_queries.action_servers_by_node
 
     def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+        *common, profile = arguments if len(arguments) > _ARGUMENTS_OF_JAZZY else (*arguments, None)
+        super().__init__(*common)
         self._publisher: Publisher | None = None
         if self.enable_rosout and self.context.arguments.rosout:
             from rcl_interfaces.msg import Log  # type: ignore[import-not-found, unused-ignore]
 
             self._kind = Log
-            self._publisher = Publisher(self, Log, "/rosout", _ROSOUT_PROFILE)
+            self._publisher = Publisher(self, Log, "/rosout", profile or qos.PREDEFINED["qos_profile_rosout_default"])
             logging.log_of(self.kernel).listeners.setdefault(self.logger_name(), []).append(self._publish)
 
     def _publish(self, entry: logging.LogEntry) -> None:
@@ -136,6 +142,9 @@ _CLASSES: dict[str, Any] = {
     "GuardCondition": GuardCondition,
     "WaitSet": WaitSet,
     "rmw_qos_profile_t": qos.RmwProfile,
+    "rmw_qos_policy_kind_t": qos.QosPolicyKind,
+    "_rmw_qos_profile_dict": dict,
+    "_TopicEndpointInfoDict": dict,
     "QoSCompatibility": qos.QoSCompatibility,
     "QoSCheckCompatibleResult": qos.CompatibilityResult,
     "EventHandle": events.EventHandle,
@@ -169,6 +178,7 @@ _ERRORS: dict[str, type[Exception]] = {
     "RCLInvalidROSArgsError": arguments.InvalidROSArgsError,
     "UnknownROSArgsError": arguments.UnknownROSArgsError,
     "NodeNameNonExistentError": graph_queries.NodeNameNonExistentError,
+    "TimerCancelledError": clocks.TimerCancelledError,
     "UnsupportedEventTypeError": events.UnsupportedEventTypeError,
     "NotImplementedError": NotImplementedError,
 }
@@ -259,6 +269,9 @@ def extension() -> ModuleType:
 
     # A distribution that is newer than this may use further names: then it says which, when it does.
     def missing(name: str) -> Any:
+        if name == _EVENTS_EXECUTOR:  # a class below one of rclpy's, which is imported after its extension
+            vars(made)[name] = events_executor(importlib.import_module("rclpy.executors"))
+            return vars(made)[name]
         raise AttributeError(f"{name} of rclpy's extension is not simulated yet")
 
     vars(made)["__getattr__"] = missing

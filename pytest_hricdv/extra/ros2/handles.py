@@ -99,6 +99,13 @@ class Destroyable:
         """Let go of what it holds; for subclasses."""
 
 
+def arrival(kernel: Kernel) -> tuple[int, int]:
+    """Of what comes now: the simulated time (ns), and its number in the run."""
+    numbers = kernel.own.setdefault("ros2 arrivals", count(1))
+    assert isinstance(numbers, count)
+    return kernel.now_us * 1000, next(numbers)
+
+
 class Awaited(Destroyable, ABC):
     """A handle that a wait set can wait for."""
 
@@ -114,6 +121,10 @@ class Awaited(Destroyable, ABC):
     def take_readiness(self) -> bool:
         """Whether it is ready, at the end of a wait; a guard condition is not any more afterwards."""
         return self.is_ready()
+
+    def came(self) -> tuple[int, int] | None:
+        """When what it is ready for has come, and the how manieth in the run that was; None where that is not known."""
+        return None
 
     def due_ns(self) -> int | None:
         """When it becomes ready by itself (ns of simulated time); None: not by itself."""

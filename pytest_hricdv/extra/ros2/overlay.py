@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Hashable, Iterable, Iterator, MutableSet
+from collections.abc import Callable, Hashable, Iterable, Iterator, MutableSet
 from contextlib import contextmanager
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from pytest_hricdv.extra.ros2.clocks import whole_ns
 from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
 from pytest_hricdv.extra.ros2.extension import NAME, extension
 from pytest_hricdv.runtime.failure import KernelError
@@ -96,8 +97,43 @@ def adapt_rclpy() -> None:
     _order_sets()
     for name in [module for module in sys.modules if module.partition(".")[0] == "rclpy"]:
         vars(sys.modules[name])["__tracebackhide__"] = True
+    _round_up()
     if "rclpy.executors" in sys.modules:
         check_entities_when_waiting(sys.modules["rclpy.executors"])
+
+
+_IN_NS = "timeout_sec_to_nsec"
+
+
+def _in_ns(timeout_sec: float | None) -> int:
+    """As `rclpy`'s function of this name, which truncates; -1: for ever."""
+    return -1 if timeout_sec is None or timeout_sec < 0 else whole_ns(float(timeout_sec))
+
+
+def _round_up() -> None:
+    """Let what is longer than nothing be no 0 for what is loaded of `rclpy`: see `clocks.whole_ns`."""
+    for name, module in [*sys.modules.items()]:
+        if name.partition(".")[0] == "rclpy" and _IN_NS in vars(module):
+            vars(module)[_IN_NS] = _in_ns
+    duration = getattr(sys.modules.get("rclpy.duration"), "Duration", None)  # it may be in the middle of its import
+    if duration is not None and not hasattr(duration, _ROUNDED_UP):
+        duration.__init__ = _rounding_up(duration.__init__)
+        setattr(duration, _ROUNDED_UP, True)
+
+
+_ROUNDED_UP = "_is_rounded_up"
+
+
+def _rounding_up(original: Callable[..., None]) -> Callable[..., None]:
+    """The initialization of a duration, which truncates."""
+
+    def __init__(self: Any, *, seconds: float = 0, nanoseconds: float = 0) -> None:  # noqa: N807 (it takes its place)
+        original(self, seconds=seconds, nanoseconds=nanoseconds)
+        handle = self._duration_handle
+        if handle.nanoseconds == 0 and seconds * 1e9 + nanoseconds > 0:
+            handle.nanoseconds = 1
+
+    return __init__
 
 
 def _order_sets() -> None:

@@ -12,9 +12,23 @@ from pytest_hricdv.extra.ros2.clocks import Duration
 INFINITE_NS = 2**63 - 1
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
-INVALID_POLICY = 1
-_DURABILITY_POLICY, _DEADLINE_POLICY, _LIVELINESS_POLICY, _RELIABILITY_POLICY, _LEASE_POLICY = 2, 4, 8, 16, 256
-"""As `rclpy.qos.QoSPolicyKind` numbers them."""
+_NS_PER_S = 1_000_000_000
+
+
+class QosPolicyKind(IntEnum):
+    """As `rmw_qos_policy_kind_t`."""
+
+    RMW_QOS_POLICY_INVALID = 1
+    RMW_QOS_POLICY_DURABILITY = 2
+    RMW_QOS_POLICY_DEADLINE = 4
+    RMW_QOS_POLICY_LIVELINESS = 8
+    RMW_QOS_POLICY_RELIABILITY = 16
+    RMW_QOS_POLICY_HISTORY = 32
+    RMW_QOS_POLICY_LIFESPAN = 64
+    RMW_QOS_POLICY_DEPTH = 128
+    RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION = 256
+    RMW_QOS_POLICY_AVOID_ROS_NAMESPACE_CONVENTIONS = 512
+
 
 # The numbers of rmw/types.h; 0 leaves a policy to the system.
 KEEP_LAST, KEEP_ALL = 1, 2
@@ -106,6 +120,8 @@ PREDEFINED = {
     "qos_profile_services_default": Profile(),
     "qos_profile_parameters": Profile(depth=1000),
     "qos_profile_parameter_events": Profile(depth=1000),
+    # Who joins late gets the last ten seconds of the log, up to a thousand entries.
+    "qos_profile_rosout_default": Profile(depth=1000, durability=TRANSIENT_LOCAL, lifespan_ns=10 * _NS_PER_S),
     "qos_profile_system_default": Profile(_SYSTEM_DEFAULT, 0, _SYSTEM_DEFAULT, _SYSTEM_DEFAULT),
     "qos_profile_unknown": _UNKNOWN_PROFILE,
     "qos_profile_best_available": Profile(
@@ -168,21 +184,33 @@ def effective(profile: Profile) -> Profile:
     )
 
 
-def mismatches(offered: Profile, requested: Profile) -> list[tuple[int, str]]:
+def mismatches(offered: Profile, requested: Profile) -> list[tuple[QosPolicyKind, str]]:
     """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
     differing = []
     if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
-        differing.append((_RELIABILITY_POLICY, "Best effort publisher and reliable subscription"))
+        differing.append((QosPolicyKind.RMW_QOS_POLICY_RELIABILITY, "Best effort publisher and reliable subscription"))
     if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
-        differing.append((_DURABILITY_POLICY, "Volatile publisher and transient local subscription"))
+        differing.append(
+            (QosPolicyKind.RMW_QOS_POLICY_DURABILITY, "Volatile publisher and transient local subscription")
+        )
     if _longer(offered.deadline_ns, requested.deadline_ns):
-        differing.append((_DEADLINE_POLICY, "Subscription deadline is less than publisher deadline"))
+        differing.append(
+            (QosPolicyKind.RMW_QOS_POLICY_DEADLINE, "Subscription deadline is less than publisher deadline")
+        )
     if offered.liveliness == AUTOMATIC and requested.liveliness == MANUAL_BY_TOPIC:
         differing.append(
-            (_LIVELINESS_POLICY, "Publisher's liveliness is automatic and subscription's is manual by topic")
+            (
+                QosPolicyKind.RMW_QOS_POLICY_LIVELINESS,
+                "Publisher's liveliness is automatic and subscription's is manual by topic",
+            )
         )
     if _longer(offered.lease_ns, requested.lease_ns):
-        differing.append((_LEASE_POLICY, "Subscription's liveliness lease duration is less than publisher's"))
+        differing.append(
+            (
+                QosPolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION,
+                "Subscription's liveliness lease duration is less than publisher's",
+            )
+        )
     return differing
 
 

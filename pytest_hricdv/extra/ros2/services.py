@@ -11,7 +11,7 @@ from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Clock, system_ns
 from pytest_hricdv.extra.ros2.contexts import Node
-from pytest_hricdv.extra.ros2.handles import Awaited
+from pytest_hricdv.extra.ros2.handles import Awaited, arrival
 from pytest_hricdv.extra.ros2.introspection import Introspection, IntrospectionState, ServiceEvent
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.qos import Profile, effective
@@ -54,6 +54,10 @@ class _ServiceEndpoint(Awaited):
         """The node that it is of."""
         return self._node
 
+    def get_logger_name(self) -> str:
+        """The name of its node's logger."""
+        return self._node.logger_name()
+
     def configure_introspection(self, clock: Clock, profile: Profile, state: IntrospectionState) -> None:
         """Publish what it sends and receives from now on, or no more."""
         if self._introspection is not None:
@@ -86,7 +90,7 @@ class Service(_ServiceEndpoint):
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
         self._profile = effective(profile)
-        self._requests: deque[tuple[Any, RequestId, int]] = deque()
+        self._requests: deque[tuple[Any, RequestId, int, tuple[int, int]]] = deque()
         node.graph.services.setdefault(self.name, []).append(self)
 
     def destroy(self) -> None:
@@ -108,16 +112,20 @@ class Service(_ServiceEndpoint):
         """Whether there is a request."""
         return bool(self._requests)
 
+    def came(self) -> tuple[int, int] | None:
+        """When the oldest request did."""
+        return self._requests[0][3] if self._requests else None
+
     def deliver(self, request: Any, request_id: RequestId) -> None:
         """Add a request to the queue."""
-        self._requests.append((request, request_id, system_ns(self.kernel)))
+        self._requests.append((request, request_id, system_ns(self.kernel), arrival(self.kernel)))
         self.wake()
 
     def service_take_request(self, kind: type[Any]) -> tuple[Any, ServiceInfo] | tuple[None, None]:
         """The oldest request, and whose it is; (None, None) if there is none."""
         if not self._requests:
             return None, None
-        request, request_id, sent_ns = self._requests.popleft()
+        request, request_id, sent_ns, _ = self._requests.popleft()
         self._tell(ServiceEvent.REQUEST_RECEIVED, request_id, request)
         return request, ServiceInfo(request_id, sent_ns, sent_ns)
 
@@ -148,7 +156,7 @@ class Client(_ServiceEndpoint):
         """Number of a request -> where it was sent, of those that no server got."""
         self.missed_since_s: float | None = None
         """Since when a server has been looked for, and not been found (s of simulated time)."""
-        self._responses: deque[tuple[Any, RequestId, int]] = deque()
+        self._responses: deque[tuple[Any, RequestId, int, tuple[int, int]]] = deque()
         node.graph.clients.setdefault(self.service_name, []).append(self)
 
     def destroy(self) -> None:
@@ -199,10 +207,14 @@ class Client(_ServiceEndpoint):
         """Whether there is a response."""
         return bool(self._responses)
 
+    def came(self) -> tuple[int, int] | None:
+        """When the oldest response did."""
+        return self._responses[0][3] if self._responses else None
+
     def deliver(self, response: Any, request_id: RequestId) -> None:
         """Add a response to the queue."""
         self._answered = request_id.sequence_number
-        self._responses.append((response, request_id, system_ns(self.kernel)))
+        self._responses.append((response, request_id, system_ns(self.kernel), arrival(self.kernel)))
         self.wake()
 
     def is_unanswered(self) -> bool:
@@ -217,6 +229,6 @@ class Client(_ServiceEndpoint):
         """To which request the oldest response is, and the response; (None, None) if there is none."""
         if not self._responses:
             return None, None
-        response, request_id, sent_ns = self._responses.popleft()
+        response, request_id, sent_ns, _ = self._responses.popleft()
         self._tell(ServiceEvent.RESPONSE_RECEIVED, request_id, response)
         return ServiceInfo(request_id, sent_ns, sent_ns), response

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
+from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.events import EndpointEvents
-from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable
+from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, arrival
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.qos import Profile, effective, mismatches
 
@@ -128,13 +130,29 @@ class Publisher(_Endpoint, Destroyable):
 
 
 class Subscription(_Endpoint, Awaited):
-    """As `rcl_subscription_t`. Raises ValueError for a wrong topic."""
+    """As `rcl_subscription_t`.
 
-    def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
+    Args:
+        filtered: a filter expression and its parameters; None: all messages.
+
+    Raises:
+        ValueError: a wrong topic.
+        RCLError: a filter expression that is none.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        kind: type[Any],
+        topic: str,
+        profile: Profile,
+        filtered: tuple[str, Sequence[str]] | None = None,
+    ) -> None:
         super().__init__(node.kernel)
+        self.set_content_filter(*(filtered or ("", ())))
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
         node.admit(self.topic, kind)
-        self._queue: deque[tuple[Any, dict[str, int], int]] = deque(maxlen=self.profile.queue_length)
+        self._queue: deque[tuple[Any, dict[str, int], int, tuple[int, int]]] = deque(maxlen=self.profile.queue_length)
         self.events = EndpointEvents()
         self._received = 0
         node.graph.subscriptions.setdefault(self.topic, []).append(self)
@@ -151,30 +169,53 @@ class Subscription(_Endpoint, Awaited):
 
     def is_ready(self) -> bool:
         """Whether there is a message."""
-        while self._queue and self._is_stale(*self._queue[0][1:]):
+        while self._queue and self._is_stale(*self._queue[0][1:3]):
             self._queue.popleft()
         return bool(self._queue)
+
+    def came(self) -> tuple[int, int] | None:
+        """When the oldest message did."""
+        return self._queue[0][3] if self._queue else None
 
     def _is_stale(self, info: dict[str, int], lifespan_ns: int) -> bool:
         """Whether the lifespan of a message is over (DDS 1.4, 2.2.3.16)."""
         return lifespan_ns > 0 and info["source_timestamp"] + lifespan_ns <= system_ns(self.kernel)
 
+    def set_content_filter(self, expression: str, parameters: Sequence[str]) -> None:
+        """Take only messages that pass, from now on; all, if the expression is empty."""
+        self._passes = content_filter(expression, parameters) if expression else None
+        self._filter = (expression, list(parameters))
+
+    def is_cft_enabled(self) -> bool:
+        """Whether it has a filter."""
+        return self._passes is not None
+
+    def get_content_filter(self) -> Any:
+        """Its filter, as `rclpy` names it. Raises RCLError if it has none."""
+        if self._passes is None:
+            raise RCLError("failed to get content filter for the topic: content filter is not set")
+        from rclpy.subscription_content_filter_options import (  # type: ignore[import-not-found, unused-ignore]
+            ContentFilterOptions,
+        )
+
+        return ContentFilterOptions(*self._filter)
+
     def deliver(self, message: Any, info: dict[str, int], lifespan_ns: int = 0) -> None:
         """Add a message to the queue, unless its lifespan is over; the oldest one goes if there are too many."""
-        if self._is_stale(info, lifespan_ns):
+        if self._is_stale(info, lifespan_ns) or (self._passes is not None and not self._passes(message)):
             return
         self._received += 1
         self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)
         received = {"received_timestamp": stamp_ns, "reception_sequence_number": self._received}
-        self._queue.append((message, {**info, **received}, lifespan_ns))
+        self._queue.append((message, {**info, **received}, lifespan_ns, arrival(self.kernel)))
         self.wake()
 
     def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, int]] | None:
         """The oldest message and when it was sent and came; None if there is none."""
         if not self.is_ready():
             return None
-        message, info, _ = self._queue.popleft()
+        message, info, _, _ = self._queue.popleft()
         return (serialize(message, kind) if raw else message), info
 
     def get_publisher_count(self) -> int:

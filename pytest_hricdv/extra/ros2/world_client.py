@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from pytest_hricdv.extra.ros2.clocks import whole_ns
 from pytest_hricdv.extra.ros2.handles import Awaited
 from pytest_hricdv.extra.ros2.services import Client
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
-from pytest_hricdv.runtime.kernel import US_PER_S
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -49,4 +49,4 @@ def wait_for(kind: str, entity: Awaited, timeout_s: float | None) -> None:
     """Wait until a subscription, service or client has something, at most `timeout_s`; None: as long as it takes."""
     waiting = WaitSet()
     getattr(waiting, f"add_{kind}")(entity)
-    waiting.wait(-1 if timeout_s is None else round(timeout_s * US_PER_S) * 1000)
+    waiting.wait(-1 if timeout_s is None else whole_ns(timeout_s))

@@ -8,11 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.ros2.clocks import Clock, ClockEvent, ClockType, TimePoint, Timer, need_no_clock_topic
+from pytest_hricdv.extra.ros2.clocks import (
+    Clock,
+    ClockEvent,
+    ClockType,
+    TimePoint,
+    Timer,
+    need_no_clock_topic,
+    whole_ns,
+)
 from pytest_hricdv.extra.ros2.handles import InvalidHandle, RCLError
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
+from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.runtime import Kernel, KernelError
-from tests.extra.ros2.system import node, run, wait
+from tests.extra.ros2.system import Reading, node, run, wait
 
 _MS = 1_000_000
 
@@ -72,6 +81,40 @@ def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass() -> None:
     kernel, why = run(robot)
     assert why == "idle"
     assert 0.0003 <= kernel.now_s <= 0.0011
+
+
+def test_a_timer_without_a_period_lets_time_pass() -> None:
+    """It is due as often as the machine can call it; here as often as time passes."""
+
+    def robot(kernel: Kernel) -> None:
+        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 0)
+        for _ in range(100):
+            assert wait("timer", [timer]) == [0]
+            timer.call_timer()
+
+    kernel, why = run(robot)
+    assert why == "idle"
+    assert kernel.now_us == 99
+
+
+@given(st.floats(0.0, 1e6))
+def test_what_is_longer_than_nothing_lasts_a_nanosecond_at_least(duration_s: float) -> None:
+    assert whole_ns(duration_s) == max(int(duration_s * 1e9), int(duration_s > 0))
+
+
+@pytest.mark.parametrize("duration_s", [-1.0, -1e-12, 0.0])
+def test_what_is_no_longer_than_nothing_does_not(duration_s: float) -> None:
+    assert whole_ns(duration_s) <= 0
+
+
+def test_a_node_of_the_world_that_waits_for_next_to_nothing_lets_time_pass() -> None:
+    def world(kernel: Kernel) -> None:
+        queue = WorldNode(kernel, "motor").subscribe("/scan", Reading)
+        while kernel.now_s < 0.001:
+            assert queue.wait(1e-12) is None
+
+    kernel, why = run(world)
+    assert (why, kernel.now_us) == ("idle", 1000)
 
 
 def test_a_timer_of_an_overridden_clock_waits_until_the_clock_is_set() -> None:
