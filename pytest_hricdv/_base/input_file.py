@@ -59,6 +59,21 @@ class MalformedError(InputError, ValueError):
     """
 
 
+class EncodingError(MalformedError):
+    """A file is not UTF-8.
+
+    Args:
+        line: of the first byte that is not, from 1.
+        column: of that byte, from 1.
+        byte: its value.
+    """
+
+    def __init__(self, line: int, column: int, byte: int) -> None:
+        super().__init__(f":{line}:{column}: not UTF-8 text: byte 0x{byte:02x}")
+        self.line = line
+        self.column = column
+
+
 def read_text(path: Path, most: int = MAX_BYTES) -> str:
     """The text of a UTF-8 file, with plain line ends and without a byte order mark.
 
@@ -68,16 +83,26 @@ def read_text(path: Path, most: int = MAX_BYTES) -> str:
 
     Raises:
         FileNotFoundError: there is none.
-        MalformedError: it is a folder, a pipe or a device, unreadable, too large, or not UTF-8.
+        MalformedError: it is a folder, a pipe or a device, unreadable, or too large.
+        EncodingError: it is not UTF-8.
     """
-    data = read_bytes(path, most)
+    return decoded(read_bytes(path, most))
+
+
+def decoded(data: bytes) -> str:
+    """The text of the bytes of a UTF-8 file; raises as `read_text`."""
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
         before = data[: error.start]
         line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
-        raise MalformedError(f":{line}:{column}: not UTF-8 text: byte 0x{data[error.start]:02x}") from None
-    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+        raise EncodingError(line, column, data[error.start]) from None
+    return with_plain_ends(text.removeprefix("\ufeff"))
+
+
+def with_plain_ends(text: str) -> str:
+    """The text with the line ends of Unix."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_bytes(path: Path, most: int = MAX_BYTES) -> bytes:

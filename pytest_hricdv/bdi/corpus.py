@@ -1,4 +1,4 @@
-"""``python -m pytest_hricdv.bdi corpus``: which of the models below a folder can be loaded, and why others cannot.
+"""``python -m pytest_hricdv.bdi corpus``: which of the models below a folder can be parsed, and why others cannot.
 
 Each file is parsed alone: what a source includes is a file of its own, or lies in a library that is not there. A text
 that occurs several times, as copies of examples do, is parsed once.
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_hricdv.bdi.actions import check_calls
+from pytest_hricdv.bdi.actions import foreign_calls, missing, wrong_calls
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
 from pytest_hricdv.bdi.language.parser import parse_alone
 from pytest_hricdv.bdi.language.project import read_project
@@ -22,6 +22,7 @@ from pytest_hricdv.bdi.language.project import read_project
 SLOWEST = 5
 """Lines of the table for the files that took longest (chosen: the first few show what is slow)."""
 
+_JAVA, _UNKNOWN = "an internal action in Java", "unknown internal action"
 _PLACE = re.compile(r"^.*?:\d+:\d+: ", re.DOTALL)
 _NAME_FOUND = re.compile(r"found '(?!not\b|begin\b|end\b)[^\W\d]\w*'")
 _TEXT_FOUND = re.compile(r"found (['\"]?)(?:[^'\"\s]{12,}|\".*|'\d.*).*")
@@ -34,14 +35,17 @@ class FileResult:
     Args:
         path: the file.
         seconds: the processor time that reading and parsing it took.
-        kind: the kind of its error, without places and names; empty if it can be loaded.
-        message: the whole error with its place; empty if it can be loaded.
+        kind: the kind of its error, without places and names; empty if it can be parsed.
+        message: the whole error with its place; empty if it can be parsed.
+        calls: the first of each kind of call that ends a run, or lets none begin: there is no such action here, or it
+            takes another number of arguments.
     """
 
     path: Path
     seconds: float
     kind: str = ""
     message: str = ""
+    calls: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +62,7 @@ class CorpusResult:
 
     @property
     def refused(self) -> list[FileResult]:
-        """The files that cannot be loaded."""
+        """The files that cannot be parsed."""
         return [result for result in self.results if result.kind]
 
 
@@ -94,23 +98,26 @@ def table(corpus: CorpusResult) -> str:
         lines.append(
             f"{suffix:8}{count:7,}{len(results):10,}{len(results) - refused:8,}{refused:9,}{percent if refused else ''}"
         )
-    lines += _refusals(corpus.refused)
+    lines += _counts("refused", [(result.kind, result.message, result.path) for result in corpus.refused])
+    calls = [(kind, message, result.path) for result in corpus.results for kind, message in result.calls]
+    lines += _counts("parsed, but a run with such a call ends or does not begin", calls)
     slowest = sorted(corpus.results, key=lambda result: -result.seconds)[:SLOWEST]
     lines += ["", "slowest"] + [f"{result.seconds:7.2f} s  {result.path}" for result in slowest]
     return "\n".join(lines)
 
 
-def _refusals(refused: list[FileResult]) -> list[str]:
-    """The kinds of errors, the most frequent first, each with its first place."""
-    if not refused:
+def _counts(title: str, faults: list[tuple[str, str, Path]]) -> list[str]:
+    """The kinds of faults, the most frequent first, each with the number of its files and its first place."""
+    if not faults:
         return []
-    first: dict[str, FileResult] = {}
-    for result in refused:
-        first.setdefault(result.kind, result)
-    lines = ["", "refused"]
-    for kind, count in Counter(result.kind for result in refused).most_common():
-        place = _PLACE.match(first[kind].message)
-        lines += [f"{count:7,}  {kind}", f"{'':9}first in {place[0].rstrip(': ') if place else first[kind].path}"]
+    first: dict[str, tuple[str, Path]] = {}
+    for kind, message, path in faults:
+        first.setdefault(kind, (message, path))
+    lines = ["", title]
+    for kind, count in Counter(kind for kind, _, _ in faults).most_common():
+        message, path = first[kind]
+        place = _PLACE.match(message)
+        lines += [f"{count:7,}  {kind}", f"{'':9}first in {place[0].rstrip(': ') if place else path}"]
     return lines
 
 
@@ -133,31 +140,43 @@ def _is_new(path: Path, texts: set[bytes]) -> bool:
     return True
 
 
-def _load_source(path: Path) -> None:
-    check_calls(parse_alone(path))
+def _load_source(path: Path) -> tuple[tuple[str, str], ...]:
+    program = parse_alone(path)
+    kinds: dict[str, str] = {}
+    for call in foreign_calls(program):
+        kinds.setdefault(_JAVA if not call.name.startswith(".") else f"{_UNKNOWN} {call.name}", missing(call))
+    for message in wrong_calls(program):
+        kinds.setdefault(_general(_PLACE.sub("", message, count=1)), message)
+    return tuple(kinds.items())
 
 
-def _load_project(path: Path) -> None:
+def _load_project(path: Path) -> tuple[()]:
     for entry in read_project(path).agents:
         if not os.path.exists(entry.source):
             raise BdiSyntaxError.at("an agent's source is not there", entry.location, "")
+    return ()
 
 
-def _result(path: Path, load: Callable[[Path], None]) -> FileResult:
+def _result(path: Path, load: Callable[[Path], tuple[tuple[str, str], ...]]) -> FileResult:
     start_s = time.process_time()
     kind = message = ""
+    calls: tuple[tuple[str, str], ...] = ()
     try:
-        load(path)
+        calls = load(path)
     except FileNotFoundError:  # a link to nowhere
         kind = message = "no such file"
     except BdiError as error:
         message = str(error)
         kind = _kind(error)
-    return FileResult(path, time.process_time() - start_s, kind, message)
+    return FileResult(path, time.process_time() - start_s, kind, message, calls)
 
 
 def _kind(error: BdiError) -> str:
     """The first sentence of an error without its place, its names and its advice."""
-    text = error.message if isinstance(error, BdiSyntaxError) else _PLACE.sub("", str(error), count=1)
+    return _general(error.message if isinstance(error, BdiSyntaxError) else _PLACE.sub("", str(error), count=1))
+
+
+def _general(text: str) -> str:
+    """A message without its names and its advice."""
     text = text.split("\n")[0].split("; ")[0]
     return _TEXT_FOUND.sub("found something else", _NAME_FOUND.sub("found a name", text))

@@ -35,16 +35,20 @@ def test_table_counts_what_was_parsed_and_what_was_refused_by_kind(
     assert main(["corpus", str(folder)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[:5] for line in lines[1:3]] == [
-        [".asl", "5", "4", "1", "3"],
+        [".asl", "5", "4", "2", "2"],
         [".mas2j", "2", "2", "1", "1"],
     ]
-    refused = lines[lines.index("refused") + 1 : lines.index("slowest") - 1]
+    calls = lines.index("parsed, but a run with such a call ends or does not begin")
+    refused = lines[lines.index("refused") + 1 : calls - 1]
     assert refused[0].split(maxsplit=1) == ["2", "expected '.' or ';', found '!'"]
     assert refused[1].strip() == f"first in {folder}/one/bad.asl:2:3"
     assert {line.split(maxsplit=1)[1] for line in refused[2::2]} == {
-        "unknown internal action .prnt",
         "an agent's source is not there",
     }
+    assert [line.strip() for line in lines[calls + 1 : calls + 3]] == [
+        "1  unknown internal action .prnt",
+        f"first in {folder}/two/unknown.asl:1:9",
+    ]
     assert len(lines) - lines.index("slowest") - 1 == 5
 
 
@@ -82,3 +86,21 @@ def test_folder_without_models_is_one_sentence_and_exit_code_2(
         read_corpus(folder)
     assert main(["corpus", str(folder)]) == 2
     assert capsys.readouterr().err.startswith(f"error: {folder}: no ")
+
+
+def test_calls_of_java_do_not_refuse_a_file_and_are_counted_once_for_each(tmp_path: Path) -> None:
+    corpus = read_corpus(
+        _folder(
+            tmp_path,
+            a_asl="+!g <- ia.a(1); jia.b(2); .df_register(x); .my_name.",
+            b_asl="+!g <- ia.c(1).",
+        )
+    )
+    assert not corpus.refused
+    kinds = [kind for result in corpus.results for kind, _ in result.calls]
+    assert sorted(kinds) == [
+        ".my_name takes 1 argument, found 0: .my_name",
+        "an internal action in Java",
+        "an internal action in Java",
+        "unknown internal action .df_register",
+    ]

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 # Each of these modules defines its actions in the registry.
 from pytest_hricdv.bdi.actions import goals, knowledge, lists, messages, time  # noqa: F401
-from pytest_hricdv.bdi.actions.registry import Invocation, call_action, check_calls, inspects_intentions
+from pytest_hricdv.bdi.actions.registry import (
+    Invocation,
+    call_action,
+    check_calls,
+    foreign_calls,
+    inspects_intentions,
+    missing,
+    wrong_calls,
+)
 from pytest_hricdv.bdi.actions.terms import function_value
 from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
@@ -12,7 +20,7 @@ from pytest_hricdv.bdi.language.terms import Call, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail
 
-__all__ = ["StandardActions", "check_calls", "inspects_intentions"]
+__all__ = ["StandardActions", "check_calls", "foreign_calls", "inspects_intentions", "missing", "wrong_calls"]
 
 
 class StandardActions:

@@ -54,8 +54,25 @@ _COLLECTIONS = (".set.", ".map.", ".queue.")
 _OWN_PACKAGES = ("math.", "system.")
 """Functions here, under the names that Jason gives them; everything else with a name before the dot is a Java class."""
 
+_NAMES_OF_JASON = """
+asserta assertz clone df_deregister df_register df_search df_subscribe done drop_future_intention fork get_src_info
+include intention join list_files list_plans list_rules namespace namespace_get_prop namespace_set_prop nano_time
+print_unifier printf relevant_plan relevant_rules remove_source_annot rename_apart save_agent save_stats
+set_random_seed type version
+"""
+_OF_JASON = {"math.mean", *(f".{name}" for name in _NAMES_OF_JASON.split())}
+"""What Jason 1.4.2 or 3.3, or a library of its authors, has: no slip of a model that calls it."""
+
 _LEAST_LIKENESS = 0.5
 """Below difflib's own 0.6 (chosen): for a name that is wrong for certain, a far guess beats the whole list."""
+
+
+def is_foreign(name: str) -> bool:
+    """Whether an action or function that there is none of here is one elsewhere: in Java, or in Jason itself.
+
+    A model that calls it is a good one elsewhere. Other names are slips.
+    """
+    return not name.startswith((".", *_OWN_PACKAGES)) or name in _OF_JASON or name.startswith(_COLLECTIONS)
 
 
 def unknown_action(name: str, names: Iterable[str]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from pytest_hricdv.bdi.actions.advice import unknown_action
+from pytest_hricdv.bdi.actions.advice import is_foreign, unknown_action
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, EvaluationError
@@ -194,10 +194,14 @@ def internal_action(
 
 
 def call_action(invocation: Invocation) -> Outcome:
-    """Call an internal action, whose name and number of arguments have been checked when the program was loaded."""
+    """Call an internal action, whose name and number of arguments have been checked when the program was loaded.
+
+    Raises:
+        BdiError: there is none of this name here, as those of Java: the run cannot go on.
+    """
     action = ACTIONS.get(invocation.call.name)
     if action is None:
-        check_call(invocation.call)
+        see_that_it_is_here(invocation.call)
         raise BdiError(f"{invocation.call.location}: {invocation.call.name} is a function, not an action")
     if len(invocation.args) < action.least:
         # As a function it may have fewer arguments.
@@ -237,32 +241,75 @@ _FORCE_AT = {".send": 1, ".broadcast": 0}
 def check_calls(program: Program) -> None:
     """See that all internal actions and functions of a program exist and get as many arguments as they take.
 
+    Those that exist elsewhere, in Java or in Jason, are no error until they are called: see :func:`foreign_calls`.
+
     Raises:
         BdiError: with the place of the first that does not, and the nearest names known.
     """
-    check_calls_of((program.beliefs, program.goals, program.plans))
+    check_calls_of(program)
 
 
 def check_calls_of(tree: object) -> None:
     """As :func:`check_calls`, for any part of a program."""
-    calls = [part for part in parts_of(tree) if isinstance(part, Call)]
-    for call in sorted(calls, key=lambda call: (call.location.file, call.location.line, call.location.column)):
+    for call in _calls_of(tree):
         check_call(call)
 
 
+def foreign_calls(tree: object) -> list[Call]:
+    """The calls in a part of a program that end a run, because what they call is in Java, or in Jason, and not here."""
+    return [call for call in _calls_of(tree) if _is_missing(call) and is_foreign(call.name)]
+
+
+def wrong_calls(tree: object) -> list[str]:
+    """The errors of :func:`check_calls_of`, all of them."""
+    errors: list[str] = []
+    for call in _calls_of(tree):
+        try:
+            check_call(call)
+        except BdiError as error:
+            errors.append(str(error))
+    return errors
+
+
+def _calls_of(tree: object) -> list[Call]:
+    """The calls in a part of a program, in the order of the source."""
+    calls = [part for part in parts_of(tree) if isinstance(part, Call)]
+    return sorted(calls, key=lambda call: (call.location.file, call.location.line, call.location.column))
+
+
+def _is_missing(call: Call) -> bool:
+    return call.name not in ACTIONS and call.name not in FUNCTIONS
+
+
+def missing(call: Call) -> str:
+    """What an action or function is that is not here, and what to write instead, with the place of its call."""
+    return f"{call.location}: {unknown_action(call.name, {*ACTIONS, *FUNCTIONS} - {VALUE_BY_RULE})}"
+
+
+def see_that_it_is_here(call: Call) -> None:
+    """See that there is an internal action or function of this name.
+
+    Raises:
+        BdiError: there is none.
+    """
+    if _is_missing(call):
+        raise BdiError(missing(call))
+
+
 def check_call(call: Call) -> None:
-    """See that an internal action or function exists and gets as many arguments as it takes.
+    """See that an internal action or function exists, here or elsewhere, and gets as many arguments as it takes.
 
     Raises:
         BdiError: it does not.
     """
+    if _is_missing(call):
+        if is_foreign(call.name):
+            return
+        raise BdiError(missing(call))
     action = ACTIONS.get(call.name)
-    limits = (action.least, action.most) if action is not None else FUNCTIONS.get(call.name)
+    limits = (action.least, action.most) if action is not None else FUNCTIONS[call.name]
     if action is not None and call.name in FUNCTIONS:
         limits = (min(action.least, FUNCTIONS[call.name][0]), action.most)
-    if limits is None:
-        names = {*ACTIONS, *FUNCTIONS} - {VALUE_BY_RULE}
-        raise BdiError(f"{call.location}: {unknown_action(call.name, names)}")
     least, most = limits
     if not least <= len(call.args) <= most:
         raise _wrong_number(call, least, most)

@@ -8,7 +8,14 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import count
 
-from pytest_hricdv.bdi.actions.registry import ACTIONS, FUNCTIONS, WRONG, Invocation, internal_action, is_function
+from pytest_hricdv.bdi.actions.registry import (
+    FUNCTIONS,
+    WRONG,
+    Invocation,
+    internal_action,
+    is_function,
+    see_that_it_is_here,
+)
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.messages import add_source, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
@@ -233,8 +240,7 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
         EvaluationError: it is not a function, or has no value for these arguments.
     """
     if not is_function(call):
-        if call.name not in ACTIONS:
-            raise EvaluationError(f"{call.location}: {call.name} is not a function")
+        see_that_it_is_here(call)
         # As in Jason, an action in the place of a term is handed over, and is a condition where its variable is one.
         return call_with_values(call, partial(agent.value, bindings=bindings))
     if call.name == ".count":

@@ -7,14 +7,14 @@ a test session without a BDI model does not need them.
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base import input_file
 from pytest_hricdv._base.grammar import lark_parser
-from pytest_hricdv._base.input_file import MalformedError
+from pytest_hricdv._base.input_file import EncodingError, MalformedError
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, Program, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import Structure, Term
@@ -70,20 +70,37 @@ def parse_alone(path: Path) -> Program:
         FileNotFoundError: there is no such file.
         BdiError: the file cannot be read, or has a syntax error.
     """
-    return _ProgramReader(alone=True).parse(read_text(path), str(path))
+    return _ProgramReader(alone=True).parse_file(path, read_source(path))
 
 
-def read_text(path: Path) -> str:
+@dataclass(frozen=True, slots=True)
+class SourceText:
     """The text of a source or project file.
+
+    Args:
+        text: with plain line ends.
+        not_utf8: the place of the first byte that is not UTF-8, where the text was read as Latin-1; else empty.
+    """
+
+    text: str
+    not_utf8: str = ""
+
+
+def read_source(path: Path) -> SourceText:
+    """Read a source or project file; one that is not UTF-8 is read as Latin-1, in which any bytes are a text.
 
     Raises:
         FileNotFoundError: there is no such file.
-        BdiError: it is no regular file, unreadable, too large, or not UTF-8; the message has the line and the byte.
+        BdiError: it is no regular file, unreadable, or too large.
     """
     try:
-        return input_file.read_text(path, MAX_SOURCE)
+        data = input_file.read_bytes(path, MAX_SOURCE)
     except MalformedError as error:
         raise BdiError(f"{path}{error}") from None
+    try:
+        return SourceText(input_file.decoded(data))
+    except EncodingError as error:
+        return SourceText(input_file.with_plain_ends(data.decode("latin-1")), f"{path}{error}")
 
 
 class _ProgramReader:
@@ -103,10 +120,10 @@ class _ProgramReader:
     def read(self, path: Path, named_at: Location | None, naming_text: str) -> Program:
         """See `read_program`."""
         try:
-            text = read_text(path)
-            self._check(path, text, named_at, naming_text)
+            source = read_source(path)
+            self._check(path, source.text, named_at, naming_text)
             self._open.append(_real(path))
-            program = self.parse(text, str(path))
+            program = self.parse_file(path, source)
             self._open.pop()
             return program
         except FileNotFoundError:
@@ -118,11 +135,22 @@ class _ProgramReader:
                 raise
             raise BdiSyntaxError.at(_without_contents(error, path), named_at, naming_text) from None
 
+    def parse_file(self, path: Path, source: SourceText) -> Program:
+        """Parse the text of a file; what is no AgentSpeak in Latin-1 either is an error of the encoding."""
+        if not source.not_utf8:
+            return self.parse(source.text, str(path))
+        try:
+            program = self.parse(source.text, str(path))
+        except BdiSyntaxError:
+            raise BdiError(f"{source.not_utf8}, and no AgentSpeak as Latin-1; expected UTF-8") from None
+        return replace(program, warnings=(f"{source.not_utf8}: read as Latin-1", *program.warnings))
+
     def parse(self, text: str, file: str) -> Program:
         """See `parse_program`."""
         beliefs: list[Structure | Rule] = []
         goals: list[Structure] = []
         plans: list[Plan] = []
+        warnings: list[str] = []
         from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
 
         for item in filter(None, _parse(text, file, "start")):
@@ -138,11 +166,12 @@ class _ProgramReader:
                 beliefs.extend(included.beliefs)
                 goals.extend(included.goals)
                 plans.extend(included.plans)
+                warnings.extend(included.warnings)
             elif isinstance(item, InitialGoal):
                 goals.append(item.literal)
             else:
                 beliefs.append(item)
-        return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans))
+        return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans), tuple(warnings))
 
     def _check(self, path: Path, text: str, named_at: Location | None, naming_text: str) -> None:
         """Refuse what includes itself, or grows beyond the limits: files that include others twice double."""

@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import BdiSyntaxError, Location
-from pytest_hricdv.bdi.language.parser import parse_program, read_text
+from pytest_hricdv.bdi.language.parser import parse_program, read_source
 from pytest_hricdv.bdi.language.syntax import Program, Rule
 from pytest_hricdv.bdi.language.terms import Structure
 
@@ -80,7 +80,11 @@ def read_project(path: Path) -> Project:
         FileNotFoundError: there is no such file.
         BdiError: it cannot be read, is not a project, or has no agents.
     """
-    return _Reader(read_text(path), str(path)).project()
+    source = read_source(path)
+    project = _Reader(source.text, str(path)).project()
+    if source.not_utf8:
+        project = replace(project, warnings=(f"{source.not_utf8}: read as Latin-1", *project.warnings))
+    return project
 
 
 def beliefs_and_goals(entry: AgentEntry) -> tuple[tuple[Structure | Rule, ...], tuple[Structure, ...]]:

@@ -321,9 +321,13 @@ class Include:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """The source of one agent: its initial beliefs and rules, its initial goals, and its plans."""
+    """The source of one agent: its initial beliefs and rules, its initial goals, and its plans.
+
+    ``warnings`` say what its author should know about how it was read, each with its place.
+    """
 
     file: str
     beliefs: tuple[Structure | Rule, ...]
     goals: tuple[Structure, ...]
     plans: tuple[Plan, ...]
+    warnings: tuple[str, ...] = ()

@@ -21,6 +21,7 @@ from pytest_hricdv.bdi.language.syntax import (
     Not,
     Or,
     Plan,
+    Program,
     Rule,
     Statement,
     TestGoal,
@@ -153,4 +154,5 @@ _CHILDREN: dict[type, tuple[str, ...]] = {
     Trigger: ("literal",),
     Plan: ("trigger", "context", "body"),
     Rule: ("head", "body"),
+    Program: ("beliefs", "goals", "plans"),
 }

@@ -28,7 +28,7 @@ from pytest_hricdv.bdi.language.syntax import ExternalAction, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.lint.model import AgentModel, System
-from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, text_of
+from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, files_of, text_of
 from pytest_hricdv.bdi.lint.name_checks import (
     GoalWithoutPlan,
     NearName,
@@ -38,7 +38,7 @@ from pytest_hricdv.bdi.lint.name_checks import (
     UntestedPercept,
 )
 from pytest_hricdv.bdi.lint.plan_checks import DeadTimeout, EndlessSpin, ShadowedPlan
-from pytest_hricdv.bdi.lint.portability_checks import NotPortable
+from pytest_hricdv.bdi.lint.portability_checks import ForeignAction, NotPortable, NotUtf8
 from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
 
 __all__ = ["CHECKS", "Check", "Finding", "external_actions", "lint"]
@@ -90,9 +90,11 @@ class Check(Protocol):
 CHECKS: tuple[Check, ...] = (
     DeadTimeout(),
     EndlessSpin(),
+    ForeignAction(),
     GoalWithoutPlan(),
     NearName(),
     NotPortable(),
+    NotUtf8(),
     ShadowedPlan(),
     UnboundComparison(),
     UnknownAgent(),
@@ -130,7 +132,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
     findings: dict[tuple[str, Location], Finding] = {}
     for path in paths:
         agents, closed = _agents(Path(path))
-        files = dict.fromkeys(file for agent in agents for file in _files(agent))
+        files = dict.fromkeys(file for agent in agents for file in files_of(agent))
         ignored: set[_Ignored] = set()
         perceived: set[tuple[str, str | None]] = set(declared)
         for file in files:
@@ -183,11 +185,6 @@ def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
 def _checked(program: Program) -> Program:
     check_calls(program)
     return program
-
-
-def _files(agent: AgentModel) -> list[str]:
-    """The agent's source file, and those that it includes."""
-    return [agent.file, *(plan.location.file for plan in agent.plans), *(rule.location.file for rule in agent.rules)]
 
 
 def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, str | None]]) -> list[Finding]:

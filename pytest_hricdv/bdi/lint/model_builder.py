@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.parser import read_text
+from pytest_hricdv.bdi.language.parser import SourceText, read_source
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
     And,
@@ -54,10 +54,24 @@ FORMULA_ARGUMENTS = {
 
 
 @lru_cache(maxsize=64)  # each finding asks for its file again; most projects have fewer files
+def _source_of(file: str) -> SourceText:
+    path = Path(file)
+    return read_source(path) if path.is_file() else SourceText("")
+
+
 def text_of(file: str) -> str:
     """The text of a source file; empty if there is no such file."""
-    path = Path(file)
-    return read_text(path) if path.is_file() else ""
+    return _source_of(file).text
+
+
+def encoding_fault(file: str) -> str:
+    """What is not UTF-8 in a source file, with its place; else empty."""
+    return _source_of(file).not_utf8
+
+
+def files_of(agent: AgentModel) -> list[str]:
+    """The agent's source file, and those that it includes."""
+    return [agent.file, *(plan.location.file for plan in agent.plans), *(rule.location.file for rule in agent.rules)]
 
 
 @lru_cache(maxsize=64)
@@ -106,7 +120,7 @@ def _word(name: str) -> re.Pattern[str]:
 
 def clear_cache() -> None:
     """Forget the texts, so that changed files are read again."""
-    for cached in (text_of, _code_of, _line_starts):
+    for cached in (_source_of, _code_of, _line_starts):
         cached.cache_clear()
 
 

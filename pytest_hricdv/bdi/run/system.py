@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from pytest_hricdv.bdi.actions import StandardActions, check_calls, inspects_intentions
+from pytest_hricdv.bdi.actions import StandardActions, check_calls, foreign_calls, inspects_intentions, missing
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
@@ -95,7 +95,9 @@ class MultiAgentSystem:
 
     def __init__(self, project: Project, templates: tuple[AgentTemplate, ...], environment: Environment) -> None:
         self._project = project
-        self._warnings = project.warnings
+        programs = {id(template.program): template.program for template in templates}.values()
+        of_sources = dict.fromkeys(text for program in programs for text in _warnings_of(program))
+        self._warnings = (*project.warnings, *of_sources)
         self.templates = templates
         """The agents as every run begins with them, in the order of their cycles."""
         self.environment = environment
@@ -128,7 +130,7 @@ class MultiAgentSystem:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What in the project file has no effect here, each once, with its place."""
+        """What in the project has no effect here or would end a run, each once, with its place."""
         return self._warnings
 
     @property
@@ -249,6 +251,13 @@ class MultiAgentSystem:
         if agent not in self.agents:
             raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
         return agent
+
+
+def _warnings_of(program: Program) -> list[str]:
+    """What the author of a source should know: how it was read, and what ends a run, each action once."""
+    calls = {call.name: call for call in reversed(foreign_calls(program))}
+    ends = [f"{missing(call)}; a run ends where it is called" for call in reversed(calls.values())]
+    return [*program.warnings, *ends]
 
 
 def _new_run(

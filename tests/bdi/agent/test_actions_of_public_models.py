@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -102,8 +103,33 @@ def test_verbosity_is_ignored_with_a_warning(tmp_path: Path) -> None:
     ],
 )
 def test_unknown_action_says_what_it_is_and_what_to_write_instead(tmp_path: Path, call: str, advice: str) -> None:
-    with pytest.raises(BdiError) as caught:
-        system_of(tmp_path, a=f"!go.\n+!go <- {call}.")
+    with pytest.raises(BdiError) as caught:  # slips when they are loaded, what is elsewhere when it is called
+        system_of(tmp_path, a=f"!go.\n+!go <- {call}.").run()
     assert "a.asl:2:" in str(caught.value)
     assert advice in str(caught.value)
     assert "value_by_rule" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        '+!g <- gui.yes_no("ok?").',
+        "+!g : jia.free(X, Y) <- act(X).",
+        "near(X) :- jia.distance(X, D) & D < 3.",
+        "+!g <- .df_search(s, L); .print(L).",
+        "+!g <- X = my.fun(2) + 1; .print(X).",
+        '{ register_function("myf.sin") } +!g <- .print(myf.sin(2)).',
+    ],
+)
+def test_actions_of_java_are_read_and_announced_and_end_the_run_only_where_they_are_called(
+    tmp_path: Path, source: str
+) -> None:
+    quiet = system_of(tmp_path, a=f"{source} !go. +!go <- .print(1).")
+    (warning,) = quiet.warnings
+    assert re.search(r"a\.asl:1:\d+: .*; a run ends where it is called$", warning)
+    assert quiet.run().prints == ["[a] 1"]
+    (finding,) = [finding for finding in lint([tmp_path / "mas.mas2j"]) if finding.check == "foreign-action"]
+    assert warning.startswith(f"{finding.location}: {finding.message}")
+    calling = "?near(1)" if "near" in source else "!g"
+    with pytest.raises(BdiError, match=r"a\.asl:1:\d+: .*(Java|directory)"):
+        system_of(tmp_path, a=f"{source} !go. +!go <- {calling}.").run()

@@ -8,6 +8,7 @@ import pytest
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, MultiAgentSystem
 from pytest_hricdv.bdi.language.parser import parse_program
+from pytest_hricdv.bdi.lint import lint
 from tests.bdi.models import system_of
 
 
@@ -113,6 +114,21 @@ def test_text_that_is_not_utf8_is_an_error_at_its_first_bad_byte(tmp_path: Path)
     (tmp_path / "ann.asl").write_bytes(b"p.\nq(\xff).")
     with pytest.raises(BdiError, match=r"ann\.asl:2:3: not UTF-8 text: byte 0xff"):
         MultiAgentSystem.load(tmp_path / "mas.mas2j")
+
+
+def test_text_in_latin_1_is_read_with_a_warning(tmp_path: Path) -> None:
+    (tmp_path / "mas.mas2j").write_bytes("MAS m { agents: ann; /* Größe */ }".encode("latin-1"))
+    (tmp_path / "ann.asl").write_bytes('!go. // Übung\n+!go <- .print("Größe"). { include("b.asl") }'.encode("latin-1"))
+    (tmp_path / "b.asl").write_bytes(b"// caf\xe9\nb.")
+    system = MultiAgentSystem.load(tmp_path / "mas.mas2j")
+    assert [warning.removeprefix(f"{tmp_path}/") for warning in system.warnings] == [
+        "mas.mas2j:1:27: not UTF-8 text: byte 0xf6: read as Latin-1",
+        "ann.asl:1:9: not UTF-8 text: byte 0xdc: read as Latin-1",
+        "b.asl:1:7: not UTF-8 text: byte 0xe9: read as Latin-1",
+    ]
+    assert system.run().prints == ["[ann] Größe"]
+    (finding,) = [finding for finding in lint([tmp_path / "mas.mas2j"]) if finding.check == "not-utf8"]
+    assert (finding.location.line, finding.location.column) == (1, 9)
 
 
 @pytest.mark.parametrize(
