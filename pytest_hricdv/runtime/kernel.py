@@ -77,8 +77,9 @@ class Node:
     def leave_for_ever(self) -> None:
         """It does not go on, whatever comes: it is left where it is."""
         self.ended = self.abandoned = True
-        for leave in self.leaving:
-            leave()
+        if self.kernel.inside is self:  # one that waits has left already
+            for leave in self.leaving:
+                leave()
         # Never freed, not even when the interpreter ends: greenlet would raise in it, and it would go on.
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.greenlet))
 

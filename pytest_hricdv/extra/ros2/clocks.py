@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+from pytest_hricdv.extra.ros2.contexts import Context
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, running_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, running_node
 from pytest_hricdv.runtime.virtual.clocks import EPOCH
@@ -240,11 +241,12 @@ class Timer(Awaited):
         autostart: whether it runs at once.
 
     Raises:
-        RCLError: a negative period.
+        RCLError: a negative period, or the context is shut down.
     """
 
-    def __init__(self, clock: Clock, context: object, period_nsec: int, autostart: bool = True) -> None:
+    def __init__(self, clock: Clock, context: Context, period_nsec: int, autostart: bool = True) -> None:
         super().__init__(clock.kernel)
+        context.require_valid("create timer")
         if period_nsec < 0:
             raise RCLError(f"failed to create timer: timer period must be non-negative, is {period_nsec} ns")
         self._clock = clock

@@ -11,7 +11,8 @@ from pytest_hricdv.extra.ros2.arguments import Arguments, parse
 from pytest_hricdv.extra.ros2.graph import Graph, graph_of
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, running_kernel
 from pytest_hricdv.extra.ros2.messages import type_name
-from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.extra.ros2.processes import process_of
+from pytest_hricdv.runtime.kernel import Kernel, running_node
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -33,6 +34,9 @@ class Context(Destroyable):
         self.arguments = parse(arguments)
         self._domain = 0 if domain_id == DEFAULT_DOMAIN else domain_id
         self._is_valid = True
+        process = process_of(running_node())
+        if process is not None:
+            process.at_end.append(self._end)
 
     @property
     def graph(self) -> Graph:
@@ -52,7 +56,32 @@ class Context(Destroyable):
         """Shut it down, once. Raises RCLError the second time."""
         if not self._is_valid:
             raise RCLError("Context already shutdown.")
+        self._end()
+
+    def _end(self) -> None:
+        """Let all that it has leave the graph."""
+        if not self._is_valid:
+            return
         self._is_valid = False
+        for entity in self.graph.entities():
+            if entity.node.context is self:
+                entity.leave()
+        for node in [*self.graph.nodes]:
+            if node.context is self:
+                node.leave()
+
+    def require_valid(self, action: str) -> None:
+        """Refuse what needs a context that is not shut down.
+
+        Args:
+            action: what it is needed for, such as "create timer".
+
+        Raises:
+            RCLError: it is shut down.
+        """
+        if not self._is_valid:
+            problem = "the given context is not valid, either rcl_init() was not called or rcl_shutdown() was called."
+            raise RCLError(f"failed to {action}: {problem}")
 
 
 class Node(Destroyable):
@@ -95,7 +124,12 @@ class Node(Destroyable):
 
     def destroy(self) -> None:
         """Leave the graph."""
-        self.graph.nodes.remove(self)
+        self.leave()
+
+    def leave(self) -> None:
+        """Be found in the graph no more; a second time has no effect."""
+        if self in self.graph.nodes:
+            self.graph.nodes.remove(self)
 
     @property
     def graph(self) -> Graph:
@@ -103,7 +137,13 @@ class Node(Destroyable):
         return self.context.graph
 
     def admit(self, full_name: str, kind: type[Any]) -> None:
-        """Use a topic or service. Raises InputError where the testbench or another node has another type for it."""
+        """Use a topic or service.
+
+        Raises:
+            InputError: the testbench or another node has another type for it.
+            RCLError: the context is shut down.
+        """
+        self.context.require_valid(f"use {full_name}")
         if self.graph.carrier is not None:
             domain, name = self.context.get_domain_id(), self.get_fully_qualified_name()
             self.graph.carrier.admit(domain, name, full_name, type_name(kind))

@@ -108,14 +108,14 @@ class Node(contexts.Node):
         message.stamp.sec, message.stamp.nanosec = divmod(clocks.system_ns(self.kernel), _NS_PER_S)
         self._publisher.publish(message)
 
-    def destroy(self) -> None:
-        """Leave the graph; nothing of its log is published any more."""
+    def leave(self) -> None:
+        """Be found in the graph no more; nothing of its log is published."""
         if self._publisher is not None:
             self._publisher.destroy_when_not_in_use()
             listeners = logging.log_of(self.kernel).listeners
             for name, callbacks in listeners.items():
                 listeners[name] = [callback for callback in callbacks if callback != self._publish]
-        super().destroy()
+        super().leave()
 
 
 def _nothing(*_: object) -> None:

@@ -43,6 +43,11 @@ class Graph:
     clients: dict[str, list[Any]] = field(default_factory=dict)
     """Full name of a service -> its `services.Client`s."""
 
+    def entities(self) -> list[Any]:
+        """Publishers, subscriptions, services and clients."""
+        kinds = (self.publishers, self.subscriptions, self.services, self.clients)
+        return [entity for kind in kinds for group in kind.values() for entity in group]
+
     carrier: Carrier | None = None
     """Carries what is sent; None: it is delivered, and nobody else sees it."""
 

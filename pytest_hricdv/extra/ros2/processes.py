@@ -23,9 +23,10 @@ Body = Callable[[], None]
 _PROCESS = "ros2 process"
 
 
-def is_of_process(node: Node) -> bool:
-    """Whether a node of the kernel runs in a process of a ROS 2 system."""
-    return _PROCESS in node.own
+def process_of(node: Node | None) -> Process | None:
+    """The process of a ROS 2 system that a node of the kernel runs in; None: in none."""
+    process = None if node is None else node.own.get(_PROCESS)
+    return process if isinstance(process, Process) else None
 
 
 @dataclass(frozen=True, eq=False)  # a key by identity: what it is of need not be hashable
@@ -84,6 +85,8 @@ class ModuleVariables:
 class Process:
     """One process of a system: while its nodes of the kernel run, and only then, the variables have its values.
 
+    It ends when its main function and its threads have, however they do; daemon threads end with it, wherever they are.
+
     Args:
         variables: that it has values of its own of.
         arguments: its command line, `sys.argv`.
@@ -95,14 +98,28 @@ class Process:
         self._values: dict[Variable, Any] = {
             variable: list(arguments) for variable in variables if variable.name == "argv"
         }
+        self.at_end: list[Body] = []
+        """Called when it ends: what it has in the graph ends with it."""
+        self._has_ended = False
+        self._going = 0
+        self._daemons: list[Node] = []
 
-    def running(self, body: Body) -> Body:
-        """A body of a node of the kernel that runs in this process; its threads do, too."""
+    def running(self, body: Body, *, daemon: bool = False) -> Body:
+        """A body of a node of the kernel that runs in this process; its threads do, too.
+
+        Args:
+            daemon: whether the process ends without waiting for it.
+        """
+        self._going += not daemon
 
         def within() -> None:
             node = self._kernel.current()
+            if self._has_ended:
+                return
+            if daemon:
+                self._daemons.append(node)
             wrap_thread = node.wrap_thread
-            node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread), daemon)
+            node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread, daemon=daemon), daemon)
             node.leaving.append(self._leave)
             node.own[_PROCESS] = self
             self._enter()
@@ -111,8 +128,22 @@ class Process:
             finally:
                 self._leave()
                 node.leaving.remove(self._leave)
+                self._going -= not daemon
+                if not self._going:
+                    self._end()
 
         return within
+
+    def _end(self) -> None:
+        """Once: as the system ends a process, without a word to its threads."""
+        if self._has_ended:
+            return
+        self._has_ended = True
+        for node in self._daemons:
+            if not node.ended:
+                node.leave_for_ever()
+        for end in self.at_end:
+            end()
 
     def _enter(self) -> None:
         for variable, value in self._values.items():

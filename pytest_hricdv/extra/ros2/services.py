@@ -95,8 +95,14 @@ class Service(_ServiceEndpoint):
 
     def destroy(self) -> None:
         """Leave the graph; requests that wait are never answered."""
+        self.leave()
+
+    def leave(self) -> None:
+        """Be found in the graph no more; a second time has no effect."""
         self._stop_telling()
-        self._node.graph.services[self.name].remove(self)
+        services = self._node.graph.services[self.name]
+        if self in services:
+            services.remove(self)
 
     @property
     def name(self) -> str:
@@ -161,8 +167,14 @@ class Client(_ServiceEndpoint):
 
     def destroy(self) -> None:
         """Leave the graph; responses on their way are lost."""
+        self.leave()
+
+    def leave(self) -> None:
+        """Be found in the graph no more; a second time has no effect."""
         self._stop_telling()
-        self._node.graph.clients[self.service_name].remove(self)
+        clients = self._node.graph.clients[self.service_name]
+        if self in clients:
+            clients.remove(self)
         self._responses.clear()
 
     @property

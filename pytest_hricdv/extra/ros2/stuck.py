@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from pytest_hricdv.extra.ros2.action_client import ActionClient
 from pytest_hricdv.extra.ros2.graph import all_graphs
-from pytest_hricdv.extra.ros2.processes import is_of_process
+from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.extra.ros2.services import Client
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import Node
@@ -49,7 +49,7 @@ def stuck_nodes(kernel: Kernel, patience_s: float, *, is_idle: bool) -> list[str
 
 def _frames(node: Node) -> list[FrameType]:
     """Of a node in a process of the system that waits, from the innermost one on."""
-    frames, frame = [], node.frame if is_of_process(node) else None
+    frames, frame = [], node.frame if process_of(node) is not None and not node.ended else None
     while frame is not None:
         frames.append(frame)
         frame = frame.f_back

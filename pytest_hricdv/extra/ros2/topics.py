@@ -73,9 +73,15 @@ class Publisher(_Endpoint, Destroyable):
 
     def destroy(self) -> None:
         """Leave the graph."""
-        self.node.graph.publishers[self.topic].remove(self)
-        for subscription in self._subscriptions():
-            subscription.events.match(-1)
+        self.leave()
+
+    def leave(self) -> None:
+        """Be found in the graph no more; a second time has no effect."""
+        publishers = self.node.graph.publishers[self.topic]
+        if self in publishers:
+            publishers.remove(self)
+            for subscription in self._subscriptions():
+                subscription.events.match(-1)
 
     def assert_liveliness(self) -> None:
         """Say that it is alive, without a message."""
@@ -90,7 +96,13 @@ class Publisher(_Endpoint, Destroyable):
         return len(self._subscriptions())
 
     def publish(self, message: Any) -> None:
-        """Deliver a copy to each subscription that matches. Raises TypeError for a message of another type."""
+        """Deliver a copy to each subscription that matches.
+
+        Raises:
+            TypeError: a message of another type.
+            RCLError: the context is shut down.
+        """
+        self.node.context.require_valid(f"publish on {self.topic}")
         if not isinstance(message, self.kind):
             raise TypeError(f"{self.topic}: expected a {type_name(self.kind)}, not {message!r}")
         self._published += 1
@@ -162,7 +174,14 @@ class Subscription(_Endpoint, Awaited):
 
     def destroy(self) -> None:
         """Leave the graph."""
-        self.node.graph.subscriptions[self.topic].remove(self)
+        self.leave()
+
+    def leave(self) -> None:
+        """Be found in the graph no more; a second time has no effect."""
+        subscriptions = self.node.graph.subscriptions[self.topic]
+        if self not in subscriptions:
+            return
+        subscriptions.remove(self)
         for publisher in self.node.graph.publishers.get(self.topic, ()):
             if publisher.matches(self):
                 publisher.events.match(-1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pytest_hricdv.extra.ros2.clocks import Timer
+from pytest_hricdv.extra.ros2.contexts import Context
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, running_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel
 
@@ -14,10 +15,11 @@ _KINDS = ("subscription", "guard_condition", "timer", "client", "service", "even
 
 
 class GuardCondition(Awaited):
-    """As `rcl_guard_condition_t`: triggered until a wait set takes it."""
+    """As `rcl_guard_condition_t`: triggered until a wait set takes it. Raises RCLError in a context that is over."""
 
-    def __init__(self, context: Destroyable) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.kernel)
+        context.require_valid("create guard condition")
         self._triggered = False
 
     def trigger_guard_condition(self) -> None:

@@ -1,0 +1,211 @@
+"""What a context, or a process, has in the graph ends with it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.extra.ros2 import contexts
+from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, Timer
+from pytest_hricdv.extra.ros2.handles import RCLError
+from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.extra.ros2.qos import Profile
+from pytest_hricdv.extra.ros2.services import Client, Service
+from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.wait_set import GuardCondition
+from pytest_hricdv.runtime import Kernel, NodeError
+from pytest_hricdv.runtime.virtual import VirtualModules
+from tests.extra.ros2.system import Grasp, Reading, node, reading, run
+
+Entities = dict[str, Any]
+
+
+def _entities(made: contexts.Node) -> Entities:
+    return {
+        "service": Service(made, Grasp, "/grasp", Profile()),
+        "client": Client(made, Grasp, "/other", Profile()),
+        "publisher": Publisher(made, Reading, "/scan", Profile()),
+        "subscription": Subscription(made, Reading, "/goal", Profile()),
+    }
+
+
+def _visible(observer: contexts.Node) -> list[int]:
+    return [
+        observer.get_count_services("/grasp"),
+        observer.get_count_clients("/other"),
+        observer.get_count_publishers("/scan"),
+        observer.get_count_subscribers("/goal"),
+        len(observer.get_node_names_and_namespaces()),
+    ]
+
+
+def test_what_a_context_has_leaves_the_graph_when_it_is_shut_down() -> None:
+    def robot(kernel: Kernel) -> None:
+        arm, observer = node("arm"), node("observer")
+        of_arm = _entities(arm)
+        assert _visible(observer) == [1, 1, 1, 1, 2]
+        arm.context.shutdown()
+        assert _visible(observer) == [0, 0, 0, 0, 1]
+        for entity in of_arm.values():
+            entity.destroy_when_not_in_use()  # finalizers come later, in any order
+        arm.destroy_when_not_in_use()
+        assert _visible(observer) == [0, 0, 0, 0, 1]
+
+    run(robot)
+
+
+def test_the_others_hear_that_a_publisher_is_gone_once() -> None:
+    def robot(kernel: Kernel) -> None:
+        arm, observer = node("arm"), node("observer")
+        publisher = Publisher(arm, Reading, "/scan", Profile())
+        heard = Subscription(observer, Reading, "/scan", Profile()).events
+        arm.context.shutdown()
+        publisher.destroy_when_not_in_use()
+        assert (heard.matched.current_count, heard.liveliness_changed.alive_count) == (0, 0)
+
+    run(robot)
+
+
+def test_a_server_that_is_shut_down_gets_no_request() -> None:
+    def robot(kernel: Kernel) -> None:
+        arm, observer = node("arm"), node("observer")
+        service, client = Service(arm, Grasp, "/grasp", Profile()), Client(observer, Grasp, "/grasp", Profile())
+        assert client.service_server_is_available()
+        arm.context.shutdown()
+        assert not client.service_server_is_available()
+        client.send_request(Grasp.Request())
+        assert not service.is_ready()
+
+    run(robot)
+
+
+@pytest.mark.parametrize(
+    ("use", "action"),
+    [
+        (lambda arm: Timer(Clock(ClockType.STEADY_TIME), arm.context, 1000), "create timer"),
+        (lambda arm: GuardCondition(arm.context), "create guard condition"),
+        (lambda arm: Publisher(arm, Reading, "/scan", Profile()), "use /scan"),
+        (lambda arm: Subscription(arm, Reading, "/scan", Profile()), "use /scan"),
+        (lambda arm: Service(arm, Grasp, "/grasp", Profile()), "use /grasp"),
+        (lambda arm: Client(arm, Grasp, "/grasp", Profile()), "use /grasp"),
+    ],
+)
+def test_nothing_can_be_made_in_a_context_that_is_shut_down(use: Callable[[contexts.Node], Any], action: str) -> None:
+    def robot(kernel: Kernel) -> None:
+        arm = node("arm")
+        arm.context.shutdown()
+        with pytest.raises(RCLError, match=f"failed to {action}: the given context is not valid"):
+            use(arm)
+
+    run(robot)
+
+
+def test_nothing_is_published_from_a_context_that_is_shut_down() -> None:
+    def robot(kernel: Kernel) -> None:
+        arm = node("arm")
+        publisher = Publisher(arm, Reading, "/scan", Profile())
+        arm.context.shutdown()
+        with pytest.raises(RCLError, match="failed to publish on /scan: the given context is not valid"):
+            publisher.publish(reading(1.0))
+
+    run(robot)
+
+
+@pytest.fixture
+def virtual() -> Iterator[None]:
+    """`threading` of this module in virtual time."""
+    with VirtualModules([__name__]).installed():
+        yield
+
+
+def _observed(main: Callable[[Kernel], None], at_s: float) -> list[int]:
+    """What is left in the graph of a process with this main function, at a time (s)."""
+    kernel = Kernel()
+    kernel.virtual = frozenset({"time", "threading"})
+    seen: list[list[int]] = []
+
+    def observe() -> None:
+        observer = node("observer")
+        kernel.sleep(at_s)
+        seen.append(_visible(observer))
+
+    kernel.spawn("arm", Process(kernel, ModuleVariables([]), ["arm"]).running(lambda: main(kernel)))
+    kernel.spawn("observer", observe)
+    try:
+        kernel.run(10.0)
+    finally:
+        kernel.close()
+    return seen[0]
+
+
+def _works(kernel: Kernel) -> None:
+    _entities(node("arm"))
+    kernel.sleep(1.0)
+
+
+def test_what_a_process_has_ends_with_it_without_a_shutdown() -> None:
+    assert _observed(_works, 0.5) == [1, 1, 1, 1, 2]
+    assert _observed(_works, 1.5) == [0, 0, 0, 0, 1]
+
+
+@pytest.mark.usefixtures("virtual")
+@pytest.mark.parametrize(("daemon", "left"), [(True, [0, 0, 0, 0, 1]), (False, [1, 1, 1, 1, 2])])
+def test_a_process_waits_for_its_threads_except_daemons(daemon: bool, left: list[int]) -> None:
+    """A daemon ends where it is: its `finally` clauses are not run."""
+    ended = []
+
+    def main(kernel: Kernel) -> None:
+        def thread() -> None:
+            try:
+                kernel.sleep(2.0)
+            finally:
+                ended.append(kernel.now_s)
+
+        threading.Thread(target=thread, daemon=daemon).start()
+        _works(kernel)
+
+    assert _observed(main, 1.5) == left
+    assert ended == ([] if daemon else [2.0])
+
+
+@pytest.mark.usefixtures("virtual")
+def test_a_thread_of_a_thread_is_waited_for() -> None:
+    def main(kernel: Kernel) -> None:
+        def thread() -> None:
+            threading.Thread(target=kernel.sleep, args=(3.0,)).start()
+
+        threading.Thread(target=thread).start()
+        _works(kernel)
+
+    assert _observed(main, 2.5) == [1, 1, 1, 1, 2]
+    assert _observed(main, 3.5) == [0, 0, 0, 0, 1]
+
+
+@pytest.mark.usefixtures("virtual")
+def test_a_daemon_that_had_not_begun_does_not() -> None:
+    begun = []
+
+    def main(kernel: Kernel) -> None:
+        threading.Thread(target=lambda: begun.append(kernel.now_s), daemon=True).start()
+
+    assert _observed(main, 0.5) == [0, 0, 0, 0, 1]
+    assert begun == []
+
+
+def test_a_process_that_fails_ends_too() -> None:
+    kernel = Kernel()
+    left = []
+
+    def main() -> None:
+        _entities(node("arm"))
+        raise ValueError("a fault")
+
+    process = Process(kernel, ModuleVariables([]), ["arm"])
+    process.at_end.append(lambda: left.append("ended"))
+    kernel.spawn("arm", process.running(main))
+    with pytest.raises(NodeError, match="a fault"):
+        kernel.run(1.0)
+    assert left == ["ended"]
