@@ -13,10 +13,12 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import shutil
 import signal
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.kills.parts import KINDS, PartTrials
@@ -40,6 +42,7 @@ def main() -> int:
     parser.add_argument(
         "--parts", type=int, default=5, metavar="N", help=f"signals while {', '.join(KINDS)}: so many each (5)"
     )
+    parser.add_argument("--part", action="append", choices=[*KINDS], help="only while it does this; repeatable")
     parser.add_argument("--seed", type=int, default=0, metavar="N")
     parser.add_argument("--trial", metavar="SEED", help="run this trial only")
     options = parser.parse_args()
@@ -47,11 +50,14 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores it
     print(f"machine: {machine()}\nseed: {options.seed}", flush=True)
     began_s = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder:
-        run = Run(Path(folder) / "tests", options.seed)
+    folder = Path(tempfile.mkdtemp())  # sessions are forks of this process, and a TemporaryDirectory ends with each
+    try:
+        run = Run(folder / "tests", options.seed)
         tally = run.run(options.kills, options.signals, options.full, options.trial)
         if not options.trial and "interrupted" not in tally.counts:
-            run.run_parts(Path(folder) / "parts", options.parts)
+            run.run_parts(folder / "parts", options.parts, options.part or [*KINDS])
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
     for name, count in sorted({**tally.killed, **tally.counts}.items()):
         print(f"{name:40} {count:7}")
     print(f"{'faults':40} {len(tally.faults):7}\n{time.monotonic() - began_s:.0f} s")
@@ -92,11 +98,11 @@ class Run:
             self._tally.counts["interrupted"] += 1
         return self._tally
 
-    def run_parts(self, folder: Path, signals: int) -> KillCounts:
-        """Run trials on another project until so many signals have reached each kind of part."""
+    def run_parts(self, folder: Path, signals: int, kinds: Sequence[str] = tuple(KINDS)) -> KillCounts:
+        """Run trials on another project until so many signals have reached each of these kinds of parts."""
         folder.mkdir()
         try:
-            PartTrials(folder, self._seed, self._tally).run(signals)
+            PartTrials(folder, self._seed, self._tally, kinds).run(signals)
         except KeyboardInterrupt:
             self._tally.counts["interrupted"] += 1
         return self._tally

@@ -13,8 +13,6 @@ import random
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +21,7 @@ from typing import Any
 
 import msgspec
 
+from benchmarks.kills.part_session import PartSession, command_line, descendants, prepare, sent, still_there
 from benchmarks.kills.trial import KillCounts, differing
 from benchmarks.kills.victim import environment
 from pytest_hricdv.results.codec import ReportError, load
@@ -37,8 +36,8 @@ ENDS_WITHIN_S = 5.0
 PATIENCE_S = 600.0
 """No session takes so long, on the busiest machine, unless it hangs."""
 
-MARK = "KILLS_TRIAL"
-"""Of the environment: all processes of a trial have it."""
+LEFT_S = 60.0
+"""So long somebody may go on after the session, on the busiest machine (s; chosen)."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,13 @@ KINDS = {
         ("--hri-mutate", "--hri-mutate-tests=1", "--hri-mutate-faults=8"), "hricdv: trying", "mutation.process"
     ),
 }
-MODES = {"without xdist": ("-p", "no:xdist"), "two workers": ("-n", "2")}
+MODES = {
+    "without xdist": ((), "pytest_hricdv.plugin"),
+    "two workers": (("-n", "2"), "pytest_hricdv.plugin,xdist.plugin"),
+}
+"""Options of pytest, and the plugins that it loads."""
+WEIGHTS = (2, 1)
+"""Of the modes: a session with two workers takes three times the processor time (chosen)."""
 ENDS = {
     "SIGINT": (signal.SIGINT,),
     "SIGTERM": (signal.SIGTERM,),
@@ -113,46 +118,52 @@ class PartTrials:
         folder: an empty one.
         seed: of all moments.
         tally: takes what is found.
+        kinds: names of those that are hit.
     """
 
-    def __init__(self, folder: Path, seed: int, tally: KillCounts) -> None:
+    def __init__(self, folder: Path, seed: int, tally: KillCounts, kinds: Sequence[str] = tuple(KINDS)) -> None:
         make_project(folder)
         self._folder = folder
         self._seed = seed
         self._tally = tally
-        self._whole: dict[tuple[str, str], tuple[Report, float]] = {}
+        self._kinds = kinds
+        self._whole: dict[tuple[str, str], Report] = {}
+        self._takes_s: dict[tuple[str, str], float] = {}
+        prepare([SUITE, *MODES["without xdist"][0]], folder, _variables(KINDS["closing"], "two workers"))
 
     def run(self, signals: int) -> None:
-        """Go on until so many signals have reached sessions of each kind."""
-        for kind in KINDS:
-            number = 0
-            while self._tally.killed[f"signals while {kind}"] < signals and number < 3 * signals:
-                self._trial(kind, f"{self._seed}-{kind}-{number}")
-                number += 1
+        """Go on until so many signals have reached sessions of each kind, one kind after the other."""
+        for number in range(3 * signals):
+            for kind in self._kinds:
+                if self._tally.killed[f"signals while {kind}"] < signals:
+                    self._trial(kind, f"{self._seed}-{kind}-{number}")
 
     def _trial(self, name: str, seed: str) -> None:
         rng = random.Random(seed)
-        mode = rng.choice([*MODES])
+        mode = rng.choices([*MODES], WEIGHTS)[0]
         ends = [end for end in ENDS if end != "SIGKILL" or KINDS[name].process]
         end = ends[int(seed.rpartition("-")[2]) % len(ends)]
-        whole, begun_s = self._unharmed(name, mode)
-        after_s, everybody = rng.uniform(0.0, begun_s), rng.random() < 0.5
+        whole = self._unharmed(name, mode)
+        after_s, everybody = rng.uniform(0.0, self._takes_s[name, mode]), rng.random() < 0.5
         ended = self._session(name, mode, seed, ENDS[end], after_s, everybody=everybody)
         if not ended.hit:
             self._tally.counts["over before the signal came"] += 1
+            self._takes_s[name, mode] = ended.begun_s  # the machine may have less to do now
             return
         self._tally.killed[f"signals while {name}"] += 1
+        self._tally.killed[f"signals {mode}"] += 1
         self._tally.killed[end] += 1
         fault = self._fault_of(name, end, ended, whole)
         if end == "SIGTERM" and ended.after_s > ENDS_WITHIN_S:
             self._tally.counts[f"SIGTERM: ended after more than {ENDS_WITHIN_S:g} s"] += 1
         if fault:
-            self._tally.faults.append(f"{name}, {mode}, {end}, trial {seed}: {fault}\n{ended.output[-3000:]}")
+            self._add(f"{name}, {mode}, {end}, trial {seed}: {fault}\n{ended.output[-3000:]}")
 
-    def _unharmed(self, name: str, mode: str) -> tuple[Report, float]:
+    def _unharmed(self, name: str, mode: str) -> Report:
+        """The report of a session that is left alone: one of an interpreter of its own, as a user starts it."""
         if (name, mode) not in self._whole:
             ended = self._session(name, mode, "unharmed")
-            self._whole[name, mode] = load(self._folder / "hri-report"), ended.begun_s
+            self._whole[name, mode], self._takes_s[name, mode] = load(self._folder / "hri-report"), ended.begun_s
         return self._whole[name, mode]
 
     def _session(
@@ -165,48 +176,26 @@ class PartTrials:
         *,
         everybody: bool = False,
     ) -> Ended:
-        kind = KINDS[name]
+        kind, log = KINDS[name], self._folder / "output"
         shutil.rmtree(self._folder / "hri-report", ignore_errors=True)
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-p",
-            "no:cacheprovider",
-            "--tb=no",
-            SUITE,
-            *kind.options,
-            *MODES[mode],
-        ]
-        log = self._folder / "output"
-        with log.open("w", encoding="utf-8") as output:
-            process = subprocess.Popen(
-                command,
-                cwd=self._folder,
-                env={**environment(), **(kind.environment or {}), MARK: _mark(trial), "PYTHONUNBUFFERED": "1"},
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
+        arguments = ["-p", "no:cacheprovider", "--tb=no", SUITE, *kind.options, *MODES[mode][0]]
+        session = PartSession(arguments, self._folder, _variables(kind, mode), log, forked=bool(numbers))
         try:
-            begun_s = _begun(process, log, kind.begun)
-            hit, sent_s = self._hit(process, kind, numbers, after_s, trial, everybody=everybody), time.monotonic()
-            status = process.wait(PATIENCE_S)
+            begun_s = _begun(session, log, kind.begun)
+            hit, sent_s = self._hit(session, kind, numbers, after_s, trial, everybody=everybody), time.monotonic()
+            ended = session.ends(PATIENCE_S)
             now_s = time.monotonic()
+            left = still_there(LEFT_S) if ended else "the session"
         finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
+            session.kill()
         text = log.read_text(encoding="utf-8", errors="replace")
-        left = _left(trial)
         if left:
-            self._tally.faults.append(f"{name}, {mode}, trial {trial}: {left} goes on after the session")
-        return Ended(status, text, hit, now_s - sent_s, now_s - begun_s)
+            self._add(f"{name}, {mode}, {numbers}, trial {trial}: {left} goes on\n{text[-3000:]}")
+        return Ended(session.status, text, hit, now_s - sent_s, now_s - begun_s)
 
     def _hit(
         self,
-        process: subprocess.Popen[bytes],
+        session: PartSession,
         kind: Kind,
         numbers: Sequence[int],
         after_s: float,
@@ -215,23 +204,24 @@ class PartTrials:
         everybody: bool,
     ) -> bool:
         """Send the signals; whether they came in time."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(after_s)
-        if process.poll() is not None or not numbers:
+        if session.ends(after_s) or not numbers:
             return False
         if signal.SIGKILL in numbers:
-            pids = [pid for pid, line in _processes(process.pid) if kind.process in line]
-            return any(_sent(pid, signal.SIGKILL) for pid in pids[:1])
+            return any(sent(pid, signal.SIGKILL) for pid in descendants() if kind.process in command_line(pid))
         if signal.SIGSTOP in numbers:
-            stopped = [pid for pid in _of_trial(trial) if _sent(pid, signal.SIGSTOP)]
+            stopped = [pid for pid in descendants() if sent(pid, signal.SIGSTOP)]
             time.sleep(random.Random(trial).uniform(*STOPPED_S))  # for how long they are stopped is what is tried
             for pid in stopped:
-                _sent(pid, signal.SIGCONT)
+                sent(pid, signal.SIGCONT)
             return bool(stopped)
         for number in numbers:
             with contextlib.suppress(ProcessLookupError):
-                (os.killpg if everybody else os.kill)(process.pid, number)
+                (os.killpg if everybody else os.kill)(session.pid, number)
         return True
+
+    def _add(self, fault: str) -> None:
+        self._tally.faults.append(fault)
+        print(f"fault {len(self._tally.faults)}: {fault.splitlines()[0]}", flush=True)
 
     def _fault_of(self, name: str, end: str, ended: Ended, whole: Report) -> str:
         """What is wrong with how a session has ended; empty where nothing is."""
@@ -275,55 +265,16 @@ def _without_times(value: Any) -> Any:
 _TIMED = ("wall_s", "cached", "origin")
 
 
-def _begun(process: subprocess.Popen[bytes], log: Path, pattern: str) -> float:
+def _variables(kind: Kind, mode: str) -> dict[str, str]:
+    """The environment of a session: only those plugins that it needs, which workers import quickly."""
+    more = {"PYTHONUNBUFFERED": "1", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": MODES[mode][1]}
+    return {**environment(), **(kind.environment or {}), **more}
+
+
+def _begun(session: PartSession, log: Path, pattern: str) -> float:
     """When the output had this (by `time.monotonic`)."""
     until_s = time.monotonic() + PATIENCE_S
-    while process.poll() is None and not re.search(pattern, log.read_text(encoding="utf-8", errors="replace")):
-        if time.monotonic() > until_s:
+    while not re.search(pattern, log.read_text(encoding="utf-8", errors="replace")):
+        if session.ends(0.01) or time.monotonic() > until_s:  # it only looks again: what it waits for is in the output
             break
-        time.sleep(0.01)  # it only looks again: what it waits for is in the output
     return time.monotonic()
-
-
-def _processes(parent: int) -> list[tuple[int, str]]:
-    """The children of a process, with their command lines."""
-    try:
-        pids = [int(pid) for pid in Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="utf-8").split()]
-    except OSError:
-        return []
-    return [(pid, _read(pid, "cmdline")) for pid in pids]
-
-
-def _sent(pid: int, number: int) -> bool:
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(pid, number)
-        return True
-    return False
-
-
-def _mark(trial: str) -> str:
-    """Of a trial of this process: several may run at the same time."""
-    return f"{os.getpid()}-{trial}"
-
-
-def _of_trial(trial: str) -> list[int]:
-    """All processes that a trial has started, itself or through others."""
-    pids = [int(name) for name in os.listdir("/proc") if name.isdigit()]
-    return [pid for pid in pids if f"{MARK}={_mark(trial)}\0" in _read(pid, "environ")]
-
-
-def _left(trial: str) -> str:
-    """Who of a trial goes on 5 s after its session; its command line."""
-    until_s = time.monotonic() + ENDS_WITHIN_S
-    while True:
-        left = _of_trial(trial)
-        if not left or time.monotonic() > until_s:
-            return f"process {left[0]} ({_read(left[0], 'cmdline')[:200]})" if left else ""
-        time.sleep(0.05)  # it only looks again: nobody tells when a process that is no child ends
-
-
-def _read(pid: int, name: str) -> str:
-    try:
-        return Path(f"/proc/{pid}/{name}").read_text(encoding="utf-8", errors="replace")
-    except OSError:  # it has ended
-        return ""
