@@ -42,15 +42,23 @@ def sources(root: Path) -> Iterator[Path]:
 
 def files(root: Path) -> Iterator[Path]:
     """All files below a folder, in order, but for hidden folders and environments."""
+    for folder, _, names in _walk(root):
+        yield from (path for name in names if (path := folder / name).is_file())
+
+
+def linked_folders(root: Path) -> Iterator[Path]:
+    """The symbolic links to folders below a folder, in order: they are not followed, so that nothing is found twice."""
+    for folder, folders, _ in _walk(root):
+        yield from (path for name in folders if (path := folder / name).is_symlink())
+
+
+def _walk(root: Path) -> Iterator[tuple[Path, list[str], list[str]]]:
     for folder, folders, names in os.walk(root):
         if "pyvenv.cfg" in names:
             folders.clear()
             continue
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in _NO_SOURCES)
-        for name in sorted(names):
-            path = Path(folder, name)
-            if path.is_file():
-                yield path
+        yield Path(folder), folders, sorted(names)
 
 
 def differences(before: Mapping[str, str], now: Mapping[str, str]) -> str:

@@ -28,6 +28,12 @@ class OptionReader:
         value = self.named(name)
         return str(self.config.getini(f"hri_{name}") if value is None else value).strip()
 
+    def texts(self, name: str) -> tuple[str, ...]:
+        """Those of the ini file, one a line, and then those of the command line, of an option that is repeatable."""
+        value = self.named(name)
+        of_command = value if isinstance(value, list) else []
+        return tuple(str(text) for text in [*self.config.getini(f"hri_{name}"), *of_command])
+
     def flag(self, name: str) -> bool:
         """Whether a flag is set."""
         value = self.named(name)

@@ -80,6 +80,13 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     add("--concretizations", type=_number, default=1, metavar="K", help="seeds of each test (default 1)")
     add("--cluster", type=_address, default="local", metavar="ADDRESS", help="local, local:N or tls://HOST:PORT")
     add("--send-code", action="store_true", help="send the project to the workers, which do not have it")
+    add(
+        "--send-hidden",
+        action="append",
+        default=[],
+        metavar="PATTERN",
+        help="with --send-code, send hidden files with this name, as .robot.toml, too; repeatable",
+    )
     add("--audit", type=_percent, default=audit.PERCENT, metavar="PCT", help="runs done again elsewhere (default 1 %%)")
     add(
         "--run-seconds",

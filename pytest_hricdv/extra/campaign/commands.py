@@ -49,8 +49,9 @@ def run(options: argparse.Namespace) -> int:
     root = Path.cwd()
     now = plan(_arguments(options), options.concretizations, root)
     of_project = (root / now.planned.rootdir).resolve()
-    project = worker_project(of_project, root.resolve(), send=options.send_code, state=options.state.resolve())
-    with closing(_held(options.state.resolve(), now)) as store:
+    state, hidden = options.state.resolve(), options.send_hidden
+    project = worker_project(of_project, root.resolve(), send=options.send_code, state=state, hidden=hidden)
+    with closing(_held(state, now)) as store:
         if options.retry_lost:
             store.forget_lost()
         store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), now)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, nullcontext
-from dataclasses import dataclass, field
+from contextlib import ExitStack, closing, nullcontext
 from itertools import count, pairwise
 from typing import Self
 
@@ -22,6 +21,7 @@ from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBat
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
+from pytest_hricdv.extra.cluster.service import Answer
 from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
@@ -42,9 +42,12 @@ class ClosingRuns(ABC):
     files: tuple[str, ...] = ()
     """Of the project, that the runs have loaded."""
 
-    def __init__(self) -> None:
+    def __init__(self, say: Callable[[str], None], let_through: LetThrough) -> None:
         self._stack = ExitStack()
         self._requests = count(1)
+        self._say = say
+        self._let_through = let_through
+        self._losses = 0
 
     @abstractmethod
     def __enter__(self) -> Self: ...
@@ -74,6 +77,13 @@ class ClosingRuns(ABC):
             else:
                 yield numbers[answer.number], answer.observation
 
+    def _lose(self, problem: str, where: str = "") -> None:
+        """A process was lost. Raises GivenUpError where that was one too many."""
+        self._losses += 1
+        if self._losses >= MOST_ATTEMPTS:
+            raise GivenUpError(f"{_lost(self._losses)}, the last time{where}: {problem}") from None
+        self._say(f"the process of the closing loop{where} was lost: {problem}; another one takes its place")
+
 
 class RunsHere(ClosingRuns):
     """Runs tests in a process beside the session; in another one, where it is lost.
@@ -95,14 +105,11 @@ class RunsHere(ClosingRuns):
         say: Callable[[str], None] = lambda text: None,
         let_through: LetThrough = nullcontext,
     ) -> None:
-        super().__init__()
+        super().__init__(say, let_through)
         self._config = config
         self._processes = processes
-        self._say = say
-        self._let_through = let_through
         self._process: SeparateProcess | None = None
         self._has_begun = False
-        self._losses = 0
 
     def __enter__(self) -> Self:
         self._start()
@@ -134,7 +141,7 @@ class RunsHere(ClosingRuns):
             except ProcessError as error:
                 if not (self._has_begun or isinstance(error, LostError)):
                     raise  # it says why it cannot begin, and another one could not either
-                self._lose(error)
+                self._lose(str(error))
             # The last one again, where all are known: only whoever has run a test tells all files of the project.
             left = [number for number in left if number not in observed] or left[-1:]
 
@@ -156,27 +163,13 @@ class RunsHere(ClosingRuns):
             if not is_read:
                 self._end()
 
-    def _lose(self, error: ProcessError) -> None:
-        self._losses += 1
-        if self._losses >= MOST_ATTEMPTS:
-            raise GivenUpError(f"{_lost(self._losses)}, the last time: {error}") from None
-        self._say(f"the process of the closing loop was lost: {error}; another one takes its place")
-
 
 def _lost(times: int) -> str:
     return f"the process that runs its tests was lost {times} times"
 
 
-@dataclass
-class _Part:
-    """Some of the tests of a batch."""
-
-    numbers: Sequence[int]
-    observed: set[int] = field(default_factory=set)
-
-
 class RunsOnCluster(ClosingRuns):
-    """Runs tests on the workers of a cluster.
+    """Runs tests on the workers of a cluster, each of which has a process for them; in another one, where it is lost.
 
     Args:
         collection: of the session.
@@ -190,45 +183,52 @@ class RunsOnCluster(ClosingRuns):
     def __init__(
         self, collection: Collection, project: Mapping[str, str], let_through: LetThrough = nullcontext
     ) -> None:
-        super().__init__()
-        self._let_through = let_through
+        super().__init__(lambda text: collection.say(f"hricdv: {text}"), let_through)
         options, config = CLUSTER.settings(collection.options), collection.config
-        self._collection = collection
         self._address = Address.parse(options.address)
-        there = project_of(config, send=options.send_code)
+        there = project_of(config, send=options.send_code, hidden=options.send_hidden)
         settings = msgspec.json.encode(LoopSettings((*there.arguments, *arguments_of(config)), 1))
         self._service = there.service(closing_process.__name__, settings, project, BATCH_S)
         self._archive = there.archive
 
     def __enter__(self) -> Self:
-        connecting = connected(self._address, lambda text: self._collection.say(f"hricdv: {text}"))
+        connecting = connected(self._address, self._say)
         with self._let_through():
             self._cluster: Cluster = self._stack.enter_context(connecting)
         return self
 
     def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
-        """See `ClosingRuns`."""
-        parts, questions = dict[str, _Part](), deque[Question]()
-        request = next(self._requests)
-        for numbers in _parted(len(tests), max(1, self._cluster.threads)):
-            batch = _batch(request, tests, numbers, online)
-            parts[tests[numbers[0]].id] = _Part(numbers)
-            questions.append(Question(tests[numbers[0]].id, msgspec.json.encode(batch)))
-        answers = self._cluster.answers(self._service, questions, self._archive)
-        while True:
-            with self._let_through():
-                answered = next(answers, None)
-            if answered is None:
-                return
-            question, answer = answered
-            part = parts[question.key]
-            lines = () if isinstance(answer, Lost) else answer.lines
-            for number, observation in self._observations(lines, request, part.numbers):
-                part.observed.add(number)
-                yield number, observation
-            problem = answer.reason if isinstance(answer, Lost) else answer.problem
-            for number in sorted(set(part.numbers) - part.observed):
-                yield number, Observation(tests[number].to_data(), error=problem)
+        """See `ClosingRuns`. Tests of a lost process run again, as those of one beside the session."""
+        observed: set[int] = set()
+        parts: dict[str, Sequence[int]] = {}
+        questions, request = deque[Question](), next(self._requests)
+
+        def ask(numbers: Sequence[int]) -> None:
+            key = tests[numbers[0]].id
+            parts[key] = numbers
+            questions.append(Question(key, msgspec.json.encode(_batch(request, tests, numbers, online))))
+
+        for part in _parted(len(tests), max(1, self._cluster.threads)):
+            ask(part)
+        with closing(self._cluster.answers(self._service, questions, self._archive)) as answers:
+            while (answered := self._next(answers)) is not None:
+                question, answer = answered
+                numbers = parts[question.key]
+                lines = () if isinstance(answer, Lost) else answer.lines
+                for number, observation in self._observations(lines, request, numbers):
+                    if number not in observed:
+                        observed.add(number)
+                        yield number, observation
+                left = [number for number in numbers if number not in observed]
+                if isinstance(answer, Lost):
+                    yield from ((number, Observation(tests[number].to_data(), error=answer.reason)) for number in left)
+                elif answer.problem:
+                    self._lose(answer.problem, f" on worker {answer.worker.address} ({answer.worker.host})")
+                    ask(left or numbers[-1:])  # as beside the session
+
+    def _next(self, answers: Iterator[tuple[Question, Answer | Lost]]) -> tuple[Question, Answer | Lost] | None:
+        with self._let_through():
+            return next(answers, None)
 
 
 def _batch(request: int, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights) -> TestBatch:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -81,7 +81,7 @@ class Cluster:
 
     def answers(
         self, service: Service, queue: deque[Question], archive: bytes = b"", tick: Callable[[], None] = lambda: None
-    ) -> Iterator[tuple[Question, Answer | Lost]]:
+    ) -> Generator[tuple[Question, Answer | Lost]]:
         """Ask until the queue is empty, from left to right; questions may be added in the meantime.
 
         A question whose worker is lost is asked again, of another one.

@@ -7,7 +7,7 @@ import os
 import stat
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
@@ -25,25 +25,81 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 _REPORT = "report.json"
+_SETTINGS = (".pytest.ini", ".pytest.toml")
+"""Hidden files in which pytest looks for settings."""
 
 
 class ArchiveError(Exception):
     """What was sent cannot be unpacked; the text says why."""
 
 
-def pack(root: Path, state: Path | None = None) -> bytes:
-    """All files of a project as a ZIP archive, but for hidden folders, environments, reports and a campaign's state.
+def sent_files(root: Path, state: Path | None = None, hidden: Sequence[str] = ()) -> list[Path]:
+    """The files of a project that workers need.
+
+    Not hidden files, which keep what is nobody else's (`.env`, `.netrc`), hidden folders, environments, reports, and a
+    campaign's state. A symbolic link is as good as the file that it leads to, if that is sent itself.
 
     Args:
         root: the project's folder.
         state: the file that keeps the campaign, which with those beside it (`-wal`) is no part of the project.
+        hidden: patterns of hidden files that are sent nevertheless, as `pathlib` matches them: `.env`, `arm/.*.toml`.
+
+    Raises:
+        ClusterError: a link leads to what is not sent, or no hidden file has such a name.
+    """
+    files = list(project_files.files(root))
+    reports = {path.parent for path in files if path.name == _REPORT}
+    kept = [path for path in files if not reports.intersection(path.parents)]
+    if state is not None:
+        kept = [path for path in kept if path.parent != state.parent or not path.name.startswith(state.name)]
+    secret = {path for path in kept if path.name.startswith(".") and path not in _settings(root)}
+    for pattern in hidden:
+        matching = {path for path in secret if path.relative_to(root).match(pattern)}
+        if not matching:
+            raise ClusterError(f"send-hidden: {quoted(pattern)}: {root} has no hidden file of this name left to send")
+        secret -= matching
+    sent = [path for path in kept if path not in secret]
+    _require_inside(root, sent)
+    return sent
+
+
+def _settings(root: Path) -> tuple[Path, ...]:
+    return tuple(root / name for name in _SETTINGS)
+
+
+def _require_inside(root: Path, sent: Sequence[Path]) -> None:
+    """Raise ClusterError for a link that leads to what is not sent."""
+    real = {path.resolve() for path in sent if not path.is_symlink()}
+    for path in sent:
+        target = path.resolve()
+        if path.is_symlink() and target not in real:
+            raise ClusterError(_leads_away(root, path, target, "put a copy of the file in its place"))
+    for path in project_files.linked_folders(root):
+        target = path.resolve()
+        if not target.is_relative_to(root.resolve()):
+            raise ClusterError(_leads_away(root, path, target, "put a copy of the folder in its place"))
+
+
+def _leads_away(root: Path, link: Path, target: Path, hint: str) -> str:
+    return (
+        f"--send-code: {quoted(str(link.relative_to(root)))} in {root} is a symbolic link to {quoted(str(target))}, "
+        f"which is not sent: {hint}, or, if no run needs it, keep it in a hidden folder (.NAME)"
+    )
+
+
+def pack(root: Path, files: Iterable[Path]) -> bytes:
+    """Files of a project as a ZIP archive.
+
+    Args:
+        root: the project's folder.
+        files: in it, as `sent_files` gives them.
 
     Raises:
         ClusterError: they are too many to be sent.
     """
     packed, size = io.BytesIO(), 0
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in _sent(root, state):
+        for path in files:
             size += path.stat().st_size
             if size > MOST_BYTES:
                 raise ClusterError(
@@ -53,15 +109,6 @@ def pack(root: Path, state: Path | None = None) -> bytes:
             entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), _EPOCH)
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
-
-
-def _sent(root: Path, state: Path | None) -> list[Path]:
-    files = list(project_files.files(root))
-    reports = {path.parent for path in files if path.name == _REPORT}
-    kept = [path for path in files if not reports.intersection(path.parents)]
-    if state is None:
-        return kept
-    return [path for path in kept if path.parent != state.parent or not path.name.startswith(state.name)]
 
 
 def digest(archive: bytes) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pytest_hricdv.session.option_kinds import Flag, Value
+from pytest_hricdv.session.option_kinds import Flag, Repeatable, Value
 from pytest_hricdv.session.option_reader import OptionReader
 from pytest_hricdv.session.part import Part
 
@@ -16,10 +16,12 @@ class ClusterOptions:
     Args:
         address: as `pytest_hricdv.extra.cluster.address` reads it; empty: on none.
         send_code: the project is sent to the workers, which do not have it.
+        send_hidden: patterns of its hidden files that are sent as well.
     """
 
     address: str = ""
     send_code: bool = False
+    send_hidden: tuple[str, ...] = ()
 
 
 class ClusterPart(Part[ClusterOptions]):
@@ -34,11 +36,17 @@ class ClusterPart(Part[ClusterOptions]):
             "address of a scheduler, or local:N, with N workers on this machine",
         ),
         Flag("send-code", "send the project to the workers of --hri-cluster, which otherwise have it at the same path"),
+        Repeatable(
+            "send-hidden",
+            "PATTERN",
+            "with --hri-send-code, send hidden files with this name, as .robot.toml, too",
+            "hidden files that --hri-send-code sends, too: a name or a pattern a line",
+        ),
     )
 
     def read(self, reader: OptionReader) -> ClusterOptions:
         """The cluster that is named."""
-        return ClusterOptions(reader.text("cluster"), reader.flag("send_code"))
+        return ClusterOptions(reader.text("cluster"), reader.flag("send_code"), reader.texts("send_hidden"))
 
 
 PART = ClusterPart()

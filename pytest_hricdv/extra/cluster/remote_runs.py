@@ -77,7 +77,7 @@ def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[Rem
     """
     collection = context.collection
     options, config = CLUSTER.settings(collection.options), collection.config
-    there = project_of(config, send=options.send_code)
+    there = project_of(config, send=options.send_code, hidden=options.send_hidden)
     project = identity(Path(config.rootpath), context.provenance.code).project
     job = msgspec.json.encode(SessionArguments((*there.arguments, *arguments_of(config))))
     service = there.service(run_process.__name__, job, project, RUN_S)

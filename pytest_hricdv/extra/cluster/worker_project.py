@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,12 +23,14 @@ class WorkerProject:
         root: the project's folder, relative to that.
         sources: its files that runs depend on, name -> hash: compared before anything of it is imported.
         archive: with all of its files; empty where workers have them.
+        left_out: names of sources that are not sent.
     """
 
     directory: str
     root: str
     sources: Mapping[str, str] = field(default_factory=dict)
     archive: bytes = b""
+    left_out: frozenset[str] = frozenset()
 
     @property
     def archive_sha256(self) -> str:
@@ -42,12 +44,15 @@ class WorkerProject:
 
     def service(self, module: str, job: bytes, project: Mapping[str, str], silent_s: float) -> Service:
         """What workers are asked; see `Service`."""
+        there = {name: text for name, text in project.items() if name not in self.left_out}
         return Service(
-            module, job, self.directory, project, silent_s, self.root, self.sources, archive_sha256=self.archive_sha256
+            module, job, self.directory, there, silent_s, self.root, self.sources, archive_sha256=self.archive_sha256
         )
 
 
-def worker_project(root: Path, here: Path, *, send: bool, state: Path | None = None) -> WorkerProject:
+def worker_project(
+    root: Path, here: Path, *, send: bool, state: Path | None = None, hidden: Sequence[str] = ()
+) -> WorkerProject:
     """The project below a folder, of a session that was started somewhere.
 
     Args:
@@ -55,18 +60,25 @@ def worker_project(root: Path, here: Path, *, send: bool, state: Path | None = N
         here: where the session was started; where it is sent, in that folder.
         send: whether workers are sent it.
         state: the file of a campaign, which is not sent.
+        hidden: patterns of hidden files that are sent.
 
     Raises:
-        ClusterError: it is too large to be sent.
+        ClusterError: it cannot be sent; see `code_archive.sent_files`.
     """
+    way_up, sources = Path(os.path.relpath(root, here)).as_posix(), project_files.hashes(root)
+    if not send:
+        return WorkerProject(str(here), way_up, sources)
+    files = code_archive.sent_files(root, state, hidden)
+    left_out = sources.keys() - {path.relative_to(root).as_posix() for path in files}
     return WorkerProject(
-        directory=str(here.relative_to(root)) if send else str(here),
-        root=Path(os.path.relpath(root, here)).as_posix(),
-        sources=project_files.hashes(root),
-        archive=code_archive.pack(root, state) if send else b"",
+        str(here.relative_to(root)),
+        way_up,
+        {name: text for name, text in sources.items() if name not in left_out},
+        code_archive.pack(root, files),
+        frozenset(left_out),
     )
 
 
-def project_of(config: pytest.Config, *, send: bool) -> WorkerProject:
+def project_of(config: pytest.Config, *, send: bool, hidden: Sequence[str] = ()) -> WorkerProject:
     """Of a session. Raises as `worker_project`."""
-    return worker_project(Path(config.rootpath), config.invocation_params.dir, send=send)
+    return worker_project(Path(config.rootpath), config.invocation_params.dir, send=send, hidden=hidden)

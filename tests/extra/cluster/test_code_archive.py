@@ -12,9 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from pytest_hricdv._base import project_files
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.code_archive import ArchiveError
+from pytest_hricdv.extra.cluster.worker_project import worker_project
 
 
 @pytest.fixture
@@ -31,30 +33,35 @@ def project(tmp_path: Path) -> Path:
     return tmp_path / "project"
 
 
+def packed(project: Path, state: Path | None = None, hidden: tuple[str, ...] = ()) -> bytes:
+    """The project as it is sent."""
+    return code_archive.pack(project, code_archive.sent_files(project, state, hidden))
+
+
 def names(folder: Path) -> set[str]:
     """Of all that is in a folder."""
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()}
 
 
 def test_all_files_of_the_project_arrive_and_nothing_else(project: Path, tmp_path: Path) -> None:
-    with code_archive.unpacked(code_archive.pack(project), tmp_path) as folder:
+    with code_archive.unpacked(packed(project), tmp_path) as folder:
         assert names(folder) == {"conftest.py", "robot/code.py", "models/a.asl", "robot/arm.urdf"}
         assert (folder / "robot" / "code.py").read_text(encoding="utf-8") == "# robot/code.py\n"
     assert [path.name for path in tmp_path.iterdir()] == ["project"], "nothing is left"
 
 
 def test_the_same_files_are_the_same_archive(project: Path) -> None:
-    first = code_archive.pack(project)
+    first = packed(project)
     (project / "conftest.py").touch()
-    assert code_archive.pack(project) == first
+    assert packed(project) == first
     (project / "conftest.py").write_text("# changed\n", encoding="utf-8")
-    assert code_archive.digest(code_archive.pack(project)) != code_archive.digest(first)
+    assert code_archive.digest(packed(project)) != code_archive.digest(first)
 
 
 def test_what_is_there_already_is_not_used(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Folders of the name that an older release gave them, with another user's files, and links to them."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    archive = code_archive.pack(project)
+    archive = packed(project)
     (tmp_path / "evil").mkdir()
     (tmp_path / "evil" / "conftest.py").write_text("raise SystemExit('evil')\n", encoding="utf-8")
     foreseen = f"hricdv-code-{os.getuid()}-{code_archive.digest(archive)[:16]}"
@@ -137,7 +144,7 @@ def test_more_than_an_entry_declares_is_not_unpacked(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.95])
 def test_an_archive_that_is_damaged_is_refused(project: Path, tmp_path: Path, share: float) -> None:
-    whole = code_archive.pack(project)
+    whole = packed(project)
     with (
         pytest.raises(ArchiveError, match="the project that was sent is damaged"),
         code_archive.unpacked(whole[: int(share * len(whole))], tmp_path),
@@ -146,7 +153,7 @@ def test_an_archive_that_is_damaged_is_refused(project: Path, tmp_path: Path, sh
 
 
 def test_results_are_no_part_of_a_project(project: Path) -> None:
-    before = code_archive.pack(project, project / "campaign.db")
+    before = packed(project, project / "campaign.db")
     for name in (
         "campaign.db",
         "campaign.db-wal",
@@ -157,13 +164,102 @@ def test_results_are_no_part_of_a_project(project: Path) -> None:
         path = project / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(b"results")
-    assert code_archive.pack(project, project / "campaign.db") == before
+    assert packed(project, project / "campaign.db") == before
     (project / "more.db").write_bytes(b"data of the project")
-    assert code_archive.pack(project, project / "campaign.db") != before
+    assert packed(project, project / "campaign.db") != before
+
+
+HIDDEN = (".env", ".netrc", "robot/.secrets.toml", "robot/.a.py", ".pytest.ini", "robot/.pytest.ini")
+
+
+@pytest.mark.parametrize(
+    ("hidden", "arriving"),
+    [
+        ((), {".pytest.ini"}),
+        ((".env",), {".pytest.ini", ".env"}),
+        (("robot/.*",), {".pytest.ini", "robot/.secrets.toml", "robot/.a.py", "robot/.pytest.ini"}),
+        ((".*.toml", ".a.py"), {".pytest.ini", "robot/.secrets.toml", "robot/.a.py"}),
+    ],
+)
+def test_hidden_files_are_sent_only_where_they_are_named(
+    project: Path, hidden: tuple[str, ...], arriving: set[str]
+) -> None:
+    before = {path.relative_to(project).as_posix() for path in code_archive.sent_files(project)}
+    for name in HIDDEN:
+        (project / name).write_text("# secret\n", encoding="utf-8")
+    made = worker_project(project, project, send=True, hidden=hidden)
+    with zipfile.ZipFile(io.BytesIO(made.archive)) as archive:
+        assert {*archive.namelist()} == before | arriving
+    there = made.service("m", b"", project_files.hashes(project), 1.0)
+    with code_archive.unpacked(made.archive) as folder:
+        assert there.project == there.sources == project_files.hashes(folder)
+
+
+@pytest.mark.parametrize("pattern", ["env", ".envy", "*", "conftest.py", "robot/.env", "../.env"])
+def test_a_name_that_no_hidden_file_has(project: Path, pattern: str) -> None:
+    (project / ".pytest.ini").write_text("[pytest]\n", encoding="utf-8")
+    (project / ".env").write_text("KEY=1\n", encoding="utf-8")
+    if pattern == "*":  # it matches all of them
+        assert project / ".env" in code_archive.sent_files(project, hidden=(pattern,))
+        return
+    with pytest.raises(ClusterError, match="has no hidden file of this name"):
+        code_archive.sent_files(project, hidden=(pattern,))
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        "/etc/passwd",
+        "../beside.txt",
+        "chain",
+        ".env",
+        ".git/config",
+        "venv/lib/a.py",
+        "hri-report/report.json",
+        "campaign.db",
+        "../project/.env",
+        "robot/../../beside.txt",
+    ],
+)
+def test_a_link_to_what_is_not_sent_is_refused_with_its_name(project: Path, target: str) -> None:
+    (project.parent / "beside.txt").write_text("somebody's\n", encoding="utf-8")
+    for name in (".env", "campaign.db", "hri-report/report.json"):
+        (project / name).parent.mkdir(exist_ok=True)
+        (project / name).write_text("KEY=1\n", encoding="utf-8")
+    (project / ".hidden").mkdir()
+    if target == "chain":
+        (project / ".hidden" / "chain").symlink_to(project.parent / "beside.txt")
+        target = ".hidden/chain"
+    (project / "robot" / "data.txt").symlink_to(project / target)
+    with pytest.raises(ClusterError, match=r"'robot/data.txt' in .* is a symbolic link to .*, which is not sent: put"):
+        code_archive.sent_files(project, project / "campaign.db")
+
+
+def test_links_within_the_project_arrive_as_files(project: Path, tmp_path: Path) -> None:
+    (project / "first.urdf").symlink_to(project / "robot" / "arm.urdf")
+    (project / "second.urdf").symlink_to("first.urdf")
+    (project / "same").symlink_to("robot")
+    (project / "gone").symlink_to("nowhere")
+    with code_archive.unpacked(packed(project), tmp_path) as folder:
+        assert names(folder) >= {"first.urdf", "second.urdf", "robot/arm.urdf"}
+        assert not names(folder) & {"same", "gone", "same/arm.urdf"}
+        assert not any(path.is_symlink() for path in folder.rglob("*"))
+
+
+def test_a_link_to_a_folder_elsewhere_is_refused(project: Path, tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (project / "robot" / "data").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(
+        ClusterError, match=r"'robot/data' in .*elsewhere', which is not sent: put a copy of the folder"
+    ):
+        code_archive.sent_files(project)
+    (project / ".links").mkdir()
+    (project / "robot" / "data").rename(project / ".links" / "data")
+    assert code_archive.sent_files(project)
 
 
 def test_a_project_with_data_is_not_sent(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(code_archive, "MOST_BYTES", 1000)
     (project / "recordings.bin").write_bytes(bytes(1001))
     with pytest.raises(ClusterError, match=r"more than 1,000 bytes, .* install the project where the workers are"):
-        code_archive.pack(project)
+        packed(project)

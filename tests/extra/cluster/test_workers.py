@@ -248,7 +248,7 @@ def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
 ) -> None:
     """Where it is at the same path, and where it was sent; the module of the service would say that it was imported."""
     (tmp_path / "conftest.py").write_text("# another user's\n", encoding="utf-8")
-    archive = code_archive.pack(tmp_path)
+    archive = code_archive.pack(tmp_path, code_archive.sent_files(tmp_path))
     evil = f"import pathlib; pathlib.Path({str(tmp_path / 'ran')!r}).touch()"
     (echo / "evil_service.py").write_text(evil, encoding="utf-8")
     own = {"conftest.py": "0123456789abcdef"}
