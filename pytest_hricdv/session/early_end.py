@@ -35,6 +35,11 @@ class EarlyEnd:
         self._signals.begin()
         return (yield)
 
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_keyboard_interrupt(self) -> None:
+        """Whatever a signal has ended is over: plugins end the session now, once."""
+        self._signals.let_go()
+
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
         """xdist: a session that is to end starts no workers."""

@@ -77,13 +77,25 @@ class Reporting:
         self.aggregation.journaling.declare(self._declared, self.aggregation.chosen.keys())
 
     @pytest.hookimpl(wrapper=True)
+    def pytest_sessionstart(self, session: pytest.Session) -> Iterator[None]:
+        """As `pytest_collection`: workers of xdist are started here, which may take long."""
+        with self._reporting_what_was_reached(session):
+            return (yield)
+
+    @pytest.hookimpl(wrapper=True)
     def pytest_collection(self, session: pytest.Session) -> Iterator[None]:
         """Writes the report of what was reached before the first test, where collecting is interrupted."""
-        try:
+        with self._reporting_what_was_reached(session):
             return (yield)
+
+    @contextlib.contextmanager
+    def _reporting_what_was_reached(self, session: pytest.Session) -> Iterator[None]:
+        try:
+            yield
         except KeyboardInterrupt:
+            self.session.signals.let_go()
             self.session.interrupted = True
-            if self.aggregation.chosen or self._has_reached:
+            if self.report is None and (self.aggregation.chosen or self._has_reached):
                 self._conclude(session, stopped=True)
             raise
 
@@ -93,24 +105,28 @@ class Reporting:
         signals = self.session.signals
         signals.begin()
         try:
-            try:
-                signals.release()
-                if self.aggregation.chosen and not self.aggregation.is_distributed and runs_tests(session.config):
-                    self._declare()  # not within a test: plugins that limit its time count what happens in its hooks
-                result = yield
-            except pytest.UsageError:  # before the first test
-                raise
-            except BaseException as error:
-                self.session.interrupted = not isinstance(error, session.Failed)
-                self._conclude(session, stopped=True)
-                raise
-            self.session.interrupted |= signals.interrupted
-            self._conclude(session, stopped=False)
+            with signals.deferred():
+                try:
+                    with signals.released():
+                        self._begin_tests(session.config)
+                        result = yield
+                except pytest.UsageError:  # before the first test
+                    raise
+                except BaseException as error:
+                    self.session.interrupted = not isinstance(error, session.Failed)
+                    self._conclude(session, stopped=True)
+                    raise
+                self.session.interrupted |= signals.interrupted
+                self._conclude(session, stopped=False)
         finally:
             signals.end()
         if self.session.interrupted or signals.pending:
             raise KeyboardInterrupt
         return result
+
+    def _begin_tests(self, config: pytest.Config) -> None:
+        if self.aggregation.chosen and not self.aggregation.is_distributed and runs_tests(config):
+            self._declare()  # not within a test: plugins that limit its time count what happens in its hooks
 
     def _conclude(self, session: pytest.Session, *, stopped: bool) -> None:
         reached = self._has_reached and (stopped or not self.collection.cases)

@@ -32,6 +32,9 @@ REBUILT_WITHIN_S = 60.0
 LOOKS_EACH_S = 0.5
 """So often somebody looks whether code has let go, or the process that started this one is there (s; chosen)."""
 
+ENDING_WITHIN_S = 10.0
+"""So long pytest and plugins may take to end the session, beside the report (s; chosen: as xdist waits for workers)."""
+
 AGAIN_S = 1.0
 """A second signal so soon after the first (s) is no second wish: it would cut off what the first one started."""
 
@@ -69,6 +72,8 @@ class Signals:
         self._deferring = False
         self._holding = False
         self._raised_s = -AGAIN_S
+        self._let_go_s: float | None = None
+        """Since when nothing goes on that SIGTERM should end (by `time.monotonic`); None: something does."""
 
     def begin(self) -> None:
         """From now on a signal raises. Without effect where that is so: the first one counts."""
@@ -89,24 +94,30 @@ class Signals:
             signal.signal(number, handler)
 
     def hold(self) -> None:
-        """From now on, up to `release`, signals only set `pending`: something was reached that no report has yet."""
+        """From now on, up to `released`, signals only set `pending`: something was reached that no report has yet."""
         self._holding = self._deferring = True
 
-    def release(self) -> None:
-        """What was held can be reported now. Raises KeyboardInterrupt where a signal came meanwhile."""
-        if self._holding:
-            self._holding = self._deferring = False
-            self._raise_pending()
+    def released(self) -> AbstractContextManager[None]:
+        """Within: signals raise, also one that was held, as from now on what was reached can be reported."""
+        self._holding = False
+        return self.let_through()
+
+    def let_go(self) -> None:
+        """What a signal raised has left all that should end: SIGTERM cuts off nothing of what is done from now on.
+
+        On a busy machine that takes longer than the time after which SIGTERM is raised again.
+        """
+        self._let_go_s = time.monotonic()
 
     @contextmanager
     def deferred(self, deferring: bool = True) -> Iterator[None]:
         """Within: signals only set `pending`; or, where `deferring` is false, they raise again, also one that is
         pending.
         """
-        outside = self._deferring
+        outside, is_ending = self._deferring, self._let_go_s is not None
         try:
             try:
-                self._deferring = deferring
+                self._deferring, self._let_go_s = deferring, None
                 if not deferring:
                     self._raise_pending()
                 yield
@@ -115,6 +126,9 @@ class Signals:
         except KeyboardInterrupt:  # it may have been raised in the line above
             self._deferring = outside or self._holding
             raise
+        finally:
+            if is_ending:
+                self.let_go()
 
     def let_through(self) -> AbstractContextManager[None]:
         """Within: signals raise."""
@@ -133,7 +147,8 @@ class Signals:
             _thread.start_new_thread(self._insist, ())
         now_s, insists, self._insists = time.monotonic(), self._insists, False
         is_again = now_s - self._raised_s < AGAIN_S and not insists
-        if self._deferring or is_again:
+        is_late = number == signal.SIGTERM and self._let_go_s is not None
+        if self._deferring or is_again or is_late:
             self.pending |= number == signal.SIGTERM or not is_again
             return
         went_on, self._raised_s = self._raised_s > 0, now_s
@@ -163,8 +178,12 @@ class Signals:
         waiting = _thread.allocate_lock()
         waiting.acquire()
         while not waiting.acquire(timeout=LOOKS_EACH_S):
-            waits_s = time.monotonic() - received_s
-            if self._deferring and not self._holding:
+            waits_s, let_go_s = time.monotonic() - received_s, self._let_go_s
+            if let_go_s is not None and self._before:
+                if time.monotonic() - let_go_s > ENDING_WITHIN_S:
+                    self._stuck()
+                    return
+            elif self._deferring and not self._holding:
                 received_s = time.monotonic()  # the report is being made: code has let go, and may not be called again
             elif self._holding and waits_s > LETS_GO_WITHIN_S:
                 received_s, self._holding, self._deferring = time.monotonic(), False, False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -53,10 +54,9 @@ def test_what_is_held_is_raised_once_it_is_released(handled: Signals) -> None:
     with handled.deferred():
         send()
     assert handled.pending
-    with pytest.raises(KeyboardInterrupt):
-        handled.release()
-    handled.release()
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), handled.released():
+        pytest.fail("it was held")
+    with pytest.raises(KeyboardInterrupt), handled.released():
         send()
 
 
@@ -68,8 +68,28 @@ def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals) -> N
             with pytest.raises(Terminated), handled.let_through():
                 pytest.fail("it was let through")
         handled.hold()
+    with pytest.raises(Terminated), handled.released():
+        pytest.fail("it was held")
+
+
+@pytest.mark.parametrize("is_reporting", [False, True])
+def test_nothing_is_raised_where_the_session_ends(
+    handled: Signals, monkeypatch: pytest.MonkeyPatch, is_reporting: bool
+) -> None:
+    """SIGTERM is raised again and again in code that goes on, but not in what pytest and plugins do afterwards."""
+    looks = threading.Semaphore(0)
+    monkeypatch.setattr(module, "LOOKS_EACH_S", 0.001)
+    monkeypatch.setattr(module, "ENDING_WITHIN_S", 0.1)
+    monkeypatch.setattr(handled, "_stuck", looks.release)
     with pytest.raises(Terminated):
-        handled.release()
+        send(signal.SIGTERM)
+    handled.let_go()
+    if is_reporting:
+        with handled.deferred():
+            assert not looks.acquire(timeout=0.2), "a report may take as long as it likes"
+    assert looks.acquire(timeout=600)  # up to here it would have been raised a hundred times
+    send(signal.SIGTERM)
+    assert handled.pending
 
 
 def test_a_second_one_right_after_the_first_is_no_second_wish(

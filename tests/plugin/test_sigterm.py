@@ -23,6 +23,9 @@ SUITE = "--hri-suite=by-hand"  # four tests; the third one wishes for level 10
 FAR_S = 60.0
 """Far above the 5 s that it takes on a machine with nothing else to do, far below what it would take without."""
 
+BEGINS_WITHIN_S = 500.0
+"""Far above the 3 s that it takes a session, on a machine with nothing else to do, to begin its tests."""
+
 STUBBORN = {
     "a loop": "while True:\n        pass",
     "a loop that catches all": "while True:\n        try:\n            while True:\n                pass\n"
@@ -64,7 +67,7 @@ def ended(lamps: pytest.Pytester, *options: str, where: str = "guide") -> int:
 
 
 def wait_for(path: Path, session: subprocess.Popen[bytes]) -> None:
-    until_s = time.monotonic() + FAR_S
+    until_s = time.monotonic() + BEGINS_WITHIN_S
     while not (path.exists() and path.read_text(encoding="utf-8").endswith("\n")):
         assert session.poll() is None, "the session has ended before"
         assert time.monotonic() < until_s, "the code has not begun"
@@ -110,6 +113,34 @@ def test_it_ends_whatever_other_code_does(lamps: pytest.Pytester, where: str) ->
     written = report(lamps.path)
     assert written["selected"] == 4
     assert written["reported"] < 4
+
+
+SLOW_END = """
+
+import time
+import pytest
+
+@pytest.hookimpl(trylast=True)
+def {hook}():
+{begin}    while True:
+        pass
+
+def pytest_keyboard_interrupt():
+    until_s = time.monotonic() + 2.0
+    while time.monotonic() < until_s:
+        pass
+"""
+
+
+@pytest.mark.parametrize("hook", ["pytest_sessionstart", "pytest_collection"])
+def test_what_ends_the_session_is_not_cut_off_however_slow_it_is(lamps: pytest.Pytester, hook: str) -> None:
+    """As on a machine with more to do than it can: what was reached by then is in the report."""
+    with open(lamps.path / "conftest.py", "a", encoding="utf-8") as conftest:
+        conftest.write(SLOW_END.format(hook=hook, begin=BEGIN))
+    assert ended(lamps, "-p", "no:xdist", "--hri-close", "--hri-close-runs=8") == pytest.ExitCode.INTERRUPTED
+    written = report(lamps.path)
+    assert written["closing"]["runs"] >= 4
+    assert written["reported"] == 0
 
 
 def test_workers_end_when_their_session_is_killed(lamps: pytest.Pytester) -> None:
