@@ -137,6 +137,8 @@ class PartTrials:
             for kind in self._kinds:
                 if self._tally.killed[f"signals while {kind}"] < signals:
                     self._trial(kind, f"{self._seed}-{kind}-{number}")
+            hit = {kind: self._tally.killed[f"signals while {kind}"] for kind in self._kinds}
+            print(", ".join(f"{count} {kind}" for kind, count in hit.items()), flush=True)
 
     def _trial(self, name: str, seed: str) -> None:
         rng = random.Random(seed)
