@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import RosNode
     from pytest_hricdv.declarations.ros2_system import Middleware, Ros2System
+    from pytest_hricdv.runtime.virtual.terminal import Terminal
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -106,6 +108,33 @@ class Run:
             return self.middleware.started(self.kernel, self.bus, self.measured, nodes)
         except InputError as error:
             raise TestbenchError(f"run.ros2: {error}") from None
+
+    def terminal(self, name: str = "") -> Terminal:
+        """The terminal of a process of the code under test; to be called before `go`, keys are pressed in nodes.
+
+        What is typed is what its nodes read from standard input, with `termios`, `tty` and `select`. It is in the
+        record, as `terminal_input` with `terminal` and `text`.
+
+        Args:
+            name: of a ROS node, as `RosNode` names its process, or of a node of the kernel; empty: of all that have no
+                other one.
+
+        Returns:
+            The keyboard: `press("w", "enter")`, `type("yes\\n")`, `close()`.
+
+        Raises:
+            TestbenchError: on Windows, which has no such terminals.
+        """
+        if sys.platform == "win32":
+            raise TestbenchError(
+                "run.terminal: Windows has no terminals of POSIX, which it simulates; use Linux or macOS"
+            )
+        from pytest_hricdv.runtime.virtual.terminal import terminal_for
+
+        def record(text: str) -> None:
+            self.recorder.message(self.kernel.now_s, "person", "terminal_input", {"terminal": name, "text": text})
+
+        return terminal_for(self.kernel, name, record)
 
     def waits(self, wait: Callable[[], None]) -> None:
         """Say how the person waits while there is nothing to do yet; to be called before `go`.

@@ -7,6 +7,10 @@ class KernelError(Exception):
     """A node failed or misused the kernel; the text names the node and the simulated time."""
 
 
+class TerminalInterrupt(KeyboardInterrupt):
+    """Somebody in a run has pressed ctrl-c: what is raised in the code that has this terminal, and ends it at most."""
+
+
 class NodeError(KernelError):
     """A node failed: it raised the exception that is the cause, or, without a cause, keeps time from passing.
 

@@ -24,7 +24,7 @@ from greenlet import GreenletExit, greenlet
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv.runtime.endings import word_of
-from pytest_hricdv.runtime.failure import KernelError, NodeError
+from pytest_hricdv.runtime.failure import KernelError, NodeError, TerminalInterrupt
 from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
 from pytest_hricdv.runtime.timeouts import Timeouts
@@ -376,6 +376,8 @@ class Kernel:
             raised = self._enter(node)
         except NodeError:
             raise
+        except TerminalInterrupt:
+            raised = None  # as a process ends
         except BaseException as error:
             if not (isinstance(error, (Exception, SystemExit)) or word_of(error)):
                 raise

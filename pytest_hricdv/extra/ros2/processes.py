@@ -16,6 +16,9 @@ from typing import Any
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
 
+if sys.platform != "win32":
+    from pytest_hricdv.runtime.virtual.terminal import sits_at
+
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 Body = Callable[[], None]
@@ -90,10 +93,13 @@ class Process:
     Args:
         variables: that it has values of its own of.
         arguments: its command line, `sys.argv`.
+        name: of its terminal.
     """
 
-    def __init__(self, kernel: Kernel, variables: ModuleVariables, arguments: Iterable[str]) -> None:
+    def __init__(self, kernel: Kernel, variables: ModuleVariables, arguments: Iterable[str], name: str = "") -> None:
         self._kernel = kernel
+        self._name = name
+        self._has_main = False
         self._variables = variables
         self._values: dict[Variable, Any] = {
             variable: list(arguments) for variable in variables if variable.name == "argv"
@@ -122,6 +128,9 @@ class Process:
             node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread, daemon=daemon), daemon)
             node.leaving.append(self._leave)
             node.own[_PROCESS] = self
+            if sys.platform != "win32":
+                sits_at(node, self._name, is_main=not self._has_main)
+                self._has_main = True
             self._enter()
             try:
                 body()

@@ -89,7 +89,7 @@ class Ros2Overlay:
         self._know(variables)
         self.modules.imported.append(lambda: self._know(variables))
         for node, main in zip(nodes, mains, strict=True):
-            process = Process(kernel, variables, command_line(node))
+            process = Process(kernel, variables, command_line(node), node.label)
             kernel.spawn(node.label, measured(process.running(_until_exit(main))))
         return StartedSystem(kernel)
 

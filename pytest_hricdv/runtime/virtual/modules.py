@@ -17,6 +17,8 @@ from functools import partial
 from types import FunctionType, ModuleType
 from typing import Any
 
+from pytest_hricdv.runtime.virtual.keyboards import is_keyboard, refusing
+
 _PROVIDERS = {
     "time": "clocks",
     "datetime": "clocks",
@@ -125,6 +127,8 @@ class VirtualModules:
                     notify()
             if by_code and level == 0 and name in _PROVIDERS:
                 return _imported(name, module, bool(fromlist))
+            if by_code and level == 0 and is_keyboard(module):
+                return refusing(module)
             return module
 
         return importing
@@ -145,7 +149,7 @@ class VirtualModules:
         for name, value in list(names.items()):
             if isinstance(value, type) and value.__module__ == module:
                 self._replace_in_class(value)
-            other = _REPLACEMENTS.of(value)
+            other = refusing(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
             if other is not value:
                 names[name] = other
                 self._undo.append(partial(names.__setitem__, name, value))

@@ -28,6 +28,10 @@ from pytest_hricdv.runtime.place import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 from pytest_hricdv.runtime.waiting import real_wait
 
+if sys.platform != "win32":
+    from pytest_hricdv.runtime.virtual import terminal_calls
+    from pytest_hricdv.runtime.virtual.terminal import terminal_of, terminals_of
+
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 _EXIT = os._exit
@@ -114,9 +118,21 @@ class _Guard:
         if not (is_node or is_timer):
             return real(selector, timeout)
         ready = real(selector, 0)
+        if not ready and is_node and self._waited_for_terminal(selector, timeout):
+            return real(selector, 0)
         if not ready:
             self._refuse("the event loop of asyncio" if loops else f"selectors.{type(selector).__name__}.select")
         return ready
+
+    @staticmethod
+    def _waited_for_terminal(selector: Any, timeout: float | None) -> bool:
+        """Wait for the terminal of the running node, in virtual time, if the selector has nothing else."""
+        node = running_node()
+        terminal = terminal_of(node) if node is not None and sys.platform != "win32" else None
+        if terminal is None or [*selector.get_map()] != [terminal.fd]:
+            return False
+        terminal.wait_readable(timeout)
+        return True
 
     def exit(self, status: int) -> NoReturn:
         """As `os._exit`, in a process that the run has forked, and in threads beside it, as of time limits."""
@@ -163,6 +179,11 @@ def guarded(kernel: Kernel) -> Iterator[None]:
         guard.exit(status)
 
     others = {id(_SLEEP): sleep} | {id(real): _refusing(guard, name, real) for name, real in _REFUSED.items()}
+    if sys.platform != "win32":
+        others |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}
+        if terminal_calls.is_of_session(sys.stdin):
+            terminal_calls.STDIN.outside = sys.stdin
+            put(sys, "stdin", terminal_calls.STDIN)
     try:
         put(os, "_exit", leave)
         for module in _waiting():
@@ -179,6 +200,9 @@ def guarded(kernel: Kernel) -> Iterator[None]:
     finally:
         for restore in reversed(undo):
             restore()
+        if sys.platform != "win32":
+            for terminal in terminals_of(kernel).values():
+                terminal.hang_up()
 
 
 def _selecting(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
@@ -219,6 +243,8 @@ _WAITING: dict[str, ModuleType] = {}
 _SCANNED: set[str] = set()
 _OURS = "pytest_hricdv"
 _WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values())))
+if sys.platform != "win32":
+    _WAITS |= {id(real) for real, _ in terminal_calls.REPLACED.values()}
 
 
 def _waiting() -> list[ModuleType]:

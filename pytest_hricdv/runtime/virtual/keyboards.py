@@ -1,0 +1,82 @@
+"""Libraries that read a keyboard past standard input, or draw on the terminal: refused where a node uses them.
+
+`curses` sets the terminal that pytest was started in; `pynput` and `keyboard` listen to the machine's keyboard, in
+threads of their own. None of it is a person of the model.
+"""
+
+from __future__ import annotations
+
+import sys
+from types import BuiltinFunctionType, FunctionType, ModuleType
+from typing import Any
+
+from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.virtual.real_time import RealTimeError
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+ROOTS = frozenset({"curses", "_curses", "pynput", "keyboard"})
+"""Packages, by name."""
+
+_PARTS = (ModuleType, type, FunctionType, BuiltinFunctionType)
+
+
+def is_keyboard(value: object) -> bool:
+    """Whether it is a module, a function or a class of such a library, and not of a project's own `keyboard.py`."""
+    if not isinstance(value, _PARTS):
+        return False
+    name = value.__name__ if isinstance(value, ModuleType) else value.__module__
+    if not isinstance(name, str) or name.partition(".")[0] not in ROOTS:
+        return False
+    file = str(getattr(sys.modules.get(name.partition(".")[0]), "__file__", None) or "")
+    return name.partition(".")[0] in sys.stdlib_module_names or "-packages" in file
+
+
+class RefusingModule(ModuleType):
+    """A module whose functions and classes no node may call; what is no code, as `curses.KEY_UP`, is as it is."""
+
+    def __init__(self, real: ModuleType) -> None:
+        super().__init__(real.__name__, real.__doc__)
+        self.__real = real
+
+    def __dir__(self) -> list[str]:
+        return dir(self.__real)
+
+    def __getattr__(self, name: str) -> Any:
+        return refusing(getattr(self.__real, name))
+
+
+def refusing(value: Any) -> Any:
+    """What stands for a member of such a library: its modules, functions and classes refuse, in nodes."""
+    if isinstance(value, ModuleType):
+        return RefusingModule(value) if is_keyboard(value) else value
+    if not callable(value) or (isinstance(value, type) and issubclass(value, BaseException)):
+        return value
+    if isinstance(value, type):
+        return type(value.__name__, (value,), {"__new__": _refusing_new(value), "__module__": value.__module__})
+
+    def call(*arguments: Any, **keywords: Any) -> Any:
+        _refuse(f"{value.__module__}.{value.__name__}")
+        return value(*arguments, **keywords)
+
+    return call
+
+
+def _refusing_new(kind: type) -> Any:
+    def new(cls: type, *arguments: Any, **keywords: Any) -> Any:
+        _refuse(f"{kind.__module__}.{kind.__name__}")
+        return object.__new__(cls) if kind.__new__ is object.__new__ else kind.__new__(cls, *arguments, **keywords)
+
+    return new
+
+
+def _refuse(name: str) -> None:
+    node = running_node()
+    if node is None:
+        return
+    raise RealTimeError(
+        f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which reads the keyboard of this machine: a "
+        "person of a model presses none of its keys. Let the node read standard input (sys.stdin, termios, select), where "
+        "run.terminal(...) has a person's keys, or replace what reads the keyboard by a port"
+    )
