@@ -77,6 +77,6 @@ def _refuse(name: str) -> None:
         return
     raise RealTimeError(
         f"{place_of(sys._getframe(1))}: node {node.name} uses {name}, which reads the keyboard of this machine: a "
-        "person of a model presses none of its keys. Let the node read standard input (sys.stdin, termios, select), where "
-        "run.terminal(...) has a person's keys, or replace what reads the keyboard by a port"
+        "person of a model presses none of its keys. Let the node read standard input (sys.stdin, termios, select), "
+        "where run.terminal(...) has a person's keys, or replace what reads the keyboard by a port"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,62 @@ def test_a_mistake_is_said(changes: dict[str, Any], message: str, testbench: Tes
     with pytest.raises(TestbenchError) as caught:
         checked(replace(testbench, **changes), "here")
     assert str(caught.value) == message
+
+
+KEYS = """
+import sys
+import termios
+import threading
+import tty
+
+pressed = []
+
+
+def read():
+    settings = termios.tcgetattr(sys.stdin)
+    tty.setraw(sys.stdin.fileno())
+    pressed.append(sys.stdin.read(1))
+    termios.tcsetattr(sys.stdin, termios.TCSADRAIN, settings)
+
+
+def main():
+    threading.Thread(target=read).start()
+    try:
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pressed.append("interrupted")
+"""
+
+
+def test_each_process_has_a_terminal_at_which_a_person_types(
+    testbench: Testbench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "_USED", ())  # there may be no rclpy
+    (tmp_path / "key_node.py").write_text(KEYS)
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def run(run: Run) -> Outcome:
+        run.ros2(RosNode(entry="key_node:main", name="left"), RosNode(entry="key_node:main", name="right"))
+        left, right = run.terminal("left"), run.terminal("right")
+
+        def person() -> None:
+            for keyboard, key in ((right, "r"), (left, "l"), (right, "ctrl-c"), (left, "ctrl-c")):
+                run.kernel.sleep(1.0)
+                keyboard.press(key)
+
+        run.kernel.spawn("person", person)
+        return Outcome(run.go(limit_s=10.0))
+
+    bench = replace(testbench, code=("key_node",), run=run, may_end=("idle",))
+    result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
+    assert (result.faults, result.sim_s) == ((), 4.0)
+    assert sys.modules["key_node"].pressed == ["r", "l", "interrupted", "interrupted"]
+    assert [" ".join(str(message).split()) for message in result.record.messages] == [
+        "1.000 person terminal_input terminal=right text=r",
+        "2.000 person terminal_input terminal=left text=l",
+        "3.000 person terminal_input terminal=right text=ctrl-c",
+        "4.000 person terminal_input terminal=left text=ctrl-c",
+    ]
 
 
 NODE = """
