@@ -66,7 +66,8 @@ def refusing(value: Any) -> Any:
 def _refusing_new(kind: type) -> Any:
     def new(cls: type, *arguments: Any, **keywords: Any) -> Any:
         _refuse(f"{kind.__module__}.{kind.__name__}")
-        return object.__new__(cls) if kind.__new__ is object.__new__ else kind.__new__(cls, *arguments, **keywords)
+        make: Any = kind.__new__
+        return make(cls) if make is object.__new__ else make(cls, *arguments, **keywords)
 
     return new
 

@@ -343,7 +343,7 @@ class _TerminalText(io.TextIOWrapper):
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
         return str(self._reading(super().readline, size))
 
-    def __next__(self) -> str:
+    def __next__(self) -> str:  # type: ignore[override]
         return str(self._reading(super().__next__))
 
 
