@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 _SOURCE = 'agents begin with what a source says: .create_agent(name, "source.asl"), and tell it what it is to know'
 _DIRECTORY = "there is no directory: agents tell each other what they offer, as in .broadcast(tell, offers(S))"
-_COLLECTION = "collections of Java are not there: use a list with .member, .union and .delete, or beliefs"
 
 _INSTEAD = {
     ".assert": "beliefs are added with +b",
@@ -50,7 +49,6 @@ _INSTEAD = {
 }
 """What there is instead, by the name of what there is not."""
 
-_COLLECTIONS = (".set.", ".map.", ".queue.")
 _OWN_PACKAGES = ("math.", "system.")
 """Functions here, under the names that Jason gives them; everything else with a name before the dot is a Java class."""
 
@@ -72,7 +70,7 @@ def is_foreign(name: str) -> bool:
 
     A model that calls it is a good one elsewhere. Other names are slips.
     """
-    return not name.startswith((".", *_OWN_PACKAGES)) or name in _OF_JASON or name.startswith(_COLLECTIONS)
+    return not name.startswith((".", *_OWN_PACKAGES)) or name in _OF_JASON
 
 
 def unknown_action(name: str, names: Iterable[str]) -> str:
@@ -84,8 +82,6 @@ def unknown_action(name: str, names: Iterable[str]) -> str:
     """
     if name in _INSTEAD:
         return f"unknown internal action {name}; {_INSTEAD[name]}"
-    if name.startswith(_COLLECTIONS):
-        return f"unknown internal action {name}; {_COLLECTION}"
     if not name.startswith((".", *_OWN_PACKAGES)):
         action = name.replace(".", "_")
         return (

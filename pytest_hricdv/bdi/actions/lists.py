@@ -7,6 +7,7 @@ from itertools import chain
 
 from pytest_hricdv.bdi.actions.registry import INTERNAL, MANY, WRONG, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
+from pytest_hricdv.bdi.language.collection import Collection, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import ITEMS, check_text, spend
 from pytest_hricdv.bdi.language.terms import (
@@ -24,7 +25,8 @@ from pytest_hricdv.bdi.logic.unify import undo
 
 @internal_action("member", 2)
 def _member(invocation: Invocation) -> Iterator[object]:
-    for item in invocation.items(1):
+    value = invocation.value(1)
+    for item in value.items() if isinstance(value, SetTerm) else invocation.items(1):
         spend(1)
         if invocation.unify(0, item):
             yield item
@@ -35,12 +37,16 @@ def _length(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
     if isinstance(value, String):
         return invocation.unify(1, Number(len(value.value)))
+    if isinstance(value, Collection):
+        return invocation.unify(1, Number(len(value)))
     return isinstance(value, ListTerm) and invocation.unify(1, Number(len(value.items)))
 
 
 @internal_action("empty", 1)
 def _empty(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
+    if isinstance(value, Collection):
+        return not len(value)
     return not value.value if isinstance(value, String) else not invocation.items(0)
 
 

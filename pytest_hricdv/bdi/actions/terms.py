@@ -18,6 +18,7 @@ from pytest_hricdv.bdi.actions.registry import (
 )
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.messages import add_source, text_of
+from pytest_hricdv.bdi.language.collection import Collection, MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import check_text, spend
 from pytest_hricdv.bdi.language.parser import parse_term
@@ -27,6 +28,7 @@ from pytest_hricdv.bdi.language.terms import (
     Call,
     ListTerm,
     Number,
+    PlanTerm,
     String,
     Structure,
     Term,
@@ -69,13 +71,44 @@ def _is_atom(value: Term) -> bool:
 
 @internal_action("structure", 1)
 def _structure(invocation: Invocation) -> Outcome:
-    value = invocation.value(0)
+    return _is_structure(invocation.value(0))
+
+
+def _is_structure(value: Term) -> bool:
     return isinstance(value, ListTerm) or (isinstance(value, Structure) and not _is_atom(value))
 
 
 @internal_action("literal", 1)
 def _literal(invocation: Invocation) -> Outcome:
     return isinstance(invocation.value(0), Structure)
+
+
+@internal_action("type", 2)
+def _type(invocation: Invocation) -> Iterator[object]:
+    """``.type(Term, Kind)``, one kind a solution, the narrowest first."""
+    value = invocation.value(0)
+    kinds = {
+        "number": isinstance(value, Number),
+        "atom": _is_atom(value),
+        "literal": isinstance(value, (Structure, PlanTerm)),
+        "string": isinstance(value, String),
+        "list": isinstance(value, ListTerm),
+        "set": isinstance(value, SetTerm),
+        "map": isinstance(value, MapTerm),
+        "structure": _is_structure(value),
+        "plan": isinstance(value, PlanTerm),
+        "queue": isinstance(value, QueueTerm),
+        "ground": is_ground(value),
+        "free": isinstance(value, Variable),
+    }
+    for kind, holds in kinds.items():
+        if holds and invocation.unify(1, Structure(kind)):
+            yield kind
+
+
+@internal_action("rename_apart", 2)
+def _rename_apart(invocation: Invocation) -> Outcome:
+    return _copy_term(invocation)
 
 
 @internal_action("copy_term", 2)
@@ -279,6 +312,8 @@ def _value(agent: AgentState, name: str, args: list[Term]) -> float:
         return math.floor(agent.run.time_ms)
     if name == ".length":
         value = args[0]
+        if isinstance(value, Collection):
+            return len(value)
         return len(value.value) if isinstance(value, String) else len(value.items) if isinstance(value, ListTerm) else 0
     if name in _OF_LISTS:
         return _OF_LISTS[name](_numbers(args))

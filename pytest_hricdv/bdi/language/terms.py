@@ -1,8 +1,8 @@
 """The terms of AgentSpeak: numbers, strings, variables, structures, lists, expressions, calls and plan terms.
 
-Terms are immutable values. ``str(term)`` is AgentSpeak text that parses back to an equal term. Structures and lists
-are not dataclasses, because an agent creates and compares them in every step: their hash, groundness and text are
-computed once. They are copied and pickled without these, since hashes differ between processes.
+Terms are immutable values, but for sets, maps and queues. ``str(term)`` is AgentSpeak text that parses back to an equal
+term. Structures and lists are not dataclasses, because an agent creates and compares them in every step: their hash,
+groundness and text are computed once. They are copied and pickled without these, since hashes differ between processes.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from operator import neg
 
 from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.arithmetic import Number as Number
+from pytest_hricdv.bdi.language.collection import Collection
 from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import CHARACTERS, ITEMS, MAX_SIZE, spend, too_large
 
@@ -139,9 +140,12 @@ class Structure:
         return self._hash
 
     def __str__(self) -> str:
-        if self._text is None:
-            self._text = self._write()
-        return self._text
+        if self._text is not None:
+            return self._text
+        text = self._write()
+        if not holds_collection(self):
+            self._text = text
+        return text
 
     def _write(self) -> str:
         text = ("~" if self.negated else "") + self.functor
@@ -312,7 +316,17 @@ class FormulaTerm:
 
 
 Term = (
-    Number | String | Variable | Structure | ListTerm | Arithmetic | Call | AnnotatedVariable | PlanTerm | FormulaTerm
+    Number
+    | String
+    | Variable
+    | Structure
+    | ListTerm
+    | Arithmetic
+    | Call
+    | AnnotatedVariable
+    | PlanTerm
+    | FormulaTerm
+    | Collection
 )
 """A term of AgentSpeak."""
 
@@ -328,7 +342,16 @@ def is_ground(term: Term) -> bool:
     """Whether a term has neither variables nor expressions to evaluate."""
     if type(term) is Structure or type(term) is ListTerm:
         return term.ground
-    return isinstance(term, (Number, String))
+    return isinstance(term, (Number, String, Collection))
+
+
+def holds_collection(term: Term | None) -> bool:
+    """Whether a set, map or queue is in a term, so that its text may change."""
+    if isinstance(term, Structure):
+        return any(map(holds_collection, term.args + term.annots))
+    if isinstance(term, ListTerm):
+        return holds_collection(term.tail) or any(map(holds_collection, term.items))
+    return isinstance(term, Collection)
 
 
 def is_evaluable(term: Term) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pytest_hricdv.bdi.language.collection import Collection
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import WORK, overworked, spend
 from pytest_hricdv.bdi.language.syntax import Comparison
@@ -55,7 +56,7 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
         return _unify_structures(pattern, target, bindings, trail)
     if isinstance(pattern, ListTerm) and isinstance(target, ListTerm):
         return _unify_lists(pattern, target, bindings, trail)
-    return pattern == target
+    return pattern == target or (isinstance(pattern, Collection) and pattern.matches(target))
 
 
 def _bind(variable: Variable, value: Term, bindings: Bindings, trail: Trail) -> bool:
@@ -178,10 +179,9 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     operator = comparison.operator
     if operator == "=":
         return unify(_valued(left), _valued(right), bindings, trail)
-    if operator == "==":
-        return left == right
-    if operator == "\\==":
-        return left != right
+    if operator in ("==", "\\=="):
+        equal = left.matches(right) if isinstance(left, Collection) else left == right
+        return equal == (operator == "==")
     if operator == "=..":
         return _univ(left, right, bindings, trail)
     if isinstance(left, Number) and isinstance(right, Number):

@@ -91,7 +91,6 @@ def test_verbosity_is_ignored_with_a_warning(tmp_path: Path) -> None:
         (".foreach(1)", "unknown internal action .foreach; use for (condition) { ... }"),
         (".if_then_else(1)", "use if (condition) { ... } else { ... }"),
         (".clone(b)", '.create_agent(name, "source.asl")'),
-        (".set.create(S)", "use a list with .member"),
         (".df_search(s, L)", "agents tell each other what they offer"),
         (".sleep(3)", "use .wait(milliseconds)"),
         ("X = math.mean([1])", "use math.average"),
