@@ -5,20 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-_SOURCE = 'agents begin with what a source says: .create_agent(name, "source.asl"), and tell it what it is to know'
-_DIRECTORY = "there is no directory: agents tell each other what they offer, as in .broadcast(tell, offers(S))"
+_NAME_SPACES = "what is to be known of a name space is a belief in it, as ns::kind(local)"
 
 _INSTEAD = {
     ".assert": "beliefs are added with +b",
-    ".asserta": "beliefs are added with +b",
     ".retract": "beliefs are deleted with -b, all of a kind with .abolish",
-    ".clone": _SOURCE,
-    ".save_agent": "what an agent believes is printed with .findall and .print",
     ".copy": "terms do not change: use the variable; with new variables, .copy_term",
-    ".df_deregister": _DIRECTORY,
-    ".df_register": _DIRECTORY,
-    ".df_search": _DIRECTORY,
-    ".df_subscribe": _DIRECTORY,
     ".foreach": "use for (condition) { ... }, or .foreach(condition, { ... })",
     ".forall": "use for (condition) { ... }",
     ".if_then_else": "use if (condition) { ... } else { ... }, or .if_then_else(condition, { ... }, { ... })",
@@ -27,10 +19,11 @@ _INSTEAD = {
     ".for": "use for (condition) { ... }",
     ".loop": "use while (condition) { ... }, or .loop(condition, { ... })",
     ".include": 'use the directive { include("file.asl") }',
-    ".intention": "use .intend(goal), or .current_intention(I) for its own plans",
-    ".list_plans": "use .relevant_plans({+!_}, Plans) and .print(Plans)",
-    ".list_rules": "rules are in the source only",
-    ".relevant_rules": "rules are in the source only",
+    ".get_src_info": "where a statement is, a failure plan is told: -!g[code_src(File), code_line(Line)]",
+    ".join": "it is part of .fork: write .fork(and, { ... }, { ... }), or !a |&| !b",
+    ".list_files": "runs read no folders: what there is to choose from is a list of beliefs",
+    ".namespace_get_prop": _NAME_SPACES,
+    ".namespace_set_prop": _NAME_SPACES,
     ".println_error": "use .print",
     ".sleep": "use .wait(milliseconds)",
     ".stop": "use .stopMAS",
@@ -42,7 +35,6 @@ _INSTEAD = {
     ".to_string": "use .term2string",
     ".get_time": "use .time(H, M, S) or system.time",
     ".average": "use math.average",
-    "math.mean": "use math.average",
     "math.power": "powers are written X ** Y",
     "math.pow": "powers are written X ** Y",
     "math.mod": "the remainder is written X mod Y",
@@ -52,14 +44,9 @@ _INSTEAD = {
 _OWN_PACKAGES = ("math.", "system.")
 """Functions here, under the names that Jason gives them; everything else with a name before the dot is a Java class."""
 
-_NAMES_OF_JASON = """
-asserta assertz clone df_deregister df_register df_search df_subscribe done drop_future_intention fork get_src_info
-include intention join list_files list_plans list_rules namespace namespace_get_prop namespace_set_prop nano_time
-print_unifier printf relevant_plan relevant_rules remove_source_annot rename_apart save_agent save_stats
-set_random_seed type version
-"""
-_OF_JASON = {"math.mean", *(f".{name}" for name in _NAMES_OF_JASON.split())}
-"""What Jason 1.4.2 or 3.3, or a library of its authors, has: no slip of a model that calls it."""
+_NAMES_OF_JASON = "fork get_src_info include join list_files namespace_get_prop namespace_set_prop"
+_OF_JASON = {f".{name}" for name in _NAMES_OF_JASON.split()}
+"""What Jason 1.4.2 or 3.3 has: no slip of a model that calls it."""
 
 _LEAST_LIKENESS = 0.5
 """Below difflib's own 0.6 (chosen): for a name that is wrong for certain, a far guess beats the whole list."""

@@ -9,12 +9,11 @@ from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.failures import drop_goal, fail_goal
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Event, IntendedMeans, Intention
-from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.syntax import Trigger
+from pytest_hricdv.bdi.language.syntax import AchievementGoal, Statement, Trigger
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, String, Structure, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
-from pytest_hricdv.bdi.logic.unify import unify
+from pytest_hricdv.bdi.logic.unify import undo, unify
 
 
 def _pursues(intention: Intention, goal: Term) -> bool:
@@ -232,23 +231,65 @@ def _rest(agent: AgentState, means: IntendedMeans) -> Term:
     return agent.value(rest, means.unifier | own)
 
 
-@internal_action("create_agent", 2, inspects=True)
-def _create_agent(invocation: Invocation) -> Outcome:
-    """``.create_agent(Name, "source.asl")``; the agent acts from the next round on, as the last."""
-    if invocation.is_free(0) or invocation.is_free(1):
-        raise EvaluationError(f"{invocation.call}: expected a name and a source, found a variable without a value")
-    invocation.agent.run.create_agent(invocation.text(0), invocation.text(1), invocation.call.location)
+@internal_action("done", 0, 1, inspects=True)
+def _done(invocation: Invocation) -> Outcome:
+    """End a goal of the intention that this is a statement of, as if it had been achieved; without one, its own."""
+    agent, intention = invocation.agent, invocation.own_intention()
+    goal = invocation.literal(0) if invocation.args else intention.top.literal
+    if _pursues(intention, goal):
+        invocation.held = True
+        drop_goal(agent, intention, goal, True)
     return True
 
 
-@internal_action("kill_agent", 1, inspects=True)
-def _kill_agent(invocation: Invocation) -> Outcome:
-    return invocation.agent.run.kill_agent(invocation.text(0))
-
-
-@internal_action("stopMAS", 0, 1)
-def _stop_mas(invocation: Invocation) -> Outcome:
-    if invocation.args and invocation.number(0) < 0:
-        raise EvaluationError(f"{invocation.call}: a delay cannot be negative")
-    invocation.agent.run.stop()
+@internal_action("drop_future_intention", 1, inspects=True)
+def _drop_future_intention(invocation: Invocation) -> Outcome:
+    """Drop the intentions whose plan is going to pursue a goal."""
+    _drop_event(invocation)
+    goal = invocation.literal(0)
+    for intention, _ in invocation.agent.all_intentions():
+        if intention.stack and any(_adopts(statement, goal, intention.top) for statement in _rest_of(intention.top)):
+            _drop(invocation, intention)
     return True
+
+
+def _rest_of(means: IntendedMeans) -> tuple[Statement, ...]:
+    return means.body[means.pc :]
+
+
+def _adopts(statement: Statement, goal: Term, means: IntendedMeans) -> bool:
+    return isinstance(statement, AchievementGoal) and unify(goal, statement.literal, dict(means.unifier), [])
+
+
+@internal_action("intention", 2, 4, inspects=True)
+def _intention(invocation: Invocation) -> Iterator[object]:
+    """``.intention(Number, State)``, ``.intention(Number, State, Plans)``; with ``current`` fourth, this one only."""
+    agent = invocation.agent
+    only_current = len(invocation.args) == 4 and invocation.text(3) == "current"
+    intentions = [agent.current] if agent.current is not None else []
+    intentions += [] if only_current else [intention for intention, _ in agent.all_intentions()]
+    for intention in dict.fromkeys(intentions):
+        if not intention.stack:
+            continue
+        mark = len(invocation.trail)
+        values: list[Term] = [Number(intention.number), _state(agent, intention)]
+        if len(invocation.args) > 2:
+            values.append(ListTerm(tuple(_described(agent, means) for means in reversed(intention.stack))))
+        if all(invocation.unify(index, value) for index, value in enumerate(values)):
+            yield intention
+        undo(invocation.bindings, invocation.trail, mark)
+
+
+def _state(agent: AgentState, intention: Intention) -> Structure:
+    """As in Jason 3.3: ``running``, ``suspended``, or ``waiting`` with what it waits for."""
+    if intention in agent.suspended or intention in agent.suspending:
+        return Structure("suspended")
+    for wait in agent.waits:
+        if wait.intention is intention:
+            awaited: Term = String(str(wait.trigger or wait.condition))
+            if wait.trigger is None and wait.condition is None and wait.deadline is not None:
+                awaited = Structure("time", (Number((wait.deadline - wait.since) / TICKS_PER_MS),))
+            reason = Structure("wait", (Number(intention.number),), (awaited,))
+            return Structure("waiting", (), (Structure("reason", (reason,)),))
+    asks = any(question.intention is intention for question in agent.questions.values())
+    return Structure("waiting" if asks else "running")

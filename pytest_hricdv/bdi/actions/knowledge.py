@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pytest_hricdv.bdi.actions.registry import Invocation, check_calls_of, internal_action
+from pytest_hricdv.bdi.actions.registry import MANY, Invocation, check_calls_of, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.limits import limited, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
     AnnotatedVariable,
     ListTerm,
     Number,
@@ -23,6 +24,7 @@ from pytest_hricdv.bdi.language.terms import (
     term_order,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
+from pytest_hricdv.bdi.logic.substitution import renamed_apart
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
 
@@ -93,6 +95,76 @@ def _abolish(invocation: Invocation) -> Outcome:
     return True
 
 
+def _own(literal: Structure) -> Structure:
+    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
+
+
+@internal_action("asserta", 1)
+def _asserta(invocation: Invocation) -> Outcome:
+    """Add a belief that queries find first."""
+    invocation.agent.believe(_own(invocation.literal(0)))
+    return True
+
+
+@internal_action("assertz", 1)
+def _assertz(invocation: Invocation) -> Outcome:
+    """Add a belief that queries find last."""
+    agent, belief = invocation.agent, _own(invocation.literal(0))
+    agent.believe(belief)
+    agent.beliefs.find_last(belief)
+    return True
+
+
+@internal_action("namespace", 1)
+def _namespace(invocation: Invocation) -> Iterator[object]:
+    """The name spaces of the agent's beliefs."""
+    functors = [functor for _, functor, _ in invocation.agent.beliefs.buckets]
+    spaces = dict.fromkeys(["default", *(functor.partition("::")[0] for functor in functors if "::" in functor)])
+    for space in spaces:
+        if invocation.unify(0, Structure(space)):
+            yield space
+
+
+@internal_action("list_rules", 0)
+def _list_rules(invocation: Invocation) -> Outcome:
+    """Print the rules, one a line."""
+    agent = invocation.agent
+    for bucket in list(agent.beliefs.buckets.values()):
+        for entry in bucket.values():
+            if isinstance(entry, Rule):
+                agent.run.print(agent.name, str(entry))
+    return True
+
+
+@internal_action("relevant_rules", 2)
+def _relevant_rules(invocation: Invocation) -> Outcome:
+    """``.relevant_rules(Head, Rules)``: the list of the rules whose head unifies."""
+    literal = invocation.literal(0)
+    rules = [
+        PlanTerm(entry)
+        for entry in invocation.agent.beliefs.candidates(literal.key)
+        if isinstance(entry, Rule) and unify(literal, renamed_apart(entry.head, "_rule_"), {}, [])
+    ]
+    return invocation.unify(1, ListTerm(tuple(rules)))
+
+
+@internal_action("save_agent", 1, 2)
+def _save_agent(invocation: Invocation) -> Outcome:
+    """It would write a file; runs write none."""
+    return _ignored(invocation)
+
+
+@internal_action("save_stats", 0, MANY)
+def _save_stats(invocation: Invocation) -> Outcome:
+    """It would write a file; runs write none."""
+    return _ignored(invocation)
+
+
+def _ignored(invocation: Invocation) -> bool:
+    invocation.agent.run.warn(f"{invocation.agent.name}: {invocation.call.location}: ignored: {invocation.call}")
+    return True
+
+
 @internal_action("perceive", 0)
 def _perceive(invocation: Invocation) -> Outcome:
     return True
@@ -136,14 +208,37 @@ def _remove_plan(invocation: Invocation) -> Outcome:
     return True
 
 
-@internal_action("relevant_plans", 2, 3, inspects=True)
-def _relevant_plans(invocation: Invocation) -> Outcome:
+@internal_action("relevant_plan", 2, inspects=True)
+def _relevant_plan(invocation: Invocation) -> Iterator[object]:
+    """As ``.relevant_plans``, one plan a solution."""
+    for plan in _plans_for(invocation):
+        if invocation.unify(1, PlanTerm(plan)):
+            yield plan
+
+
+@internal_action("list_plans", 0, 1, inspects=True)
+def _list_plans(invocation: Invocation) -> Outcome:
+    """Print the plans, or those for an event, one a line."""
+    agent = invocation.agent
+    own = [plan for plan in agent.library.plans if not plan.builtin]
+    for plan in _plans_for(invocation) if invocation.args else own:
+        agent.run.print(agent.name, f"{plan}.")
+    return True
+
+
+def _plans_for(invocation: Invocation) -> list[Plan]:
+    """The plans for the event that is the first argument."""
     value = invocation.value(0)
     if isinstance(value, PlanTerm):
         trigger = _plan(invocation, value).trigger
     else:
         trigger = invocation.read(invocation.text(0), parse_trigger)
-    plans = [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
+    return [plan for plan in invocation.agent.library.plans if not plan.builtin and _is_for(plan, trigger)]
+
+
+@internal_action("relevant_plans", 2, 3, inspects=True)
+def _relevant_plans(invocation: Invocation) -> Outcome:
+    plans = _plans_for(invocation)
     labels = ListTerm(tuple(Structure(plan.label, annots=plan.annots) for plan in plans))
     return invocation.unify(1, ListTerm(tuple(PlanTerm(plan) for plan in plans))) and (
         len(invocation.args) == 2 or invocation.unify(2, labels)

@@ -151,7 +151,9 @@ def _delete(invocation: Invocation) -> Outcome:
         return invocation.unify(2, ListTerm(items[:index] + items[index + 1 :]))
     spend(len(items))
     # As in Jason, the first item that matches binds the variables of the pattern: the others must be equal to that one.
+    mark = len(invocation.trail)
     kept = tuple(item for item in items if not invocation.unify(0, item))
+    undo(invocation.bindings, invocation.trail, mark)
     return invocation.unify(2, ListTerm(kept))
 
 

@@ -8,8 +8,9 @@ from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.agent.intentions import Question
 from pytest_hricdv.bdi.agent.messages import send, text_of
+from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_term
-from pytest_hricdv.bdi.language.terms import ListTerm, String, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import ListTerm, Number, String, Structure, Term, Variable
 
 _QUESTIONS = frozenset({"askOne", "askAll", "askHow"})
 
@@ -104,6 +105,50 @@ def _puts(invocation: Invocation) -> Outcome:
 
     agent.run.print(agent.name, "".join(map(filled, range(len(invocation.args)))))
     return True
+
+
+_FORMAT = re.compile(r"%([-+ 0,(#]*\d*(?:\.\d+)?)([a-zA-Z%])")
+
+
+@internal_action("printf", 1, MANY)
+def _printf(invocation: Invocation) -> Outcome:
+    """``.printf("%5.2f %s", X, Y)``, with the formats of Java for doubles, which all numbers are, and for text."""
+    left = [invocation.value(index) for index in range(1, len(invocation.args))]
+
+    def filled(match: re.Match[str]) -> str:
+        flags, kind = match[1].replace("(", ""), match[2]
+        if kind in "n%":
+            return "\n" if kind == "n" else "%"
+        if not left:
+            raise EvaluationError(f"{invocation.call}: no value for {match[0]}", "unknown")
+        value = left.pop(0)
+        if kind in "sS":
+            width = flags.replace("-", "<") if "-" in flags else f">{flags}" if flags else ""
+            text = format(repr(float(value)) if isinstance(value, Number) else _shown(value), width)
+            return text.upper() if kind == "S" else text
+        if kind not in "feEgG" or not isinstance(value, Number):
+            # As in Java: numbers are none that `%d` takes.
+            raise EvaluationError(f"{invocation.call}: {match[0]} is no format of {value}", "unknown")
+        return format(float(value), (flags.replace("-", "<") or "") + kind)
+
+    invocation.agent.run.print(invocation.agent.name, _FORMAT.sub(filled, invocation.text(0)).rstrip("\n"))
+    return True
+
+
+@internal_action("print_unifier", 0)
+def _print_unifier(invocation: Invocation) -> Outcome:
+    """Print the variables that have a value, one a line."""
+    agent = invocation.agent
+    for name, value in sorted(invocation.bindings.items()):
+        agent.run.print(agent.name, f"{name}={agent.value(value, invocation.bindings)}")
+    agent.run.print(agent.name, "done")
+    return True
+
+
+@internal_action("set_random_seed", 1)
+def _set_random_seed(invocation: Invocation) -> Outcome:
+    """Random numbers come from the run's own seed."""
+    return _verbose(invocation)
 
 
 @internal_action("log", 2, MANY)

@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.actions.registry import (
     see_that_it_is_here,
 )
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
-from pytest_hricdv.bdi.agent.messages import add_source, text_of
+from pytest_hricdv.bdi.agent.messages import text_of
 from pytest_hricdv.bdi.language.collection import Collection, MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import check_text, spend
@@ -34,6 +34,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_ground,
+    source,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
 from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, substitute_only
@@ -133,7 +134,47 @@ def _annotated(term: Term, annot: Term) -> Term:
 
 @internal_action("add_nested_source", 3)
 def _add_nested_source(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, add_source(invocation.value(0), text_of(invocation.value(1))))
+    """The sources so far become those of the new one: of ``a[source(b)]`` and c, ``a[source(c)[source(b)]]``."""
+    return invocation.unify(2, _nested(invocation.value(0), text_of(invocation.value(1))))
+
+
+def _nested(term: Term, agent: str) -> Term:
+    if isinstance(term, ListTerm):
+        return ListTerm(tuple(_nested(item, agent) for item in term.items), term.tail)
+    if not isinstance(term, Structure):
+        return term
+    sources = tuple(annot for annot in term.annots if _is_source(annot))
+    others = tuple(annot for annot in term.annots if not _is_source(annot))
+    return term.with_annotations((*others, source(agent).with_annotations(sources)), term.annots_tail)
+
+
+@internal_action("remove_source_annot", 2)
+def _remove_source_annot(invocation: Invocation) -> Outcome:
+    """A literal, or each of a list, without its sources."""
+    return invocation.unify(1, _without_sources(invocation.value(0)))
+
+
+def _without_sources(term: Term) -> Term:
+    if isinstance(term, ListTerm):
+        return ListTerm(tuple(map(_without_sources, term.items)), term.tail)
+    if not isinstance(term, Structure):
+        return term
+    return term.with_annotations(tuple(annot for annot in term.annots if not _is_source(annot)), term.annots_tail)
+
+
+def _is_source(annot: Term) -> bool:
+    return isinstance(annot, Structure) and annot.functor == "source" and len(annot.args) == 1
+
+
+@internal_action("internal_action", 1)
+def _internal_action(invocation: Invocation) -> Outcome:
+    return isinstance(invocation.args[0], Call) and not is_function(invocation.args[0])
+
+
+@internal_action("version", 1)
+def _version(invocation: Invocation) -> Outcome:
+    """That of Jason which has the newest of the actions here, this one among them."""
+    return invocation.unify(0, String("3.3"))
 
 
 @internal_action("my_name", 1)
@@ -162,14 +203,18 @@ def _several_random(invocation: Invocation, most: int) -> Iterator[object]:
 
 @internal_action("substring", 2, 4)
 def _substring(invocation: Invocation) -> Iterator[object]:
-    """Where the first argument is in the second; if that is free, what is between two places of the first."""
-    if invocation.is_free(1) and len(invocation.args) > 2:
-        whole = invocation.text(0)
+    """Where the first argument is in the second; if either is free, what is between two places of the other.
+
+    The fourth argument is the place of the last character where the text is looked for, and the one after it otherwise.
+    """
+    part_is_free = invocation.is_free(0)
+    if len(invocation.args) > 2 and (part_is_free or invocation.is_free(1)) and not invocation.is_free(2):
+        whole = invocation.text(part_is_free)
         start = int(invocation.number(2))
         end = int(invocation.number(3)) if len(invocation.args) == 4 else len(whole)
         if not 0 <= start <= end <= len(whole):
             raise EvaluationError(f"{invocation.call}: no places {start} to {end} in {len(whole)} characters", WRONG)
-        if invocation.unify(1, String(whole[start:end])):
+        if invocation.unify(not part_is_free, String(whole[start:end])):
             yield start
         return
     part, text = invocation.text(0), invocation.text(1)
@@ -178,7 +223,7 @@ def _substring(invocation: Invocation) -> Iterator[object]:
         spend(1)
         mark = len(invocation.trail)
         start_matches = len(invocation.args) < 3 or invocation.unify(2, Number(start))
-        if start_matches and (len(invocation.args) < 4 or invocation.unify(3, Number(start + len(part)))):
+        if start_matches and (len(invocation.args) < 4 or invocation.unify(3, Number(start + len(part) - 1))):
             yield start
         else:
             undo(invocation.bindings, invocation.trail, mark)
@@ -249,6 +294,7 @@ _OF_NUMBERS: dict[str, tuple[int, Callable[..., float]]] = {
 }
 _OF_LISTS: dict[str, Callable[[list[float]], float]] = {
     "math.average": statistics.fmean,
+    "math.mean": statistics.fmean,
     "math.max": max,
     "math.median": statistics.median,
     "math.min": min,

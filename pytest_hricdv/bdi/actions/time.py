@@ -119,6 +119,22 @@ def _trigger(invocation: Invocation, value: String | PlanTerm) -> Trigger:
     return value.plan.trigger
 
 
+@internal_action("signal", 1)
+def _signal(invocation: Invocation) -> Outcome:
+    """``.signal({+b})``: the event comes, while what the agent believes stays."""
+    event = invocation.value(0)
+    if not isinstance(event, (String, PlanTerm)):
+        raise EvaluationError(f"{invocation.call}: argument 1 is not an event but {event}", WRONG)
+    return _cause(invocation.agent, _trigger(invocation, event))
+
+
+@internal_action("nano_time", 1)
+def _nano_time(invocation: Invocation) -> Outcome:
+    """The virtual time of the run in nanoseconds."""
+    invocation.agent.run.progress += 1
+    return invocation.unify(0, Number(round(invocation.agent.run.time_ms * 1_000_000)))
+
+
 @internal_action("date", 3)
 def _date(invocation: Invocation) -> Outcome:
     """The virtual date of the run as year, month and day; every run begins on the first of January 1970."""

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
+from pytest_hricdv.bdi.agent.directory import Directory
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax import Body, ExternalAction, For, Formula, Plan, Statement, Trigger, While
 from pytest_hricdv.bdi.language.terms import Number, Structure, Term, Variable
@@ -302,6 +303,8 @@ class RunServices(Protocol):
     """The number of messages sent so far."""
     goal: tuple[str, Structure] | None
     """The agent and the goal with whose achievement the run ends, if any."""
+    directory: Directory
+    """Who offers what."""
 
     @property
     def agents(self) -> Mapping[str, object]:
@@ -329,6 +332,9 @@ class RunServices(Protocol):
 
     def create_agent(self, name: str, source: str, place: Location) -> None:
         """Let a new agent take part from the next round on, with what a source file says."""
+
+    def clone_agent(self, original: str, name: str, place: Location) -> None:
+        """Let a new agent take part from the next round on, with what another one believes and its plans."""
 
     def kill_agent(self, name: str) -> bool:
         """Let an agent take part no longer; whether there was one of that name."""

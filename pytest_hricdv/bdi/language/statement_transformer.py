@@ -97,6 +97,8 @@ def as_block(call: Call, place: Location) -> Statement | None:
     bodies = [block.plan for block in blocks if isinstance(block, PlanTerm) and isinstance(block.plan, tuple)]
     if not isinstance(condition, Formula) or not bodies or len(bodies) < len(blocks):
         return None
+    if call.name == ".fork" and str(condition) in ("and", "or"):
+        return Fork(tuple(bodies), str(condition) == "and", place)
     if call.name == ".foreach" and len(bodies) == 1:
         return For(condition, bodies[0], place)
     if call.name == ".loop" and len(bodies) == 1:

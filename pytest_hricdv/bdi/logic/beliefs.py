@@ -81,6 +81,17 @@ class BeliefBase:
         self.version += 1
         return belief
 
+    def find_last(self, belief: Structure) -> None:
+        """Let queries find a belief that is held after the others of its predicate."""
+        bucket = self.buckets[belief.key]
+        held = bucket.pop(belief.args)
+        rest = dict(bucket)
+        bucket.clear()  # the same object: others may hold it
+        bucket[belief.args] = held
+        bucket.update(rest)
+        spend(len(bucket) // ITEMS)
+        self.version += 1
+
     def remove(self, belief: Structure) -> bool:
         """Remove the given annotations, sources among them; a belief without any source left is removed.
 

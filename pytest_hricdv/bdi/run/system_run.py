@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.bdi.agent.directory import Directory
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, HardDeadline, Message, Percepts, Question, Wait, ticks_of
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import (
@@ -30,6 +31,7 @@ from pytest_hricdv.bdi.language.limits import (
 from pytest_hricdv.bdi.language.project import MAX_AGENTS
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.terms import Structure, Variable
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.unify import unify
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector
@@ -64,6 +66,8 @@ class SystemRun:
         """The ticks of the virtual clock in which no agent had anything to do."""
         self.progress = 0
         """Grows with everything an agent does that another, or the user, could notice, or that it could remember."""
+        self.directory = Directory()
+        """Who offers what."""
         self.messages = 0
         """The number of messages sent so far."""
         self.work_left = MAX_WORK
@@ -147,14 +151,30 @@ class SystemRun:
             EvaluationError: there is an agent of that name.
             BdiError: the source cannot be read, or there are too many agents.
         """
-        if name in self.agents:
-            raise EvaluationError(f"there is an agent {name} already", "internal_action")
-        if len(self.agents) >= MAX_AGENTS:
-            raise BdiError(f"{place}: more than {MAX_AGENTS:,} agents: {name} cannot be created")
+        self._check_name(name, place)
         if self.new_agent is None:
             raise BdiError(f"{place}: agents cannot be created in this run")
         self.agents[name] = self.new_agent(self, name, source, place)
         self._note_agents_changed()
+
+    def clone_agent(self, original: str, name: str, place: Location) -> None:
+        """Let a new agent take part from the next round on, with what another one believes and its plans.
+
+        Raises:
+            EvaluationError: there is an agent of that name.
+            BdiError: there are too many agents.
+        """
+        self._check_name(name, place)
+        agent = self.agents[original]
+        beliefs = BeliefBase(agent.beliefs.content())
+        self.agents[name] = type(agent)(name, self, agent.actions, beliefs, agent.library, [])
+        self._note_agents_changed()
+
+    def _check_name(self, name: str, place: Location) -> None:
+        if name in self.agents:
+            raise EvaluationError(f"there is an agent {name} already", "internal_action")
+        if len(self.agents) >= MAX_AGENTS:
+            raise BdiError(f"{place}: more than {MAX_AGENTS:,} agents: {name} cannot be created")
 
     def kill_agent(self, name: str) -> bool:
         """Let an agent take part no longer; whether there was one of that name."""
@@ -162,6 +182,7 @@ class SystemRun:
             return False
         killed = self.killed[name] = self.agents.pop(name)
         killed.awake = False  # it may come later in this round
+        self.directory.remove(name)
         self._note_agents_changed()
         return True
 

@@ -90,10 +90,10 @@ def test_verbosity_is_ignored_with_a_warning(tmp_path: Path) -> None:
     [
         (".foreach(1)", "unknown internal action .foreach; use for (condition) { ... }"),
         (".if_then_else(1)", "use if (condition) { ... } else { ... }"),
-        (".clone(b)", '.create_agent(name, "source.asl")'),
-        (".df_search(s, L)", "agents tell each other what they offer"),
+        (".namespace_get_prop(ns, X)", "a belief in it, as ns::kind(local)"),
+        (".join(1)", "write .fork(and, { ... }, { ... })"),
         (".sleep(3)", "use .wait(milliseconds)"),
-        ("X = math.mean([1])", "use math.average"),
+        ("X = math.pow(2, 3)", "powers are written X ** Y"),
         ('gui.yes_no("ok?")', "gui.yes_no is an internal action in Java"),
         ("jia.move_to(X)", "an external action jia_move_to(...) of a Python environment"),
         (".prnt(x)", "did you mean .print"),
@@ -115,7 +115,7 @@ def test_unknown_action_says_what_it_is_and_what_to_write_instead(tmp_path: Path
         '+!g <- gui.yes_no("ok?").',
         "+!g : jia.free(X, Y) <- act(X).",
         "near(X) :- jia.distance(X, D) & D < 3.",
-        "+!g <- .df_search(s, L); .print(L).",
+        "+!g <- .list_files(s, L); .print(L).",
         "+!g <- X = my.fun(2) + 1; .print(X).",
         '{ register_function("myf.sin") } +!g <- .print(myf.sin(2)).',
     ],
@@ -130,5 +130,5 @@ def test_actions_of_java_are_read_and_announced_and_end_the_run_only_where_they_
     (finding,) = [finding for finding in lint([tmp_path / "mas.mas2j"]) if finding.check == "foreign-action"]
     assert warning.startswith(f"{finding.location}: {finding.message}")
     calling = "?near(1)" if "near" in source else "!g"
-    with pytest.raises(BdiError, match=r"a\.asl:1:\d+: .*(Java|directory)"):
+    with pytest.raises(BdiError, match=r"a\.asl:1:\d+: .*(Java|list_files)"):
         system_of(tmp_path, a=f"{source} !go. +!go <- {calling}.").run()

@@ -28,7 +28,7 @@ PLANS = """
         ("!a |&| !bad; .print(no)", ["a1", "bad", "a2", "failed"]),
         ("!slow |&| !bad; .print(no)", ["bad", "failed"]),
         ("!bad ||| !slow; .print(on)", ["bad", "slow", "on"]),
-        ("!bad ||| !bad; .print(no)", ["bad", "bad", "failed"]),
+        ("!bad ||| !bad; .print(no)", ["bad", "bad"]),
         ("!mended |&| !get(X); .print(X)", ["mended", "3"]),
         ("!missing |&| !slow; .print(no)", ["failed"]),
         ("!twice |&| .print(x); .print(on)", ["x", "a1", "b1", "a2", "b2", "b3", "on"]),

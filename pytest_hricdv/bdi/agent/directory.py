@@ -1,0 +1,43 @@
+"""Who offers what: the directory facilitator of a run (FIPA's DF)."""
+
+from __future__ import annotations
+
+DIRECTORY = "df"
+"""The name under which it tells agents of providers."""
+
+
+class Directory:
+    """The services that agents offer, and those they want to hear of."""
+
+    def __init__(self) -> None:
+        self._providers: dict[str, set[str]] = {}
+        """The agents by the text of the service."""
+        self._subscribers: dict[str, dict[str, None]] = {}
+        """The agents by the text of the service, in the order in which they subscribed."""
+
+    def register(self, agent: str, service: str) -> None:
+        """An agent offers a service."""
+        self._providers.setdefault(service, set()).add(agent)
+
+    def deregister(self, agent: str, service: str) -> None:
+        """An agent does not offer a service any more."""
+        self._providers.get(service, set()).discard(agent)
+
+    def subscribe(self, agent: str, service: str) -> None:
+        """An agent wants to hear of those who offer a service."""
+        self._subscribers.setdefault(service, {})[agent] = None
+
+    def providers(self, service: str) -> list[str]:
+        """The agents that offer a service, in the order of their names."""
+        return sorted(self._providers.get(service, ()))
+
+    def subscribers(self, service: str) -> list[str]:
+        """The agents that want to hear of a service."""
+        return list(self._subscribers.get(service, ()))
+
+    def remove(self, agent: str) -> None:
+        """An agent takes part no longer."""
+        for agents in self._providers.values():
+            agents.discard(agent)
+        for subscribers in self._subscribers.values():
+            subscribers.pop(agent, None)
