@@ -10,8 +10,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.lanes import Lanes
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
@@ -70,9 +72,13 @@ class Run:
     producing: Actions | None = field(default=None, repr=False)
     """Produces the actions while the run goes on; None: they are those of the test."""
     taken: list[ConcreteAction] = field(default_factory=list)
-    """The actions that have begun, as far as `actions` or `acting` reported it."""
+    """The actions that have begun, as far as `actions` or `acting` reported it, in this order."""
     acted_s: list[float] = field(default_factory=list)
     """When each of them began (s of simulated time)."""
+    begun: list[int] = field(default_factory=list)
+    """The number of each of them in the test, from 0."""
+    actors: tuple[str, ...] = ()
+    """Who acts, as the model says."""
     fidelity: str = ""
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
     engine: str = ""
@@ -88,6 +94,7 @@ class Run:
     waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
     """How the person waits, if `waits` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
+    _lanes: Lanes | None = field(default=None, init=False, repr=False)
 
     def disturbs(self, world: Any) -> None:
         """Hand over what the handlers of disturbances are called with; to be called before `go`."""
@@ -146,22 +153,52 @@ class Run:
         """
         self.waiting = wait
 
-    def actions(self) -> Iterator[ConcreteAction]:
-        """The actions, one after the other; taking the next one reports that it begins now.
+    def actions(self, actor: str = "") -> Iterator[ConcreteAction]:
+        """The actions of an actor, one after the other; taking the next one reports that it begins now.
 
         They are those of the test, or are produced while the run goes on: take each when the person is free for it.
         Disturbances are applied when their turn comes, and are not among the actions: nobody enacts them.
+
+        Where the model has several actors, each has a node of its own that takes its actions, without who does them
+        and their turns. Taking the next one waits in virtual time until what caused it is done, and then, up to
+        `turn_wait_s`, until it is its turn.
+
+        Args:
+            actor: whose actions; may be left out where the model has one actor.
+
+        Raises:
+            TestbenchError: there is no such actor, or several and none is named; or its actions are taken already.
         """
+        self._check_actor(actor)
+        if len(self.actors) > 1:
+            lanes = self._lanes_of_test()
+            if actor in lanes.taken:
+                raise TestbenchError(f"run.actions({actor!r}): a node takes its actions already; expected one node")
+            return lanes.actions(actor)
+        return self._all_actions()
+
+    def _all_actions(self) -> Iterator[ConcreteAction]:
         for number, action in enumerate(self.test.actions if self.producing is None else self.producing(self)):
             self._begin(number, action)
             if self._disturbance_of(action) is None:
                 yield action
 
+    def _check_actor(self, actor: str) -> None:
+        if actor in self.actors or not (actor or len(self.actors) > 1):
+            return
+        call = f"run.actions({actor!r})" if actor else "run.actions()"
+        raise TestbenchError(f"{call}: expected the name of an actor of the model{nearest(actor, self.actors)}")
+
+    def _lanes_of_test(self) -> Lanes:
+        if self._lanes is None:
+            self._lanes = Lanes(self.test, self.kernel, self._begin)
+        return self._lanes
+
     def acting(self, number: int) -> None:
-        """Report that action `number` (from 0, in order) of the test begins now, for a world that has the whole test.
+        """Report that action `number` (from 0) of the test begins now, for a world that has the whole test.
 
         Explanations of failures show these times. An action that is a disturbance of the testbench is applied in here:
-        whoever enacts the test skips it.
+        whoever enacts the test skips it. With one actor they begin in order.
 
         Raises:
             TestbenchError: a disturbance that has a handler begins, and `disturbs` was not called.
@@ -170,12 +207,20 @@ class Run:
             self._begin(number, self.test.actions[number])
 
     def _begin(self, number: int, action: ConcreteAction) -> None:
-        if number == len(self.taken):
+        is_next = number == len(self.taken) if len(self.actors) < 2 else number not in self.begun
+        if is_next:
             self.taken.append(action)
             self.acted_s.append(self.kernel.now_s)
+            self.begun.append(number)
             disturbance = self._disturbance_of(action)
             if disturbance is not None:
                 self._disturb(disturbance, action)
+
+    def idle_actors(self) -> tuple[str, ...]:
+        """Actors of the test whose actions nobody has asked for: no node takes them."""
+        if self._lanes is not None:
+            return self._lanes.idle
+        return () if self.begun or len(self.actors) < 2 else self.test.actors
 
     def _disturbance_of(self, action: ConcreteAction) -> Disturbance | MessageDisturbance | None:
         """The testbench's disturbance of that name; None for what a person does."""
@@ -202,6 +247,8 @@ class Run:
         Of a given test it has all actions, also those that had not begun when the run was over.
         """
         taken = tuple(self.taken)
+        if len(self.actors) > 1 and self.producing is None:
+            return self.test
         return self.test if self.test.actions[: len(taken)] == taken else replace(self.test, actions=taken)
 
     def go(self, limit_s: float) -> str:
@@ -264,8 +311,11 @@ class Run:
             return
         end_s = min(deadline_s, until_s)
         while self.kernel.now_s < end_s:  # a node may stop the run once more
-            if self.kernel.run(end_s) == "idle":
+            why = self.kernel.run(end_s)
+            if why == "idle":
                 self.kernel.skip(end_s)
+            elif why == "limit":
+                break  # the clock has whole microseconds, and `end_s` may be a little more than one
         self.monitors.advance(self.kernel.now_s)
 
     def _open_deadline_s(self) -> float | None:

@@ -136,7 +136,8 @@ class Testbench:
         name: shown in reports.
         model: the BDI model that tests are generated from.
         beliefs: the belief space that steers the model.
-        concretization: the commands a human can enact, with the ranges of their parameters.
+        concretization: the commands that people can enact, with the ranges of their parameters; where the model has
+            several actors, each says who does it: `nurse: press call`.
         requirements: TOML file of requirement texts, or requirements built in Python (`pytest_hricdv.monitor.build`).
         messages: frozen dataclasses, the messages on the bus; fields that are bool, int, float, str, Literal or Enum
             can be named in requirements. A member of an Enum is named by its value if this is a text, else by its name.
@@ -155,7 +156,7 @@ class Testbench:
             what is not installed is said once, and not by every test.
         film: how runs are filmed; None where they are not.
         learning: the constants of Q-learning, for the suite `rl`.
-        lengths: fewest and most actions of a test of the suite `pseudorandom`.
+        lengths: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are several.
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
         conformance: the agent of the model that each run is compared with, and what corresponds to what; None where
             there is none.
@@ -224,9 +225,11 @@ class Testbench:
 
     @cached_property
     def commands(self) -> Concretization:
-        """The concretization, with the lines of the disturbances: what tests may contain, whereas methods draw from
-        `concretization`."""
+        """The concretization, with the lines of the disturbances, and turns where there are several actors: what tests
+        may contain, whereas methods draw from `concretization`."""
         declared = self.concretization
+        if self.model.actors:
+            declared = declared.with_turns(self.model.actors)
         return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
 
     def simulated(self, fidelity: str) -> Testbench:

@@ -101,7 +101,9 @@ class CaseResult:
     cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
     """The bins that the run hit, by cross product, verdicts included."""
     acted_s: tuple[float, ...] = ()
-    """When each of the test's actions began (s of simulated time), as far as the testbench's `run` reported it."""
+    """When the test's actions began (s of simulated time), as far as the testbench's `run` reported it, ascending."""
+    begun: tuple[int, ...] = ()
+    """Which actions these are, by their numbers from 0: several actors need not begin theirs in the text's order."""
     ending_faults: tuple[str, ...] = ()
     """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.execution.faults`)."""
     bin_faults: tuple[str, ...] = ()
@@ -201,6 +203,7 @@ def execute(
         engine=testbench.engine,
         disturbances=testbench.disturbances,
         producing=producing,
+        actors=testbench.model.who_acts,
         may_go_round=bool({"limit", "cycle"}.intersection(testbench.may_end)),
     )
     kernel.virtual = frozenset(testbench.virtual)
@@ -233,6 +236,7 @@ def execute(
     ended += faults.of_simulation(kernel, run.ending)
     replaced = wrong_answers()
     ended += [complaint(replaced)] if replaced else []
+    ended += faults.of_actors(run.idle_actors())
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
         test=run.enacted,
@@ -244,6 +248,7 @@ def execute(
         has_measured_node=code.has_run,
         cross=cross,
         acted_s=tuple(run.acted_s),
+        begun=tuple(run.begun),
         ending_faults=tuple(ended),
         bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,

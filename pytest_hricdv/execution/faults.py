@@ -7,7 +7,7 @@ cannot or must not be hit: each would otherwise pass for a run in which some req
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FrameType
 
 from pytest_hricdv._base.error_text import error_text
@@ -108,6 +108,15 @@ def of_ending(ending: Ending, code: CodeUnderTest, may_end: tuple[str, ...]) -> 
         yield f'the run goes round: {ending.cycle}; {allow}("cycle",)'
     if ending.how == "idle" and "idle" not in may_end:
         yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",)'
+
+
+def of_actors(idle: Iterable[str]) -> Iterator[str]:
+    """What is wrong with who acts, a sentence each: actors of the test whose actions nobody took."""
+    for actor in idle:
+        yield (
+            f"nobody does what {actor} does in the test: expected a node of the testbench's run that takes "
+            f"run.actions({actor!r})"
+        )
 
 
 def of_simulation(kernel: Kernel, ending: Ending | None) -> Iterator[str]:

@@ -20,6 +20,13 @@ an exported suite reads back unchanged (`aim` is the target):
 `values N` are parameters of the N-th command (from 1), and `values run` those of the run, that were chosen instead of
 drawn: they must be in their declared ranges. All others are drawn as in a test without values.
 
+Of a model with several actors, each command says who acts; `after N` are the commands of others, by their numbers, that
+have to be done before the N-th begins (see `actors`):
+
+    # after 2: 1
+    nurse: press call
+    child: run corridor
+
 Ids and seeds depend on the content of a test: never on its place in a suite, the machine or the clock.
 """
 
@@ -35,6 +42,7 @@ from msgspec import Struct, ValidationError, convert
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError, chosen_values
+from pytest_hricdv.generate.actors import After, after_from_data, after_to_data, check_after
 from pytest_hricdv.generate.chosen_values import Values
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, digest
 
@@ -50,7 +58,7 @@ _WORD = r"[A-Za-z_]\w*"
 _VALUE = rf"(?:{_WORD}|[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)"
 # ASCII: else \w and \d take the letters and digits of all scripts, and two spellings of a number are two commands.
 _ACTION = re.compile(rf"\s*({_WORD})\s*(?:\(\s*({_VALUE})\s*(?:,\s*({_VALUE})\s*)?\))?\s*\Z", re.ASCII)
-_COMMAND = re.compile(rf"\s*({_WORD})(?:\s+({_VALUE})(?:\s*=\s*({_VALUE}))?)?\s*\Z", re.ASCII)
+_COMMAND = re.compile(rf"\s*(?:({_WORD})\s*:\s*)?({_WORD})(?:\s+({_VALUE})(?:\s*=\s*({_VALUE}))?)?\s*\Z", re.ASCII)
 SEED_LIMIT = 2**63  # signed 64-bit integers are the largest of TOML, SQLite and Arrow
 
 
@@ -68,6 +76,7 @@ class TestData(Struct, frozen=True):
     plans: Mapping[str, tuple[str, ...]]
     seed: int
     values: Mapping[str, Mapping[str, float]] = {}
+    after: Mapping[str, tuple[int, ...]] = {}
 
 
 @dataclass(frozen=True)
@@ -84,11 +93,12 @@ class AbstractTest:
         seed: its own seed, 0 <= seed < 2**63.
         name: a title for people; may be empty.
         values: parameters that were chosen instead of drawn, by the number of their command (from 1; 0 is the run).
+        after: which commands of other actors have to be done before a command begins, by numbers from 1.
 
     Raises:
         GenerateError: other characters in the id or the suite, a seed out of range, no target, text that the text
-            format cannot represent, a line that is no command in canonical spelling, or values of no command of the
-            test.
+            format cannot represent, a line that is no command in canonical spelling, or values or an order of no
+            command of the test.
     """
 
     id: str
@@ -100,6 +110,7 @@ class AbstractTest:
     seed: int = 0
     name: str = ""
     values: Values = field(default_factory=dict, hash=False)
+    after: After = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         if not _ID.match(self.id):
@@ -118,12 +129,14 @@ class AbstractTest:
                 raise GenerateError(f"test {self.id}: command {line!r}: expected the spelling {spelling!r}")
         try:
             chosen_values.check(self.values, len(self.lines))
+            check_after(self.after, self.lines)
         except GenerateError as error:
             raise GenerateError(f"test {self.id}: {error}") from None
 
     def to_data(self) -> dict[str, Any]:
-        """Plain data for JSON, with the keys of replay files; `values` only if there are any."""
+        """Plain data for JSON, with the keys of replay files; `values` and `after` only if there are any."""
         values = {"values": chosen_values.to_data(self.values)} if self.values else {}
+        after = {"after": after_to_data(self.after)} if self.after else {}
         return {
             "id": self.id,
             "suite": self.suite,
@@ -134,6 +147,7 @@ class AbstractTest:
             "seed": self.seed,
             "name": self.name,
             **values,
+            **after,
         }
 
     @classmethod
@@ -154,11 +168,12 @@ class AbstractTest:
             seed=data.seed,
             name=data.name,
             values=chosen_values.from_data(data.values),
+            after=after_from_data(data.after),
         )
 
 
 def canonical_command(text: str) -> str:
-    """A command in canonical spelling: `set_param gaze=1` gives `set_param gaze = 1`.
+    """A command in canonical spelling: `set_param gaze=1` gives `set_param gaze = 1`, `nurse:wait` gives `nurse: wait`.
 
     Raises:
         GenerateError: it is no command.
@@ -166,13 +181,19 @@ def canonical_command(text: str) -> str:
     match = _COMMAND.match(text)
     if match is None:
         raise GenerateError(
-            f"{quoted(text.strip())} is no command; expected 'name', 'name value' or 'name parameter = value'"
+            f"{quoted(text.strip())} is no command; expected 'name', 'name value' or 'name parameter = value', "
+            "after 'actor: ' where the model has several"
         )
-    return _spell(match.groups())
+    actor, *parts = match.groups()
+    return f"{actor}: {_spell(parts)}" if actor else _spell(parts)
 
 
-def command_from_action(action: str) -> str:
+def command_from_action(action: str, actor: str = "") -> str:
     """The command of an external action: `set_param(gaze, 1)` gives `set_param gaze = 1`.
+
+    Args:
+        action: as AgentSpeak.
+        actor: who does it, where the model has several actors: `nurse` gives `nurse: set_param gaze = 1`.
 
     Raises:
         GenerateError: the action has no text form: more than two arguments, or one that is no atom, name or number.
@@ -183,7 +204,7 @@ def command_from_action(action: str) -> str:
             f"action {quoted(action)} has no text form; expected a name with at most two arguments, each an atom or a "
             "number"
         )
-    return _spell(match.groups())
+    return f"{actor}: {_spell(match.groups())}" if actor else _spell(match.groups())
 
 
 def _spell(parts: Sequence[str | None]) -> str:
@@ -207,6 +228,7 @@ class Draft:
     name: str = ""
     values: Values = field(default_factory=dict, hash=False)
     seed: int | None = None
+    after: After = field(default_factory=dict, hash=False)
 
 
 def check_suite_name(name: str) -> None:
@@ -235,11 +257,12 @@ def seed_of_test(master_seed: int, suite: str, beliefs: Sequence[str], lines: Se
 
 
 def content_digest(
-    suite: str, beliefs: Sequence[str], lines: Sequence[str], seed: int, occurrence: int, values: Values
+    suite: str, beliefs: Sequence[str], lines: Sequence[str], seed: int, occurrence: int, values: Values, after: After
 ) -> str:
     """SHA-256 (hex) of everything that distinguishes a test from others; its id has the first 8 digits."""
     # Nothing is added where nothing was chosen: a test without values has the id it had before values existed.
     chosen = [canonical_json(chosen_values.to_data(values))] if values else []
+    chosen += ["after", canonical_json(after_to_data(after))] if after else []
     return digest("id", suite, tuple(beliefs), tuple(lines), seed, occurrence, *chosen)
 
 
@@ -250,14 +273,15 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
     does not matter. If two different contents share 8 digits (about one suite in a million of 134 tests), both ids
     have 16 digits.
     """
-    occurrences: dict[tuple[tuple[str, ...], tuple[str, ...], str, int | None], int] = {}
+    occurrences: dict[tuple[tuple[str, ...], tuple[str, ...], str, str, int | None], int] = {}
     numbered: list[tuple[Draft, int, str]] = []
     for draft in drafts:
-        content = (draft.beliefs, draft.lines, canonical_json(chosen_values.to_data(draft.values)), draft.seed)
+        values, after = canonical_json(chosen_values.to_data(draft.values)), canonical_json(after_to_data(draft.after))
+        content = (draft.beliefs, draft.lines, values, after, draft.seed)
         occurrence = occurrences[content] = occurrences.get(content, -1) + 1
         drawn = seed_of_test(master_seed, suite, draft.beliefs, draft.lines, occurrence)
         seed = drawn if draft.seed is None else draft.seed
-        code = content_digest(suite, draft.beliefs, draft.lines, seed, occurrence, draft.values)
+        code = content_digest(suite, draft.beliefs, draft.lines, seed, occurrence, draft.values, draft.after)
         numbered.append((draft, seed, code))
     short_ids = [id_of_test(suite, draft.target, code[:8]) for draft, _, code in numbered]
     uses = Counter(short_ids)
@@ -272,6 +296,7 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
             seed=seed,
             name=draft.name,
             values=draft.values,
+            after=draft.after,
         )
         for short, (draft, seed, code) in zip(short_ids, numbered, strict=True)
     )

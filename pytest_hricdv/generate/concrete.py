@@ -5,7 +5,7 @@ Paper: section on concretization; in coverage-driven verification this is constr
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from msgspec import Struct
@@ -15,10 +15,23 @@ from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, id_of_test
+from pytest_hricdv.generate.actors import (
+    TURN,
+    TURN_WAIT_S,
+    TURNS,
+    After,
+    TurnWait,
+    act_of,
+    actor_of,
+    actors_of,
+    after_from_data,
+    after_of_kept,
+    after_to_data,
+)
 from pytest_hricdv.generate.beliefs import MAX_CONCRETIZATIONS
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
-from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling
+from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Range, Sampler, Sampling
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"
@@ -36,6 +49,9 @@ class Concretization:
         commands: for each command line that can be executed, the samplers of its parameters by name (with the unit in
             the name, as in `hold_s`); an empty mapping for a command without parameters.
         run: the samplers of parameters that are drawn once per run.
+        turn_wait_s: of a model with several actors: how long an actor who is free waits at most for its turn in the
+            interleaving that was drawn (s). It is drawn once per run; with 0 nobody waits, and the order between
+            actors comes from the world alone.
 
     Raises:
         GenerateError: a command that is not in canonical spelling, or a sampler that is no `Sampler`.
@@ -43,6 +59,7 @@ class Concretization:
 
     commands: Mapping[str, Mapping[str, Sampler]] = field(hash=False)
     run: Mapping[str, Sampler] = field(default_factory=dict, hash=False)
+    turn_wait_s: Range | Constant = TurnWait(0.0, 10.0, "s")  # noqa: RUF009  (frozen)
 
     def __post_init__(self) -> None:
         for command, samplers in self.commands.items():
@@ -52,6 +69,29 @@ class Concretization:
                 )
             _check_samplers(f"concretization of {command!r}", samplers)
         _check_samplers("concretization of a run", self.run)
+        wait = self.turn_wait_s
+        if not isinstance(wait, Range | Constant) or any(wait_s < 0 for wait_s in wait.corners()):
+            raise GenerateError(f"turn_wait_s is {wait!r}; expected a Range or Constant of at least 0 s")
+
+    def with_turns(self, actors: Collection[str]) -> Concretization:
+        """The same for tests with several actors: each of their commands has a turn, the run a wait for it.
+
+        Raises:
+            GenerateError: a command does not say which of the actors does it, or has a parameter of that name itself.
+        """
+        commands = {}
+        for command, samplers in self.commands.items():
+            actor = actor_of(command)
+            if actor not in actors:
+                listed = " or ".join(repr(f"{name}: {act_of(command)}") for name in actors)
+                raise GenerateError(f"concretization of {command!r}: who does it? Expected {listed}")
+            _check_free(f"concretization of {command!r}", TURN, samplers)
+            commands[command] = {**samplers, TURN: TURNS}
+        _check_free("concretization of a run", TURN_WAIT_S, self.run)
+        wait = self.turn_wait_s
+        if isinstance(wait, Range):
+            wait = TurnWait(wait.low, wait.high, wait.unit, wait.open_high)
+        return replace(self, commands=commands, run={**self.run, TURN_WAIT_S: wait})
 
     def shown(self, test: ConcreteTest) -> tuple[str, ...]:
         """A concrete test for people: one line per action, then one for the run, each value with its unit."""
@@ -64,6 +104,11 @@ class Concretization:
 def _shown(heading: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
     values = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
     return f"{heading}: {', '.join(values)}" if values else heading
+
+
+def _check_free(where: str, name: str, samplers: Mapping[str, Sampler]) -> None:
+    if name in samplers:
+        raise GenerateError(f"{where}: {name!r} is the name of a parameter of tests with several actors; rename it")
 
 
 def _check_samplers(where: str, samplers: Mapping[str, Sampler]) -> None:
@@ -89,12 +134,26 @@ class ConcreteTest:
     seed: int
     actions: tuple[ConcreteAction, ...]
     run: Parameters = field(default_factory=dict, hash=False)
+    after: After = field(default_factory=dict, hash=False)
+    """Which actions of other actors have to be done before an action begins, by numbers from 1."""
+
+    def keeping(self, places: Iterable[int]) -> ConcreteTest:
+        """The same test with only the actions at these places (from 0); their order is kept."""
+        kept, lines = sorted(places), [action.command for action in self.actions]
+        after = after_of_kept(self.after, [place + 1 for place in kept], lines) if self.after else {}
+        return replace(self, actions=tuple(self.actions[place] for place in kept), after=after)
+
+    @property
+    def actors(self) -> tuple[str, ...]:
+        """Who acts in it; empty where its actions do not say so: then it is one actor."""
+        return actors_of(action.command for action in self.actions)
 
     def to_json(self) -> str:
         """Canonical JSON; floats are exact."""
         actions = [[action.command, dict(action.parameters)] for action in self.actions]
+        after = {"after": after_to_data(self.after)} if self.after else {}
         return canonical_json(
-            {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run)}
+            {"id": self.id, "suite": self.suite, "seed": self.seed, "actions": actions, "run": dict(self.run), **after}
         )
 
     @classmethod
@@ -109,7 +168,7 @@ class ConcreteTest:
         except MalformedError as error:
             raise GenerateError(f"not a concrete test{error}; expected what ConcreteTest.to_json writes") from None
         actions = tuple(ConcreteAction(command, parameters) for command, parameters in fields.actions)
-        return cls(fields.id, fields.suite, fields.seed, actions, fields.run)
+        return cls(fields.id, fields.suite, fields.seed, actions, fields.run, after_from_data(fields.after))
 
 
 class _Text(Struct):
@@ -120,6 +179,7 @@ class _Text(Struct):
     seed: int
     actions: tuple[tuple[str, dict[str, float]], ...]
     run: dict[str, float]
+    after: dict[str, tuple[int, ...]] = {}
 
 
 def variant(test: AbstractTest, k: int) -> AbstractTest:
@@ -164,7 +224,7 @@ def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, s
         chosen, samplers = _chosen(test, place + 1, concretization), concretization.commands[command]
         actions.append(ConcreteAction(command, _drawn(samplers, chosen, sample, test.seed, place, command)))
     run = _drawn(concretization.run, _chosen(test, RUN, concretization), sample, test.seed, "run")
-    return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run)
+    return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run, test.after)
 
 
 def draw_action(command: str, concretization: Concretization, seed: int, place: int) -> ConcreteAction:
@@ -240,6 +300,8 @@ def abstract_from(test: ConcreteTest, target: str, *, name: str = "", keeps_id: 
         keeps_id: has the id of the concrete test; otherwise one from target and content, as a draft has.
     """
     lines, values = tuple(action.command for action in test.actions), values_of(test)
-    code = content_digest(test.suite, (), lines, test.seed, 0, values)
+    code = content_digest(test.suite, (), lines, test.seed, 0, values, test.after)
     test_id = test.id if keeps_id else id_of_test(test.suite, target, code[:8])
-    return AbstractTest(test_id, test.suite, target, (), lines, seed=test.seed, name=name, values=values)
+    return AbstractTest(
+        test_id, test.suite, target, (), lines, seed=test.seed, name=name, values=values, after=test.after
+    )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Draft, Plans
+from pytest_hricdv.generate.actors import NO_ORDER, After
 from pytest_hricdv.generate.beliefs import MAX_TESTS, BeliefSpace
 from pytest_hricdv.generate.model import Model, ModelRun, file_digests
 from pytest_hricdv.generate.qlearning import COLD_START, QLearning, WarmStart
@@ -42,7 +43,7 @@ class GenerationContext:
         learning: the parameters of Q-learning.
         start: the table or belief sets with which Q-learning begins.
         save: the file that the learned table is written to; no suite depends on it.
-        lengths: fewest and most actions of a pseudorandom test.
+        lengths: fewest and most actions of a pseudorandom test, of each actor where there are several.
 
     Raises:
         GenerateError: `tests` or `lengths` out of range.
@@ -132,10 +133,10 @@ class Method(Protocol):
         """
 
 
-def draft_of(run: ModelRun, space: BeliefSpace, name: str = "") -> Draft:
-    """The test that a run of the model gives."""
+def draft_of(run: ModelRun, space: BeliefSpace, name: str = "", after: After = NO_ORDER) -> Draft:
+    """The test that a run of the model gives; `after` is the order between its actors."""
     plans: Plans = {agent: tuple(sorted(labels)) for agent, labels in sorted(run.plans.items())}
-    return Draft(space.target(run.beliefs), run.beliefs, run.lines, plans, name)
+    return Draft(space.target(run.beliefs), run.beliefs, run.lines, plans, name, after=after)
 
 
 def evenly_spaced(items: Sequence[T], count: int | None) -> list[T]:

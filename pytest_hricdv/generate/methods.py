@@ -7,12 +7,15 @@ import math
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Draft, target_of_commands
+from pytest_hricdv.generate.actors import actor_of, actors_of
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext, Method, draft_of, evenly_spaced
 from pytest_hricdv.generate.learner import LearningResult, learn, policy_subsets
@@ -29,6 +32,10 @@ if TYPE_CHECKING:
 # Never reached by chance: to draw each of n subsets once takes about ln n + 0.6 draws a subset (the coupon collector),
 # 12 for 100,000. It ends the loop where subsets that count as different turn out the same.
 _DRAWS_PER_TEST = 1000
+
+
+def _draft(runner: ModelRunner, run: ModelRun, name: str = "") -> Draft:
+    return draft_of(run, runner.space, name, runner.order(run.beliefs))
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,7 @@ class ByHand:
         drafts: list[Draft] = []
         for entry in read_belief_sets(context.by_hand, space):
             for subset in entry.subsets:
-                drafts += [draft_of(runner.run(subset), space, entry.name)] * entry.concretizations
+                drafts += [_draft(runner, runner.run(subset), entry.name)] * entry.concretizations
         generation = Generation(bdi_runs=runner.run_count, declared_plans=runner.plan_labels, notes=runner.notes())
         return Suite.of_drafts(self.name, context.seed, evenly_spaced(drafts, context.tests), generation)
 
@@ -73,7 +80,7 @@ class BdiPseudorandom:
         while len(chosen) < min(count, possible) and draws < _DRAWS_PER_TEST * count:
             chosen[space.subset(pick(rng, group) for group in groups)] = None
             draws += 1
-        drafts = [draft_of(runner.run(subset), space) for subset in chosen]
+        drafts = [_draft(runner, runner.run(subset)) for subset in chosen]
         short = f"{count} tests asked for, but only {len(chosen)} distinct subsets were found of {possible} that exist"
         generation = Generation(
             bdi_runs=runner.run_count,
@@ -85,7 +92,10 @@ class BdiPseudorandom:
 
 @dataclass(frozen=True)
 class Pseudorandom:
-    """The paper's baseline without a model: 100 tests by default, each a random sequence of commands."""
+    """The paper's baseline without a model: 100 tests by default, each a random sequence of commands.
+
+    Of several actors, each has a sequence of its own commands, from a random stream of its own.
+    """
 
     name: str = "pseudorandom"
     size: int = 100
@@ -104,10 +114,26 @@ class Pseudorandom:
 
     def _draw(self, context: GenerationContext, number: int) -> Draft:
         rng = make_rng(self.name, context.seed, number)
-        fewest, most = context.lengths
-        length = fewest + random_index(rng, most - fewest + 1)
-        lines = tuple(pick(rng, context.commands) for _ in range(length))
+        lines = _drawn_lines(rng, context.commands, context.lengths)
+        actors = actors_of(context.commands)
+        if actors:
+            lanes = [
+                _drawn_lines(
+                    make_rng(self.name, context.seed, number, actor),
+                    [command for command in context.commands if actor_of(command) == actor],
+                    context.lengths,
+                )
+                for actor in actors
+            ]
+            # By turns, so that the order of the text, which is the simplest interleaving, is one.
+            lines = tuple(line for lines in zip_longest(*lanes) for line in lines if line is not None)
         return Draft(target_of_commands(lines), (), lines)
+
+
+def _drawn_lines(rng: Random, commands: Sequence[str], lengths: tuple[int, int]) -> tuple[str, ...]:
+    fewest, most = lengths
+    length = fewest + random_index(rng, most - fewest + 1)
+    return tuple(pick(rng, commands) for _ in range(length))
 
 
 @dataclass
@@ -186,7 +212,7 @@ class ReinforcementLearning:
             selector.choose(map(runner.run, new), parameters.suite_size)
             rounds.append(learned)
         _save(rounds[-1], context)
-        drafts = [draft_of(run, space) for run in selector.chosen]
+        drafts = [_draft(runner, run) for run in selector.chosen]
         notes = (*runner.notes(), *_notes(rounds, len(drafts), count, context))
         generation = replace(_generation(rounds, runner, context), notes=notes)
         suite = Suite.of_drafts(self.name, context.seed, drafts, generation)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
@@ -17,9 +18,14 @@ from pytest_hricdv.generate.rng import Json, digest
 MAX_ROUNDS = 20_000
 """Enough for any run that ends by itself: the longest of 4,000 with random beliefs of the table takes 346."""
 
+_COVERED = ("human", "robot_code")
+
 EXPLORATION_SCHEMA = "hricdv-exploration/1"
 _FIRST_CODE = ord("0")
 """In the cache, commands are single characters from this one on: none of these is a comma or ends a line."""
+
+
+_NAME = re.compile(r"[a-z]\w*\Z", re.ASCII)  # it begins lines of tests: `nurse: press call`
 
 
 @dataclass(frozen=True)
@@ -31,27 +37,49 @@ class Model:
         steering_agent: the agent that passes a chosen subset on.
         chosen: the functor of the percepts, as in `chosen(leg1)`, by which it receives the subset.
         actor: the agent whose external actions are the abstract test.
-        covered: the agents whose coverage plans count.
+        actors: the agents whose external actions are the abstract test, where there are several: each is a lane of it,
+            and `actor` is not looked at.
+        covered: the agents whose coverage plans count; of several actors, by default these and `robot_code`.
         seed: of the model's own random stream.
         max_rounds: reasoning rounds after which a run is ended.
 
     Raises:
-        GenerateError: no covered agent, or no round to run.
+        GenerateError: no covered agent, no round to run, or actors that are no names.
     """
 
     path: Path
     steering_agent: str = "meta"
     chosen: str = "chosen"
     actor: str = "human"
-    covered: tuple[str, ...] = ("human", "robot_code")
+    covered: tuple[str, ...] = _COVERED
     seed: int = 0
     max_rounds: int = MAX_ROUNDS
+    actors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        self._take_actors()
         if not self.covered:
             raise GenerateError(f"{self.path}: no covered agent is named; expected at least one")
         if self.max_rounds < 1:
             raise GenerateError(f"{self.path}: max_rounds = {self.max_rounds}; expected at least 1")
+
+    def _take_actors(self) -> None:
+        """Check the actors; of one, it is as if `actor` named it: a test with one actor does not say who acts."""
+        if isinstance(self.actors, str) or not all(_NAME.match(name) for name in self.actors):
+            raise GenerateError(f"{self.path}: actors = {self.actors!r}; expected names of agents: actors=('a', 'b')")
+        if len(set(self.actors)) < len(self.actors):
+            raise GenerateError(f"{self.path}: actors = {self.actors!r}; expected each once")
+        # A frozen dataclass has no other way to set a field.
+        if self.actors and self.covered == _COVERED:
+            object.__setattr__(self, "covered", (*self.actors, _COVERED[1]))
+        if len(self.actors) == 1:
+            object.__setattr__(self, "actor", self.actors[0])
+        object.__setattr__(self, "actors", tuple(self.actors) if len(self.actors) > 1 else ())
+
+    @property
+    def who_acts(self) -> tuple[str, ...]:
+        """The actors: one or several."""
+        return self.actors or (self.actor,)
 
     def files(self) -> tuple[Path, ...]:
         """What its runs can depend on: the project, its agents' sources, every AgentSpeak file below its folder.
@@ -73,6 +101,8 @@ class Model:
     def parts(self) -> list[list[Json]]:
         """All fields as plain data, sorted by name; of the path only the file's name."""
         declared = {**asdict(self), "path": self.path.name}
+        if not self.actors:
+            del declared["actors"]  # models with one actor have the hash that they had before there were several
         return [[name, declared[name]] for name in sorted(declared)]
 
     def sha256(self) -> str:
@@ -92,7 +122,7 @@ class ModelRun:
 
     Args:
         beliefs: the subset, in the space's order.
-        lines: the actor's external actions in the text format: the abstract test.
+        lines: the external actions of the actor, or of all actors, in the text format: the abstract test.
         plans: the coverage plans executed, by covered agent.
         sequence: every covered plan executed, in order, by covered agent.
         rounds: reasoning rounds of the run.

@@ -19,13 +19,14 @@ from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
+from pytest_hricdv.generate.actors import after_from_text, after_to_data, check_after
 from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
 from pytest_hricdv.generate.suite import Generation, Suite
 
 T = TypeVar("T")
 
-_HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+|values \S+)\s*:(.*)\Z")
+_HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+|values \S+|after \S+)\s*:(.*)\Z")
 
 
 @dataclass
@@ -37,6 +38,8 @@ class _Block:
     commands: list[str] = field(default_factory=list)
     values: dict[int, dict[str, float]] = field(default_factory=dict)
     value_places: dict[int, str] = field(default_factory=dict)
+    after: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    after_places: dict[int, str] = field(default_factory=dict)
 
     @property
     def is_test(self) -> bool:
@@ -57,6 +60,8 @@ def _dump(test: AbstractTest) -> str:
         headers.append(f"# name: {test.name}")
     headers += [f"# plans {agent}: {' '.join(labels)}".rstrip() for agent, labels in sorted(test.plans.items())]
     headers += [f"# values {key}: {text}" for key, text in chosen_values.to_text(test.values).items()]
+    after = after_to_data(test.after).items()
+    headers += [f"# after {number}: {' '.join(map(str, causes))}" for number, causes in after]
     return "\n".join([*headers, *test.lines]) + "\n"
 
 
@@ -133,6 +138,8 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
         raise GenerateError(f"{where}: seed {quoted(value)}: expected a whole number, at least 0 and below 2**63")
     if key.startswith("values "):
         _read_values(block, key, value, where)
+    if key.startswith("after "):
+        _read_after(block, key, value, where)
     block.where = block.where or where
     block.headers[key] = value
 
@@ -141,6 +148,14 @@ def _read_values(block: _Block, key: str, text: str, where: str) -> None:
     try:
         number = chosen_values.read_key(key.split()[1])
         block.values[number], block.value_places[number] = chosen_values.read_text(text), where
+    except GenerateError as error:
+        raise GenerateError(f"{where}: {error}") from None
+
+
+def _read_after(block: _Block, key: str, text: str, where: str) -> None:
+    try:
+        (number,) = after_from_text(key.split()[1])
+        block.after[number], block.after_places[number] = after_from_text(text), where
     except GenerateError as error:
         raise GenerateError(f"{where}: {error}") from None
 
@@ -162,11 +177,20 @@ def _plans(block: _Block) -> dict[str, tuple[str, ...]]:
 def _draft_of_block(block: _Block) -> Draft:
     headers = block.headers
     _check_values(block)
+    _check_after(block)
     name = headers.get("name", "")
     # 40 characters: the id of a named test, with its suite and eight digits, still fits a line of a terminal.
     target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
     beliefs = tuple(headers.get("beliefs", "").split())
-    return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values)
+    return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values, after=block.after)
+
+
+def _check_after(block: _Block) -> None:
+    for number, causes in block.after.items():
+        try:
+            check_after({number: causes}, block.commands)
+        except GenerateError as error:
+            raise GenerateError(f"{block.after_places[number]}: {error}") from None
 
 
 def _check_values(block: _Block) -> None:
@@ -196,6 +220,7 @@ def _complete_test(block: _Block) -> AbstractTest:
             seed=int(block.headers["seed"]),
             name=draft.name,
             values=draft.values,
+            after=draft.after,
         )
     except GenerateError as error:
         raise GenerateError(f"{block.where}: {error}") from None

@@ -13,13 +13,14 @@ _LEAST_LATER = 4
 """Of these, so many are kept for what came after the instant: enough to see how the run went on (chosen)."""
 
 
-def listed(actions: Sequence[str], name: str) -> Iterator[str]:
+def listed(actions: Sequence[str], name: str, who: str = "the human") -> Iterator[str]:
     """The first actions of a test, where it is not known when they began.
 
     Args:
         name: of the test, for the first line.
+        who: did them.
     """
-    yield f"what the human did ({name}):"
+    yield f"what {who} did ({name}):"
     shown = actions if len(actions) <= MAX_ACTIONS else actions[: MAX_ACTIONS - 1]
     for action in shown:
         yield f"  {action}"
@@ -29,14 +30,18 @@ def listed(actions: Sequence[str], name: str) -> Iterator[str]:
         yield "  nothing"
 
 
-def around(actions: Sequence[str], times: Sequence[float], at_s: float, name: str, event: str = "") -> Iterator[str]:
+def around(
+    actions: Sequence[str], times: Sequence[float], at_s: float, name: str, event: str = "", who: str = "the human"
+) -> Iterator[str]:
     """The actions before and after an instant, with the times at which they began.
 
     Args:
-        times: when the actions began (s); shorter than `actions` where the run was over before.
+        actions: in the order in which they began.
+        times: when they began (s); shorter than `actions` where the run was over before.
         at_s: the instant (s).
         name: of the test, for the first line.
         event: what happened there; empty at the end of a run, after which there is nothing.
+        who: did them.
     """
     at_ms_s = round(at_s, 3)  # as the times are: a disturbance may violate a requirement as it begins
     begun = list(zip(times, actions, strict=False))
@@ -44,7 +49,7 @@ def around(actions: Sequence[str], times: Sequence[float], at_s: float, name: st
     after = [entry for entry in begun if entry[0] > at_ms_s]
     later = after[: max(_LEAST_LATER, MAX_ACTIONS - len(before))]
     earlier = before[max(0, len(before) - (MAX_ACTIONS - len(later))) :]
-    yield f"what the human did {'around' if event else 'until'} then ({name}):"
+    yield f"what {who} did {'around' if event else 'until'} then ({name}):"
     if len(earlier) < len(before):
         yield f"  {plural(len(before) - len(earlier), 'action')} before, and"
     yield from map(_line, earlier)

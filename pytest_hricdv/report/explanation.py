@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
 from pytest_hricdv.report import action_lines, log_lines
 from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
@@ -254,9 +255,13 @@ def _first_violation_s(test: TestResult, requirements: Sequence[str]) -> float |
 def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> Iterator[str]:
     """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
+    who = " and ".join(actors_of(test.abstract)) or "the human"
     if test.acted_s and at_s is not None:
-        return action_lines.around(test.abstract, test.acted_s, at_s, name, event)
-    return action_lines.listed(test.abstract, name)
+        numbers = [number for _, number in test.begun]
+        left = [number for number in range(len(test.abstract)) if number not in numbers]
+        actions = [test.abstract[number] for number in (*numbers, *left)]
+        return action_lines.around(actions, test.acted_s, at_s, name, event, who)
+    return action_lines.listed(test.abstract, name, who)
 
 
 def _logged(logged: Sequence[LogLine], at_s: float) -> list[str]:

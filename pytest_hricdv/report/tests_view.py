@@ -103,7 +103,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "plans": {agent: sorted(labels, key=natural) for agent, labels in test.plans.items()},
         "aim": test.name or test.aim,
         "abstract": test.abstract,
-        "acted": [round(time_s, 3) for time_s in test.acted_s or ()],
+        "acted": _acted(test),
         "actions": [(action.command, _values(action.parameters)) for action in test.concrete.actions],
         "run": _values(test.concrete.run),
         "verdicts": [
@@ -119,6 +119,12 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "changed": behaviour_view.details(report, test),
         **{key: value for view in views() for key, value in view.of_test(report, test).items()},
     }
+
+
+def _acted(test: TestResult) -> list[float | None]:
+    """When each action began (s); None for one that did not, and nothing for those after the last that did."""
+    times = {number: round(time_s, 3) for time_s, number in test.begun}
+    return [times.get(number) for number in range(max(times, default=-1) + 1)]
 
 
 def _row(test: TestResult, requirements: Sequence[str], suite: int, plans: Mapping[PlanName, int]) -> list[Any]:

@@ -15,6 +15,7 @@ from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.codec import ReportError
@@ -94,6 +95,8 @@ def build_result(
         timeline=timeline(result.record, result.verdicts, result.sim_s) if result else None,
         unmeasured=unmeasured,
         acted_s=tuple(round(time_s, 3) for time_s in result.acted_s) if result else None,
+        acted=tuple(number + 1 for number in result.begun) if result and case.concrete.actors else None,
+        after={number: tuple(causes) for number, causes in after_to_data(test.after).items()},
         cross={name: tuple(map(tuple, hits)) for name, hits in result.cross.items()} if result else None,
         record_sha256=result.record.sha256 if result else None,
         faults=result.faults if result else (),

@@ -111,7 +111,10 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         faults: what is wrong with the run beside its requirements, a sentence each; they fail the test.
         unmeasured: why the code was not measured, or not completely.
         timeline: None where no run came to an end, as are `acted_s`, `cross` and `record_sha256`.
-        acted_s: when each action began (s); shorter than `abstract` where the run was over before.
+        acted_s: when actions began (s), ascending; shorter than `abstract` where the run was over before.
+        acted: of a test with several actors, which actions began at these times, by their numbers from 1; None where
+            there is one actor: they begin in the order of `abstract`.
+        after: of a test with several actors: number of an action (from 1) -> those that have to be done before.
         cross: cross product -> the bins that the run hit, one for each hit.
         replay: what to give to `--hri-replay` to run this test again.
         values: parameters that were chosen instead of drawn: number of the command (from 1), or `run` -> parameter ->
@@ -146,6 +149,8 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     failure: str
     unmeasured: str
     acted_s: tuple[NotNegative, ...] | None = None
+    acted: tuple[Count, ...] | None = None
+    after: Mapping[str, tuple[int, ...]] = {}
     cross: Mapping[str, tuple[Names, ...]] | None = None
     record_sha256: str | None = None
     faults: Names = ()
@@ -153,6 +158,13 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     replayed: ReplayComparison | None = None
     values: Mapping[str, Mapping[str, float]] = {}
     repeats: tuple[TestResult, ...] = ()
+
+    @property
+    def begun(self) -> tuple[tuple[float, int], ...]:
+        """When actions began (s), ascending, and which, by their numbers from 0."""
+        times = self.acted_s or ()
+        numbers = range(len(times)) if self.acted is None else [number - 1 for number in self.acted]
+        return tuple(zip(times, numbers, strict=True))
 
     def violates(self, requirement: str) -> bool:
         """Whether its run violated a requirement."""

@@ -161,7 +161,7 @@ def _decoded(text: str, where: str) -> _File:
 
 def _concrete(test: AbstractTest, parameters: ConcreteParameters) -> ConcreteTest:
     actions = tuple(ConcreteAction(action.command, _floats(action.parameters)) for action in parameters.actions)
-    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(parameters.run))
+    return ConcreteTest(test.id, test.suite, test.seed, actions, _floats(parameters.run), test.after)
 
 
 def _floats(parameters: Mapping[str, float]) -> dict[str, float]:

@@ -164,8 +164,8 @@ def _messages(test: TestResult) -> Iterator[tuple[float, str, str]]:
 
 
 def _actions(test: TestResult) -> Iterator[tuple[float, str, str]]:
-    for number, (time_s, line) in enumerate(zip(test.acted_s or (), test.abstract, strict=False), start=1):
-        yield time_s, f"action {number}", line
+    for time_s, number in test.begun:
+        yield time_s, f"action {number + 1}", test.abstract[number]
 
 
 def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[float, str, str]]:

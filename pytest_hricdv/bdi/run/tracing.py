@@ -236,7 +236,7 @@ class TracedAgent(Agent):
         text = f"@{plan.label} {plan.trigger}" if plan.has_label else str(plan.trigger)
         beliefs = () if plan.context is None else self._context_beliefs(plan.context, bindings)
         return self.notes.note(
-            self.name, "plan", text, self.cause, plan=plan.label, place=_place(plan.location), beliefs=beliefs
+            self.name, "plan", text, self.cause, plan=plan.label, place=place_of_plan(plan), beliefs=beliefs
         )
 
     def _context_beliefs(self, context: Formula, bindings: Bindings) -> tuple[str, ...]:
@@ -251,6 +251,11 @@ class TracedAgent(Agent):
                 held = self.beliefs.bucket(value.key).get(value.args)
                 beliefs.append(str(held if isinstance(held, Structure) else value))
         return tuple(beliefs)
+
+
+def place_of_plan(plan: Plan) -> str:
+    """Where a plan is in the sources, as the place of the step that chose it."""
+    return _place(plan.location)
 
 
 def _place(location: Location) -> str:

@@ -74,7 +74,8 @@ def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross:
 
     Cross products with `planned` tell with which action an interaction begins.
     """
-    begun = lines[: bisect_right(result.acted_s, time_s)]
+    numbers_begun = result.begun[: bisect_right(result.acted_s, time_s)]
+    begun = [lines[number] for number in numbers_begun]
     commands = [line for line in begun if not line.startswith(PREFIX)]
     numbers = [len([*product.planned(commands)]) for product in cross.values() if product.planned is not None]
     number = max(numbers, default=0)

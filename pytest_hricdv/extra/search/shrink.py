@@ -1,7 +1,8 @@
 """Shrinking: from a failing test to a short one with the same failure.
 
 Actions are dropped first, by delta debugging (A. Zeller, R. Hildebrandt: Simplifying and Isolating Failure-Inducing
-Input, IEEE TSE 28(2), 2002), whole turns before single actions. Then the remaining parameters get simpler values (see
+Input, IEEE TSE 28(2), 2002), whole turns before single actions; of several actors, all that one does before single
+actions, and then how they interleave. Then the remaining parameters get simpler values (see
 `shrink_candidates`), all of them at once if the test still fails. Both are repeated until nothing changes any more, so
 shrinking the result again changes nothing. Two failures are the same if they have the same signature: the parts of the
 requirement that were violated.
@@ -10,7 +11,7 @@ requirement that were violated.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from math import floor, log10
@@ -18,6 +19,7 @@ from typing import TypeVar
 
 from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.extra.search import Budget, BudgetSpentError, Ended
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
 from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violation
@@ -46,6 +48,9 @@ from pytest_hricdv.monitor.formula import (
 T = TypeVar("T")
 
 _SIGNIFICANT_DIGITS = (1, 2, 3)
+
+Places = Sequence[int]
+"""Places of actions in a test, from 0."""
 
 #: The place of a parameter: the number of its action (None: a parameter of the run), and its name.
 Spot = tuple[int | None, str]
@@ -130,8 +135,9 @@ class _Shrinking:
         before = None
         while before != self.best:
             before = self.best
-            self._drop(_turns(self.best.actions))
-            self._drop([[action] for action in self.best.actions])
+            self._drop(_lanes(self.best) if self.best.actors else _turns(self.best.actions))
+            self._drop([[place] for place in range(len(self.best.actions))])
+            self._simplify([spot for spot in self._spots() if spot[1] in (TURN, TURN_WAIT_S)])
             self._simplify(self._spots())
             self._simplify_one_by_one()
 
@@ -145,13 +151,14 @@ class _Shrinking:
                 self._on_progress(test)
         return self._seen[key]
 
-    def _drop(self, parts: Sequence[Sequence[ConcreteAction]]) -> None:
+    def _drop(self, parts: Sequence[Places]) -> None:
         """Delta debugging over parts of the actions: keep only one chunk, or leave one out; then smaller chunks."""
-        if not parts or self._is_failing(_of(self.best, ())):
+        whole = self.best
+        if not parts or self._is_failing(whole.keeping(())):
             return
         count = 2
         while len(parts) > 1:
-            kept = self._reduced(_chunks(parts, count))
+            kept = self._reduced(whole, _chunks(parts, count))
             if kept is not None:
                 parts, count = kept, max(2, min(count - 1, len(kept)))
             elif count < len(parts):
@@ -159,11 +166,11 @@ class _Shrinking:
             else:
                 return
 
-    def _reduced(self, chunks: list[Sequence[Sequence[ConcreteAction]]]) -> Sequence[Sequence[ConcreteAction]] | None:
+    def _reduced(self, whole: ConcreteTest, chunks: list[Sequence[Places]]) -> Sequence[Places] | None:
         """The first of these that fails: one chunk, or all chunks but one."""
         without = [list(chain.from_iterable(chunks[:left] + chunks[left + 1 :])) for left in range(len(chunks))]
         for kept in (*chunks, *without):
-            if self._is_failing(_of(self.best, kept)):
+            if self._is_failing(whole.keeping(chain.from_iterable(kept))):
                 return kept
         return None
 
@@ -203,24 +210,27 @@ class _Shrinking:
                     break
 
 
-def _turns(actions: Sequence[ConcreteAction]) -> list[Sequence[ConcreteAction]]:
-    """The actions in parts, each of which begins with the command that the first one begins with.
+def _lanes(test: ConcreteTest) -> list[Places]:
+    """The actions in parts, one for each actor; disturbances are the last part."""
+    actors = [actor_of(action.command) for action in test.actions]
+    parts = [[place for place, actor in enumerate(actors) if actor == name] for name in (*test.actors, "")]
+    return [part for part in parts if part]
+
+
+def _turns(actions: Sequence[ConcreteAction]) -> list[Places]:
+    """The places of the actions in parts, each of which begins with the command that the first one begins with.
 
     Disturbances begin no part: those before the first command belong to the first part.
     """
     first = next((action.command for action in actions if not action.command.startswith(PREFIX)), "")
     starts = [0, *(place for place, action in enumerate(actions) if place and action.command == first)]
-    return [actions[start:end] for start, end in pairwise([*starts, len(actions)])]
+    return [range(start, end) for start, end in pairwise([*starts, len(actions)])]
 
 
 def _chunks(parts: Sequence[T], count: int) -> list[Sequence[T]]:
     """`count` chunks of lengths that differ by at most one."""
     cuts = [len(parts) * number // count for number in range(count + 1)]
     return [parts[start:end] for start, end in pairwise(cuts)]
-
-
-def _of(test: ConcreteTest, parts: Iterable[Sequence[ConcreteAction]]) -> ConcreteTest:
-    return replace(test, actions=tuple(chain.from_iterable(parts)))
 
 
 def _value(test: ConcreteTest, spot: Spot) -> float:

@@ -21,6 +21,7 @@ from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.traces import schemas
 from pytest_hricdv.extra.traces.scene import SceneChange
+from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.body import Body
@@ -123,8 +124,10 @@ class McapTrace:
                 yield Event(channel, ns(time_s), {"value": text})
 
     def _actions(self) -> Iterator[Event]:
-        for action, time_s in zip(self.test.concrete.actions, self.test.acted_s or (), strict=False):
-            yield _log(time_s, schemas.INFO, "test", f"{action.command} {_words(action.parameters)}".rstrip())
+        for time_s, number in self.test.begun:
+            action = self.test.concrete.actions[number]
+            who = actor_of(action.command) or "test"
+            yield _log(time_s, schemas.INFO, who, f"{act_of(action.command)} {_words(action.parameters)}".rstrip())
 
     def _violations(self) -> Iterator[Event]:
         channel = Channel("/hricdv/violations", schemas.VIOLATION)

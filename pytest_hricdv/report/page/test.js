@@ -28,7 +28,7 @@ function verdictTable(verdicts) {
       h("td", { class: "small nowrap" }, verdict.margin || "-")))));
 }
 
-/** Abstract and concrete test side by side: what the human does, and with which parameters. */
+/** Abstract and concrete test side by side: what people do, and with which parameters. */
 function actionTable(found) {
   const count = Math.max(found.abstract.length, found.actions.length);
   if (!count) return h("p", { class: "soft" }, "No action.");
@@ -36,7 +36,7 @@ function actionTable(found) {
   const rows = Array.from({ length: count }, (_, n) => {
     const [name, parameters] = found.actions[n] || ["", ""], abstract = found.abstract[n];
     const concrete = abstract === name || !name ? parameters : name + " " + parameters;
-    return h("tr", {}, h("td", { class: "n soft" }, n + 1), times && h("td", { class: "n soft" }, n < found.acted.length ? seconds(found.acted[n]) : "not done"), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
+    return h("tr", {}, h("td", { class: "n soft" }, n + 1), times && h("td", { class: "n soft" }, typeof found.acted[n] === "number" ? seconds(found.acted[n]) : "not done"), h("td", { class: "mono" }, abstract || "-"), h("td", { class: "mono wide" }, concrete));
   });
   const run = h("tr", {}, h("td"), times && h("td"), h("td", { class: "soft" }, "run"), h("td", { class: "mono wide" }, found.run));
   return h("table", { class: times ? "actions timed" : "actions" }, h("thead", {}, h("tr", {}, h("th", { class: "n" }, ""), times && h("th", { class: "n" }, "At"), h("th", {}, "Abstract test"), h("th", {}, "Concrete test"))), h("tbody", {}, rows, run));
@@ -62,7 +62,7 @@ function testView(test, found) {
     h("ol", { class: "steps" },
       h("li", {}, section("Beliefs", chips(found.beliefs))),
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),
-      h("li", {}, section("What the human does", h("div", { class: "scroll" }, actionTable(found)))),
+      h("li", {}, section("What " + (actorsOf(found.abstract).join(" and ") || "the human") + (actorsOf(found.abstract).length > 1 ? " do" : " does"), h("div", { class: "scroll" }, actionTable(found)))),
       h("li", {}, section("What happened", timelineView(found)))),
     TEST_SECTIONS.last.map((show) => show(found)),
     section("Run it again", found.rerun.map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),

@@ -92,6 +92,16 @@ function fitting(label, pixels) {
   return label.length <= most ? label : most < 3 ? "" : label.slice(0, most - 1) + "…";
 }
 
+/** Who acts in an abstract test, where its lines say so: "nurse: press call". */
+function actorsOf(abstract) {
+  return [...new Set(abstract.map((line) => (/^(\w+): /.exec(line) ?? [])[1]).filter(Boolean))];
+}
+
+/** The lane of a line: that of its actor; of several actors, what is none of theirs is the test's. */
+function laneOf(line, abstract) {
+  return (/^(\w+): /.exec(line) ?? [])[1] ?? (actorsOf(abstract).length ? "the test" : "the human");
+}
+
 /** Bars and dots with their lanes and tooltips, the names of the lanes from top to bottom, and the labels of lanes. */
 function lanes({ timeline, acted, abstract }) {
   const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [], labelled = {};
@@ -107,9 +117,10 @@ function lanes({ timeline, acted, abstract }) {
     }
   };
   addSpans("state", states);
-  if (acted.length) names.push("the human");
-  acted.forEach((time, n) => dots.push({
-    lane: "the human", time, symbol: "square", fill: "var(--c2)", tooltip: seconds(time) + ": " + (n + 1) + " " + abstract[n],
+  if (acted.length) names.push(...(actorsOf(abstract).length ? actorsOf(abstract) : ["the human"]));
+  if (names.length && abstract.some((line, n) => typeof acted[n] === "number" && !names.includes(laneOf(line, abstract)))) names.push("the test");
+  acted.forEach((time, n) => typeof time === "number" && dots.push({
+    lane: laneOf(abstract[n], abstract), time, symbol: "square", fill: "var(--c2)", tooltip: seconds(time) + ": " + (n + 1) + " " + abstract[n],
   }));
   for (const each of messages.filter((message) => message.topic !== stateTopic)) {
     if (!names.includes(each.topic)) names.push(each.topic);

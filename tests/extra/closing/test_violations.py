@@ -75,6 +75,7 @@ def points(
         ),
         code=None,
         acted_s=ACTED_S,
+        begun=tuple(range(len(ACTED_S))),
         ending_faults=faults,
     )
     kinds = violation_points(

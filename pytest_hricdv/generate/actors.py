@@ -1,0 +1,164 @@
+"""Who acts in a test: lanes of actions, what is caused by what, and how the lanes interleave.
+
+A test with several actors says in each line who acts, as in `nurse: press call`; a test with one actor does not. The
+lines of an actor are its *lane*: their order is kept. Between lanes only that order is kept which the model makes
+(`# after 3: 1`: the third action comes after the first is done); how they interleave otherwise is drawn. Every action
+of a lane has the parameter `turn` for this, a key from 0 to 1: of the lanes' next actions, the one with the least key
+goes first, and of equal keys the one that is first in the text (J. C. Bean: Genetic Algorithms and Random Keys for
+Sequencing and Optimization, ORSA J. Computing 6(2), 1994). So an interleaving is a few numbers, and is chosen, searched
+for, shrunk and stored as all other parameters are.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.sampler import Range
+
+#: Number of an action (from 1) -> the numbers of those, of other actors, that have to be done before it begins.
+After = Mapping[int, tuple[int, ...]]
+
+NO_ORDER: After = {}
+"""Of a test with one actor."""
+
+TURN = "turn"
+"""The parameter of an action that says when its turn is, from 0 to 1."""
+TURN_WAIT_S = "turn_wait_s"
+"""The parameter of a run that says how long an actor waits for its turn at most (s)."""
+
+_ACTOR = re.compile(r"([A-Za-z_]\w*): ", re.ASCII)
+# Six digits: more than any test has actions, and int() of thousands of digits takes its time.
+_NUMBER = re.compile(r"[1-9]\d{0,5}\Z", re.ASCII)
+
+
+@dataclass(frozen=True)
+class TurnWait(Range):
+    """How long an actor waits for its turn at most; the simplest is not to wait."""
+
+    def simple_values(self) -> tuple[float, ...]:
+        """The least."""
+        return (float(self.low),)
+
+
+TURNS = Range(0.0, 1.0)
+"""The range of turns."""
+
+
+def actor_of(line: str) -> str:
+    """Who acts in a line; empty where it does not say so.
+
+    >>> actor_of("nurse: press call"), actor_of("press call")
+    ('nurse', '')
+    """
+    match = _ACTOR.match(line)
+    return match[1] if match else ""
+
+
+def act_of(line: str) -> str:
+    """What is done in a line, without who does it.
+
+    >>> act_of("nurse: press call"), act_of("press call")
+    ('press call', 'press call')
+    """
+    match = _ACTOR.match(line)
+    return line[match.end() :] if match else line
+
+
+def actors_of(lines: Iterable[str]) -> tuple[str, ...]:
+    """Who acts in these lines, in the order in which they come first."""
+    return tuple(dict.fromkeys(actor for line in lines if (actor := actor_of(line))))
+
+
+def interleaving(lines: Sequence[str], turns: Sequence[float], after: After) -> tuple[int, ...]:
+    """In which order actions are to begin: their numbers, from 1; lines without an actor are left out.
+
+    Args:
+        lines: of a test.
+        turns: the key of each line; that of a line without an actor is not looked at.
+        after: what has to be done before.
+    """
+    lanes: dict[str, list[int]] = {}
+    for number, line in enumerate(lines, 1):
+        if actor := actor_of(line):
+            lanes.setdefault(actor, []).append(number)
+    order: list[int] = []
+    begun: set[int] = set()
+    while any(lanes.values()):
+        heads = [lane[0] for lane in lanes.values() if lane and begun.issuperset(after.get(lane[0], ()))]
+        # Never empty: causes come before their effects in the text, so the first line that is left has all of them.
+        number = min(heads, key=lambda head: (turns[head - 1], head))
+        order.append(number)
+        begun.add(number)
+        lanes[actor_of(lines[number - 1])].pop(0)
+    return tuple(order)
+
+
+def check_after(after: After, lines: Sequence[str]) -> None:
+    """Check what is to come after what.
+
+    Raises:
+        GenerateError: a number of no action of an actor, or of one that comes later in the text, or in the same lane.
+    """
+    for number, causes in after.items():
+        where = f"after {number}"
+        for place in (number, *causes):
+            if not 1 <= place <= len(lines) or not actor_of(lines[place - 1]):
+                raise GenerateError(f"{where}: {place} is no action of an actor; expected the number of one, from 1")
+        for cause in causes:
+            if cause >= number:
+                raise GenerateError(f"{where}: {cause} comes later in the text; expected actions above it")
+            if actor_of(lines[cause - 1]) == actor_of(lines[number - 1]):
+                actor = actor_of(lines[number - 1])
+                raise GenerateError(f"{where}: {cause} is an action of {actor}, too, and in order; expected of others")
+        if not causes:
+            raise GenerateError(f"{where}: nothing; expected at least one action, or no entry")
+
+
+def after_to_data(after: After) -> dict[str, list[int]]:
+    """Plain data for JSON, the same for equal orders."""
+    return {str(number): sorted(after[number]) for number in sorted(after)}
+
+
+def after_from_data(data: Mapping[str, Sequence[int]]) -> dict[int, tuple[int, ...]]:
+    """What `after_to_data` gave. Raises GenerateError for a key that is no number."""
+    return {_number(key): tuple(causes) for key, causes in data.items()}
+
+
+def after_from_text(text: str) -> tuple[int, ...]:
+    """The numbers of a text such as `1 4`. Raises GenerateError if it has others."""
+    return tuple(sorted({_number(word) for word in text.replace(",", " ").split()}))
+
+
+def _number(text: str) -> int:
+    if _NUMBER.match(text) is None:
+        raise GenerateError(f"after: {quoted(text)}; expected the number of an action, from 1")
+    return int(text)
+
+
+def after_of_kept(after: After, kept: Sequence[int], lines: Sequence[str]) -> dict[int, tuple[int, ...]]:
+    """What is to come after what when only these actions are kept: what a dropped one came after, its effects do.
+
+    Args:
+        after: of the whole test.
+        kept: the numbers of the actions that are kept, ascending.
+        lines: of the whole test.
+    """
+    new_number = {number: place for place, number in enumerate(kept, 1)}
+
+    def kept_causes(number: int) -> set[int]:
+        causes: set[int] = set()
+        for cause in after.get(number, ()):
+            causes |= {cause} if cause in new_number else kept_causes(cause)
+        return causes
+
+    order: dict[int, tuple[int, ...]] = {}
+    for number in kept:
+        actor = actor_of(lines[number - 1])
+        causes = {cause for cause in kept_causes(number) if actor_of(lines[cause - 1]) != actor}
+        if causes:
+            order[new_number[number]] = tuple(sorted(new_number[cause] for cause in causes))
+    return order

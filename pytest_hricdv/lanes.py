@@ -1,0 +1,93 @@
+"""The lanes of a run: what each of several actors does, handed to the node that enacts it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, act_of, actor_of, interleaving
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.runtime import Kernel
+from pytest_hricdv.runtime.turns import Turns
+
+
+class Lanes:
+    """The lanes of a test, and what of them has begun.
+
+    A line without an actor, which is a disturbance, belongs to the line of an actor that follows it: it begins with
+    that one. At the end of the text, it begins when the last action is done.
+
+    Args:
+        test: the lines say who acts.
+        kernel: of the run.
+        begin: called with number (from 0) and action when one begins.
+    """
+
+    def __init__(self, test: ConcreteTest, kernel: Kernel, begin: Callable[[int, ConcreteAction], None]) -> None:
+        self._test = test
+        self._begin = begin
+        lines = [action.command for action in test.actions]
+        actors = [actor_of(line) for line in lines]
+        self._lanes = {name: [number for number, actor in enumerate(actors) if actor == name] for name in test.actors}
+        self._above, self._below = _disturbances(actors)
+        turns = [action.parameters.get(TURN, 0.0) for action in test.actions]
+        order = [number - 1 for number in interleaving(lines, turns, test.after)]
+        after = {number - 1: [cause - 1 for cause in causes] for number, causes in test.after.items()}
+        self._turns = Turns(kernel, actors, order, after, test.run.get(TURN_WAIT_S, 0.0))
+        self._left = set(order)
+        self.taken: set[str] = set()
+        """The actors whose actions a node takes."""
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Actors whose actions nobody has asked for."""
+        return tuple(actor for actor in self._lanes if actor not in self.taken)
+
+    def actions(self, actor: str) -> Iterator[ConcreteAction]:
+        """The actions of an actor, each when it may begin; without who does it, and without its turn.
+
+        Whoever asks for the next one has done the last one.
+        """
+        self.taken.add(actor)
+        return self._actions(actor)
+
+    def _actions(self, actor: str) -> Iterator[ConcreteAction]:
+        turns = self._turns
+        try:
+            for number in self._lanes.get(actor, ()):
+                turns.wait_for(number)
+                for disturbance in self._above.get(number, ()):
+                    self._begin(disturbance, self._test.actions[disturbance])
+                action = self._test.actions[number]
+                self._begin(number, action)
+                turns.begin(number)
+                try:
+                    yield _without_turn(action)
+                finally:
+                    self._left.discard(number)
+                    turns.end(number)
+            self._disturb_at_the_end()
+        finally:
+            turns.leave(actor)
+
+    def _disturb_at_the_end(self) -> None:
+        if not self._left:
+            for disturbance in self._below:
+                self._begin(disturbance, self._test.actions[disturbance])
+
+
+def _disturbances(actors: list[str]) -> tuple[dict[int, list[int]], list[int]]:
+    """Lines without an actor: those right above each line of an actor, and those at the end."""
+    above: dict[int, list[int]] = {}
+    pending: list[int] = []
+    for number, actor in enumerate(actors):
+        if not actor:
+            pending.append(number)
+        elif pending:
+            above[number], pending = pending, []
+    return above, pending
+
+
+def _without_turn(action: ConcreteAction) -> ConcreteAction:
+    parameters = {name: value for name, value in action.parameters.items() if name != TURN}
+    return replace(action, command=act_of(action.command), parameters=parameters)
