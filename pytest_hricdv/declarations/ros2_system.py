@@ -135,6 +135,10 @@ class WorldNode(Protocol):
 class Ros2System(Protocol):
     """The world's side of a system that was started."""
 
+    @property
+    def kernel(self) -> Kernel:
+        """Of the run: stand-ins wait in its time."""
+
     def node(self, name: str, namespace: str = "/") -> WorldNode:
         """A node of the world in the ROS graph, such as a simulated sensor."""
 

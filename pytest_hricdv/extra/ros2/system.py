@@ -18,7 +18,7 @@ from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes
-from pytest_hricdv.extra.ros2.world import WorldNode
+from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.runtime import Bus, Kernel
 from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.virtual import VirtualModules
@@ -38,17 +38,6 @@ _CHECK_FIELDS = "ROS_PYTHON_CHECK_FIELDS"
 """The variable of the environment that generated messages read when they are imported, into one of the same name."""
 
 Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
-
-
-class StartedSystem:
-    """The world's side of a system that was started."""
-
-    def __init__(self, kernel: Kernel) -> None:
-        self._kernel = kernel
-
-    def node(self, name: str, namespace: str = "/") -> WorldNode:
-        """A node of the world in the ROS graph, such as a simulated sensor."""
-        return WorldNode(self._kernel, name, namespace)
 
 
 class Ros2Overlay:

@@ -55,6 +55,11 @@ class WorldNode:
         self._kernel = kernel
         self._node = Node(name, namespace, Context([], DEFAULT_DOMAIN, kernel), None, True, False)
 
+    @property
+    def graph_node(self) -> Node:
+        """The node that it is in the graph."""
+        return self._node
+
     def publisher(self, topic: str, kind: str | type[Any], depth: int = 10, *, latched: bool = False) -> Publisher:
         """A publisher: call its `publish(message)`.
 
@@ -110,6 +115,18 @@ class WorldNode:
             may_cancel: whether a goal is cancelled when a client asks for it.
         """
         ServedAction(self._node, name, _class(kind, "action"), execute, accept, may_cancel)
+
+
+class StartedSystem:
+    """The world's side of a system that was started."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self.kernel = kernel
+        """Of the run: stand-ins wait in its time."""
+
+    def node(self, name: str, namespace: str = "/") -> WorldNode:
+        """A node of the world in the ROS graph, such as a simulated sensor."""
+        return WorldNode(self.kernel, name, namespace)
 
 
 def _class(kind: str | type[Any], folder: str) -> Any:

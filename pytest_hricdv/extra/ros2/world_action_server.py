@@ -44,6 +44,10 @@ class ServedGoal:
         self.asked: list[RequestId] = []
         """Who waits for its result."""
 
+    def empty_result(self) -> Any:
+        """An empty result."""
+        return self._action.kind.Result()
+
     @property
     def status(self) -> GoalState:
         """Its state, as `action_msgs/msg/GoalStatus` numbers them."""
@@ -95,7 +99,7 @@ class ServedGoal:
         self._end(GoalEvent.CANCELED, fields)
 
     def _end(self, event: GoalEvent, fields: dict[str, Any]) -> None:
-        result = _filled(self._action.kind.Result(), fields)
+        result = _filled(self.empty_result(), fields)
         self.change(event)
         self.result = result
         self._action.is_done(self)

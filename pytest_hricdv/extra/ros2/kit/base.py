@@ -1,0 +1,146 @@
+"""A planar base: driven by `/cmd_vel`, it publishes `/odom` and `/tf`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pytest_hricdv.extra.ros2.clocks import system_ns
+from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.world import StartedSystem
+
+_NS_PER_S = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class PlanarPose:
+    """Where a base is (m), and where it heads (rad, counterclockwise from the x axis)."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    heading_rad: float = 0.0
+
+    def moved(self, forward_m_s: float, left_m_s: float, turn_rad_s: float, duration_s: float) -> PlanarPose:
+        """Where it is after it has moved for some time with a constant velocity of its own frame: on an arc."""
+        turned_rad = turn_rad_s * duration_s
+        # The integral of a rotating velocity; the limit of sin(x) / x and (1 - cos(x)) / x where it does not turn.
+        straight = math.sin(turned_rad) / turned_rad if turned_rad else 1.0
+        aside = (1.0 - math.cos(turned_rad)) / turned_rad if turned_rad else 0.0
+        forward_m = (forward_m_s * straight - left_m_s * aside) * duration_s
+        left_m = (forward_m_s * aside + left_m_s * straight) * duration_s
+        cos, sin = math.cos(self.heading_rad), math.sin(self.heading_rad)
+        return PlanarPose(
+            self.x_m + cos * forward_m - sin * left_m,
+            self.y_m + sin * forward_m + cos * left_m,
+            math.remainder(self.heading_rad + turned_rad, math.tau),
+        )
+
+
+def quaternion(heading_rad: float) -> Any:
+    """A `geometry_msgs/msg/Quaternion` that turns about the z axis."""
+    made = loaded("geometry_msgs/msg/Quaternion", "msg")()
+    made.z, made.w = math.sin(heading_rad / 2), math.cos(heading_rad / 2)
+    return made
+
+
+def heading_rad(quaternion: Any) -> float:
+    """The heading (rad) of a `geometry_msgs/msg/Quaternion`."""
+    q = quaternion
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def stamp(header: Any, system: StartedSystem, frame_id: str) -> None:
+    """Give a header the present time, as clocks of nodes read it, and a frame."""
+    now_ns = system_ns(system.kernel)
+    header.stamp.sec, header.stamp.nanosec = divmod(now_ns, _NS_PER_S)
+    header.frame_id = frame_id
+
+
+class PlanarBase:
+    """A base on wheels. It does what it is told at once, and nothing stops it: walls are the world's affair.
+
+    Args:
+        system: of `run.ros2`.
+        pose: where it begins.
+        cmd_vel: the topic that it obeys, with a type: `geometry_msgs/msg/Twist` or `TwistStamped`.
+        period_s: between two messages on `/odom` and `/tf`. 20 Hz, as of small robots (chosen).
+        stops_after_s: without a command for so long it stops; infinity: never.
+        odom: topic; empty: none.
+        tf: topic; empty: none.
+        frames: of `/odom` and `/tf`: parent and child.
+        node: its name in the graph.
+    """
+
+    def __init__(
+        self,
+        system: StartedSystem,
+        pose: PlanarPose = PlanarPose(),
+        *,
+        cmd_vel: tuple[str, str] = ("/cmd_vel", "geometry_msgs/msg/Twist"),
+        period_s: float = 0.05,
+        stops_after_s: float = math.inf,
+        odom: str = "/odom",
+        tf: str = "/tf",
+        frames: tuple[str, str] = ("odom", "base_link"),
+        node: str = "base",
+    ) -> None:
+        self._pose, self._posed_s = pose, system.kernel.now_s
+        self.forward_m_s = self.left_m_s = self.turn_rad_s = 0.0
+        self._system, self._period_s, self._stops_after_s, self._frames = system, period_s, stops_after_s, frames
+        world = system.node(node)
+        self._commands = world.subscribe(*cmd_vel)
+        self._is_stamped = cmd_vel[1].endswith("Stamped")
+        self._commanded_s = -math.inf
+        self._odom = world.publisher(odom, "nav_msgs/msg/Odometry") if odom else None
+        self._tf = world.publisher(tf, "tf2_msgs/msg/TFMessage", depth=100) if tf else None
+        system.kernel.spawn(node, self._drive)
+
+    @property
+    def pose(self) -> PlanarPose:
+        """Where it is now."""
+        gone_s = self._system.kernel.now_s - self._posed_s
+        return self._pose.moved(self.forward_m_s, self.left_m_s, self.turn_rad_s, gone_s)
+
+    @pose.setter
+    def pose(self, pose: PlanarPose) -> None:
+        self._pose, self._posed_s = pose, self._system.kernel.now_s
+
+    def _drive(self) -> None:
+        kernel = self._system.kernel
+        while True:
+            self._publish()
+            next_s = kernel.now_s + self._period_s
+            while (left_s := next_s - kernel.now_s) > 0.0:
+                message = self._commands.wait(left_s)
+                self.pose = self.pose  # up to now it went as it was told before
+                if message is not None:
+                    self._obey(message)
+                elif kernel.now_s - self._commanded_s > self._stops_after_s:
+                    self.forward_m_s = self.left_m_s = self.turn_rad_s = 0.0
+
+    def _obey(self, message: Any) -> None:
+        twist = message.twist if self._is_stamped else message
+        self.forward_m_s, self.left_m_s, self.turn_rad_s = twist.linear.x, twist.linear.y, twist.angular.z
+        self._commanded_s = self._system.kernel.now_s
+
+    def _publish(self) -> None:
+        parent, child = self._frames
+        pose = self.pose
+        rotation = quaternion(pose.heading_rad)
+        if self._odom is not None:
+            odometry = loaded("nav_msgs/msg/Odometry", "msg")()
+            stamp(odometry.header, self._system, parent)
+            odometry.child_frame_id = child
+            odometry.pose.pose.position.x, odometry.pose.pose.position.y = pose.x_m, pose.y_m
+            odometry.pose.pose.orientation = rotation
+            twist = odometry.twist.twist
+            twist.linear.x, twist.linear.y, twist.angular.z = self.forward_m_s, self.left_m_s, self.turn_rad_s
+            self._odom.publish(odometry)
+        if self._tf is not None:
+            transform = loaded("geometry_msgs/msg/TransformStamped", "msg")()
+            stamp(transform.header, self._system, parent)
+            transform.child_frame_id = child
+            transform.transform.translation.x, transform.transform.translation.y = pose.x_m, pose.y_m
+            transform.transform.rotation = rotation
+            self._tf.publish(loaded("tf2_msgs/msg/TFMessage", "msg")(transforms=[transform]))

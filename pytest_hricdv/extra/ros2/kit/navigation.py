@@ -1,0 +1,159 @@
+"""Stands in for Nav2: bases are driven straight to the goals of `navigate_to_pose` and `follow_waypoints`."""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Callable
+from typing import Any
+
+from pytest_hricdv.extra.ros2.kit.base import PlanarBase, PlanarPose, heading_rad, quaternion, stamp
+from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.world import StartedSystem
+from pytest_hricdv.extra.ros2.world_action_server import ServedGoal
+
+_STEP_S = 0.1
+"""Between two feedbacks: Nav2's behaviour tree ticks each 10 ms, and gives feedback at 10 Hz here (chosen)."""
+
+_WAYPOINT_FAILED = 3
+"""`FAILED` of `nav2_msgs/msg/WaypointStatus`."""
+
+Reaches = Callable[[PlanarPose], bool]
+
+
+def set_those_there_are(message: Any, **values: Any) -> None:
+    """Set fields of a message, as far as its version has them: those of Nav2 differ between distributions."""
+    there_are = message.get_fields_and_field_types()
+    for name, value in values.items():
+        if name in there_are:
+            setattr(message, name, value)
+
+
+class Navigation:
+    """Nav2's servers of a base, which goes straight, at one speed, through walls, and turns in no time.
+
+    A new goal takes the place of the one that the base goes to, which is aborted, as Nav2 does. A goal that it cannot
+    reach is aborted after the base has gone half of the way.
+
+    Args:
+        system: of `run.ros2`.
+        base: that is driven; without one there is only a pose.
+        speed_m_s: of the base. 0.26 m/s is the default of Nav2's controllers for a TurtleBot 3.
+        reaches: whether it can reach a pose.
+        node: its name in the graph.
+    """
+
+    def __init__(
+        self,
+        system: StartedSystem,
+        base: PlanarBase | None = None,
+        *,
+        speed_m_s: float = 0.26,
+        reaches: Reaches = lambda pose: True,
+        node: str = "bt_navigator",
+    ) -> None:
+        self._system, self._base, self._speed_m_s, self._reaches = system, base, speed_m_s, reaches
+        self._pose = PlanarPose()
+        self._world = system.node(node)
+        self._going: ServedGoal | None = None
+
+    @property
+    def pose(self) -> PlanarPose:
+        """Where the base is."""
+        return self._pose if self._base is None else self._base.pose
+
+    def _go(self, pose: PlanarPose) -> None:
+        self._pose = pose
+        if self._base is not None:
+            self._base.pose = pose
+
+    def navigate_to_pose(self, name: str = "/navigate_to_pose") -> Navigation:
+        """Serve `nav2_msgs/action/NavigateToPose`. Raises Ros2Error where `nav2_msgs` is missing."""
+        self._world.serve_action(name, "nav2_msgs/action/NavigateToPose", self._navigate)
+        return self
+
+    def follow_waypoints(self, name: str = "/follow_waypoints") -> Navigation:
+        """Serve `nav2_msgs/action/FollowWaypoints`. Raises Ros2Error where `nav2_msgs` is missing."""
+        self._world.serve_action(name, "nav2_msgs/action/FollowWaypoints", self._follow)
+        return self
+
+    def _navigate(self, goal: ServedGoal) -> None:
+        self._take_over(goal)
+        if self._drive(goal, goal.request.pose.pose, self._tell_distance):
+            goal.succeed()
+        elif goal.is_canceling:
+            goal.cancel()
+        elif not goal.is_over:
+            goal.abort()
+
+    def _follow(self, goal: ServedGoal) -> None:
+        self._take_over(goal)
+        missed = []
+        for index, stamped in enumerate(goal.request.poses):
+            goal.feedback(current_waypoint=index)
+            if not self._drive(goal, stamped.pose, lambda *_: None):
+                if goal.is_over:
+                    return
+                if goal.is_canceling:
+                    break
+                missed.append((index, stamped))
+        end = goal.cancel if goal.is_canceling else goal.succeed
+        end(missed_waypoints=_missed(goal, missed))
+
+    def _take_over(self, goal: ServedGoal) -> None:
+        former, self._going = self._going, goal
+        if former is not None and not former.is_over:
+            former.abort()
+
+    def _drive(self, goal: ServedGoal, wanted: Any, tell: Callable[[ServedGoal, float, float], None]) -> bool:
+        """Drive to a pose; whether it is reached. Otherwise the goal is cancelled or over, or it cannot be reached."""
+        target = PlanarPose(wanted.position.x, wanted.position.y, heading_rad(wanted.orientation))
+        reaches, began_s = self._reaches(target), self._system.kernel.now_s
+        way_m = math.dist((self.pose.x_m, self.pose.y_m), (target.x_m, target.y_m))
+        stays_m = 0.0 if reaches else way_m / 2
+        while (left_m := math.dist((self.pose.x_m, self.pose.y_m), (target.x_m, target.y_m))) > stays_m + 1e-9:
+            tell(goal, left_m, self._system.kernel.now_s - began_s)
+            step_s = min(_STEP_S, (left_m - stays_m) / self._speed_m_s)
+            if goal.wait(step_s):
+                return False
+            bearing_rad = math.atan2(target.y_m - self.pose.y_m, target.x_m - self.pose.x_m)
+            ahead = PlanarPose(self.pose.x_m, self.pose.y_m, bearing_rad)
+            self._go(ahead.moved(self._speed_m_s, 0.0, 0.0, step_s))
+        if reaches:
+            self._go(target)
+        return reaches
+
+    def _tell_distance(self, goal: ServedGoal, left_m: float, gone_s: float) -> None:
+        pose = loaded("geometry_msgs/msg/PoseStamped", "msg")()
+        stamp(pose.header, self._system, "map")
+        pose.pose.position.x, pose.pose.position.y = self.pose.x_m, self.pose.y_m
+        pose.pose.orientation = quaternion(self.pose.heading_rad)
+        goal.feedback(
+            current_pose=pose,
+            distance_remaining=left_m,
+            navigation_time=duration(gone_s),
+            estimated_time_remaining=duration(left_m / self._speed_m_s),
+        )
+
+
+def _missed(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
+    """As the version of the message has it: indices in humble, messages since."""
+    result = goal.empty_result()
+    if isinstance(result.missed_waypoints, array.array):
+        return [index for index, _ in missed]
+    kind = result.get_fields_and_field_types()["missed_waypoints"].removeprefix("sequence<").removesuffix(">")
+    package, _, name = kind.partition("/")
+    entries = []
+    for index, stamped in missed:
+        entry = loaded(f"{package}/msg/{name}", "msg")()
+        set_those_there_are(entry, index=index, goal=stamped, waypoint_index=index, waypoint_pose=stamped)
+        set_those_there_are(entry, waypoint_status=_WAYPOINT_FAILED)
+        entries.append(entry)
+    return entries
+
+
+def duration(seconds: float) -> Any:
+    """A `builtin_interfaces/msg/Duration`."""
+    made = loaded("builtin_interfaces/msg/Duration", "msg")()
+    made.sec, made.nanosec = divmod(round(seconds * 1e9), 1_000_000_000)
+    return made
