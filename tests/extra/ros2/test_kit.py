@@ -313,8 +313,8 @@ def test_the_example_of_the_page_stands_in_for_a_robot(world: World) -> None:
     def driver() -> None:
         base = names["stand_ins"](world.ros)
         client = world.ros.node("driver").action("/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
-        scans = world.ros.node("driver").subscribe("/scan", "sensor_msgs/msg/LaserScan")
         seen.append(client.call(60.0, pose=pose(1.0, 0.0)).status)
+        scans = world.ros.node("driver").subscribe("/scan", "sensor_msgs/msg/LaserScan")
         seen.append((base.pose, min(scans.wait(1.0).ranges)))
 
     world.play(driver)
