@@ -32,7 +32,7 @@ PARTS = MappingProxyType(
         "film": ("part", "records", "view"),
         "traces": ("part", "records", "view"),
         "oracle": ("execution",),
-        "ros2": ("execution",),
+        "ros2": ("execution", "part", "records", "view"),
     }
 )
 """Part -> its faces; in the order in which sections follow each other in the terminal and on the page."""

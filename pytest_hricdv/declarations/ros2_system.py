@@ -155,6 +155,10 @@ class Middleware(Protocol):
         """What its nodes wait with, as in `Testbench.virtual`."""
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of the run, though it fails nothing, a sentence each."""
+
+    @property
     def stuck_nodes(self) -> Sequence[str]:
         """Nodes that waited at the end of the run for what never comes, a sentence each."""
 

@@ -112,6 +112,8 @@ class CaseResult:
     """Whether the testbench's `run` wrapped a node with `run.measured`: otherwise nothing of the code was measured."""
     error: NodeError | None = None
     """The failure of a node that ended the run; it is one of the faults."""
+    notes: tuple[str, ...] = ()
+    """What its middleware has to say of the run, though it fails nothing, a sentence each."""
     engine: str = ""
     """The physics engine that it ran on; empty where the testbench has none."""
     beside: CaseResult | None = field(default=None, repr=False)
@@ -252,6 +254,7 @@ def execute(
         ending_faults=tuple(ended),
         bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,
+        notes=run.middleware.notes if run.middleware is not None else (),
         engine=testbench.engine,
     )
 

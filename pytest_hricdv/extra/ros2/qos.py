@@ -184,6 +184,53 @@ def effective(profile: Profile) -> Profile:
     )
 
 
+_RELIABILITIES = {RELIABLE: "reliable", BEST_EFFORT: "best effort"}
+_DURABILITIES = {TRANSIENT_LOCAL: "transient local", VOLATILE: "volatile"}
+_LIVELINESSES = {AUTOMATIC: "automatic", MANUAL_BY_TOPIC: "manual by topic"}
+
+
+def _duration_text(duration_ns: int) -> str:
+    return "none" if not duration_ns or duration_ns >= BEST_AVAILABLE_NS else f"{duration_ns / _NS_PER_S:g} s"
+
+
+def policies_text(offered: Profile, requested: Profile) -> str:
+    """For a report, the policies by which two profiles do not match: "durability: volatile is offered, ..."."""
+    texts = {
+        QosPolicyKind.RMW_QOS_POLICY_RELIABILITY: (
+            "reliability",
+            *(_RELIABILITIES.get(profile.reliability, "?") for profile in (offered, requested)),
+        ),
+        QosPolicyKind.RMW_QOS_POLICY_DURABILITY: (
+            "durability",
+            *(_DURABILITIES.get(profile.durability, "?") for profile in (offered, requested)),
+        ),
+        QosPolicyKind.RMW_QOS_POLICY_DEADLINE: (
+            "deadline",
+            *(_duration_text(profile.deadline_ns) for profile in (offered, requested)),
+        ),
+        QosPolicyKind.RMW_QOS_POLICY_LIVELINESS: (
+            "liveliness",
+            *(_LIVELINESSES.get(profile.liveliness, "?") for profile in (offered, requested)),
+        ),
+        QosPolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION: (
+            "lease of the liveliness",
+            *(_duration_text(profile.lease_ns) for profile in (offered, requested)),
+        ),
+    }
+    differing = (texts[policy] for policy, _ in mismatches(offered, requested))
+    return "; ".join(f"{name}: {offers} is offered, {requests} requested" for name, offers, requests in differing)
+
+
+def last_policy(offered: Profile, requested: Profile) -> QosPolicyKind:
+    """Of the policies that do not match, the one that an event tells: as Fast DDS, which goes by their numbers.
+
+    A lease is a part of the liveliness there (DDS 1.4, 2.2.3.11).
+    """
+    lease = QosPolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION
+    kinds = [kind for kind, _ in mismatches(offered, requested)]
+    return max(QosPolicyKind.RMW_QOS_POLICY_LIVELINESS if kind is lease else kind for kind in kinds)
+
+
 def mismatches(offered: Profile, requested: Profile) -> list[tuple[QosPolicyKind, str]]:
     """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
     differing = []

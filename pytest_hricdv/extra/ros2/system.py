@@ -15,6 +15,7 @@ from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
+from pytest_hricdv.extra.ros2.notes import notes_of
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes
@@ -59,6 +60,8 @@ class Ros2Overlay:
         self._declared = declared
         self._packages = (*_LIBRARIES, *code, *declared.packages)
         self.modules = VirtualModules(self._packages)
+        self.notes: tuple[str, ...] = ()
+        """What is to be known of the run, though it fails nothing, a sentence each."""
         self.stuck_nodes: list[str] = []
         """Nodes that wait for what never comes, a sentence each."""
 
@@ -84,6 +87,7 @@ class Ros2Overlay:
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
         """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
+        self.notes = notes_of(kernel)
         self.stuck_nodes = stuck_nodes(kernel, self._declared.patience_s, is_idle=is_idle)
 
     @staticmethod

@@ -14,7 +14,8 @@ from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.events import EndpointEvents
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, arrival
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
-from pytest_hricdv.extra.ros2.qos import Profile, effective, mismatches
+from pytest_hricdv.extra.ros2.notes import note
+from pytest_hricdv.extra.ros2.qos import Profile, effective, last_policy, mismatches, policies_text
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -52,9 +53,18 @@ def _match(publisher: Publisher, subscription: Subscription) -> None:
         if not same_type:
             endpoint.events.differ()
         elif faults:
-            endpoint.events.mismatch(faults[0][0])
+            endpoint.events.mismatch(last_policy(publisher.profile, subscription.profile))
         else:
             endpoint.events.match(1)
+    if same_type and faults:
+        note(publisher.kernel, _mismatch(publisher, subscription))
+
+
+def _mismatch(publisher: Publisher, subscription: Subscription) -> str:
+    """For the report: without it, nobody hears of it who does not wait for the event."""
+    ends = f"{publisher.node.get_fully_qualified_name()} to {subscription.node.get_fully_qualified_name()}"
+    policies = policies_text(publisher.profile, subscription.profile)
+    return f"{publisher.topic}: no message goes from {ends}, their qualities of service do not match ({policies})"
 
 
 class Publisher(_Endpoint, Destroyable):

@@ -11,6 +11,7 @@ import pytest
 
 from pytest_hricdv.execution.case import RunSettings, execute
 from pytest_hricdv.extra.ros2 import system
+from pytest_hricdv.extra.ros2.notes import note
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.run import Run, TestbenchError
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench
@@ -136,9 +137,11 @@ def test_a_node_of_a_run_waits_in_virtual_time(
 
     def run(run: Run) -> Outcome:
         run.ros2(RosNode(entry="sleeping_node:main"))
+        note(run.kernel, "nobody is here")
         return Outcome(run.go(limit_s=10.0))
 
     bench = replace(testbench, code=("sleeping_node",), run=run, may_end=("idle",))
     result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
     assert (result.outcome.ended, result.sim_s, result.faults) == ("idle", 2.0, ())
     assert result.has_measured_node
+    assert result.notes == ("nobody is here",)

@@ -1,0 +1,29 @@
+"""ROS 2 as a part of a session: what is to be known of the graph of a run comes into its result."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.session.part import Part
+
+if TYPE_CHECKING:
+    from pytest_hricdv.execution.case import CaseResult
+    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.session.run_context import RunContext
+
+
+class Ros2Part(Part[None]):
+    """Has no options."""
+
+    name = "ros2"
+
+    def described(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
+        """With the notes of the run."""
+        if not run.notes:
+            return result
+        from pytest_hricdv.extra.ros2.records import NOTES
+
+        return NOTES.put(result, run.notes)
+
+
+PART = Ros2Part()
