@@ -1,5 +1,6 @@
 """What a run prints: the line in pytest's header, and the section at the end."""
 
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -202,10 +203,25 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
         yield from view.file_lines(report, columns)
 
 
+_TIME = re.compile(r"\b\d+(\.\d+)? s\b")
+_NUMBER = re.compile(r"\d+")
+
+
+def _cause(fault: str) -> str:
+    """What faults of several tests have in common where they are one: all but times, and the numbers of a crash."""
+    cause = _TIME.sub("", fault)
+    return _NUMBER.sub("", cause) if " raised " in cause else cause
+
+
 def _faults(report: Report) -> Iterator[Line]:
-    faults = [(test, fault) for test in report.tests for fault in test.faults]
-    for test, fault in faults[:_MAX_FAULTS]:
-        yield Line(visible(f"fault: {fault} ({test.id})"), "bad")
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for test in report.tests:
+        for fault in test.faults:
+            alike.setdefault(_cause(fault), []).append((fault, test.id))
+    faults = list(alike.values())
+    for (fault, first), *others in faults[:_MAX_FAULTS]:
+        tests = f"{first}, and {plural(len(others), 'more test')}" if others else first
+        yield Line(visible(f"fault: {fault} ({tests})"), "bad")
     if len(faults) > _MAX_FAULTS:
         yield Line(f"fault:{and_more(len(faults) - _MAX_FAULTS).removeprefix(',')}", "bad")
 

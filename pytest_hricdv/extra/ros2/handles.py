@@ -23,6 +23,14 @@ class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
     """As of the extension: the handle was destroyed."""
 
 
+def node_that_runs() -> Node | None:
+    """The running node; None outside of one, also while Python ends and finalizers of `rclpy` are called."""
+    try:
+        return running_node()
+    except RuntimeError:
+        return None  # there are no greenlets any more
+
+
 def running_kernel(action: str) -> Kernel:
     """The kernel of the running node.
 
@@ -89,10 +97,7 @@ class Destroyable:
             self.destroy()
 
     def _is_in_its_run(self) -> bool:
-        try:
-            node = running_node()
-        except RuntimeError:
-            return False  # Python ends, and there are no greenlets any more
+        node = node_that_runs()
         return node is not None and self._kernel in (node.kernel, None)
 
     def destroy(self) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from pytest_hricdv.extra.ros2.handles import running_kernel
-from pytest_hricdv.runtime.kernel import Kernel, running_node
+from pytest_hricdv.extra.ros2.handles import node_that_runs, running_kernel
+from pytest_hricdv.runtime.kernel import Kernel
 
 SEPARATOR = "."
 
@@ -72,7 +72,7 @@ def _log() -> Log:
 
 def reset_levels() -> None:
     """Forget all levels that were set; outside of a run there are none."""
-    node = running_node()
+    node = node_that_runs()
     if node is not None:
         log_of(node.kernel).levels = Log().levels
 
@@ -109,7 +109,7 @@ def level_from_string(name: str) -> int:
 
 def add_sublogger(name: str, sublogger: str) -> bool:
     """Publish what a logger below another one logs where that one's is; False if that one's is not published."""
-    node = running_node()
+    node = node_that_runs()
     listeners = {} if node is None else log_of(node.kernel).listeners
     if not listeners.get(name):
         return False
@@ -119,7 +119,7 @@ def add_sublogger(name: str, sublogger: str) -> bool:
 
 def remove_sublogger(name: str, sublogger: str) -> None:
     """Undo one `add_sublogger`; also while Python cleans up, when no node runs and nothing is left to undo."""
-    node = running_node()
+    node = node_that_runs()
     listeners = {} if node is None else log_of(node.kernel).listeners
     if listeners.get(full := f"{name}{SEPARATOR}{sublogger}"):
         listeners[full].pop()
@@ -127,7 +127,7 @@ def remove_sublogger(name: str, sublogger: str) -> None:
 
 def write(severity: int, name: str, message: str, function: str, file: str, line: int) -> None:
     """Log a message. What is logged outside of a run, as while a module is imported, is not kept."""
-    node = running_node()
+    node = node_that_runs()
     if node is None:
         return
     log = log_of(node.kernel)

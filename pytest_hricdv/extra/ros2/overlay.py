@@ -113,7 +113,8 @@ def _in_ns(timeout_sec: float | None) -> int:
 def _round_up() -> None:
     """Let what is longer than nothing be no 0 for what is loaded of `rclpy`: see `clocks.whole_ns`."""
     for name, module in [*sys.modules.items()]:
-        if name.partition(".")[0] == "rclpy" and _IN_NS in vars(module):
+        # Not in `rclpy.utilities`, where it is defined: who asks for it there is told what it is told elsewhere.
+        if name.partition(".")[0] == "rclpy" and name != "rclpy.utilities" and _IN_NS in vars(module):
             vars(module)[_IN_NS] = _in_ns
     duration = getattr(sys.modules.get("rclpy.duration"), "Duration", None)  # it may be in the middle of its import
     if duration is not None and not hasattr(duration, _ROUNDED_UP):
