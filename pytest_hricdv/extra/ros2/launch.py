@@ -15,6 +15,7 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import LaunchError, RosNode
+from pytest_hricdv.runtime.place import raised_at
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -111,15 +112,26 @@ def load(node: RosNode) -> Callable[[], object]:
     try:
         with _stand_ins_as_arguments():
             module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name is None or not (module_name == error.name or module_name.startswith(f"{error.name}.")):
-            raise
-        raise LaunchError(f"{node}: there is no module {error.name!r}; is its folder on the path?") from None
+    except ImportError as error:
+        own = isinstance(error, ModuleNotFoundError) and error.name is not None
+        if own and f"{module_name}.".startswith(f"{error.name}."):
+            raise LaunchError(f"{node}: there is no module {error.name!r}; is its folder on the path?") from None
+        raise LaunchError(f"{node}: {module_name} cannot be imported: {_failed_import(error)}") from error
     target = vars(module).get(name)
     if not callable(target):
         callables = [member for member, value in vars(module).items() if callable(value) and not member.startswith("_")]
         raise LaunchError(f"{node}: {module_name} has no {name!r}{nearest(name, callables)}")
     return _spinning(target) if isinstance(target, type) else _with_arguments(target, command_line(node))
+
+
+def _failed_import(error: ImportError) -> str:
+    """Which import failed, where, and what to do."""
+    where = raised_at(error)
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        return (
+            f"{where} imports {error.name!r}, which is not installed; install it, or source the workspace that has it"
+        )
+    return f"{where}: {error}"
 
 
 _STAND_INS = ["program", "arguments of its process"]

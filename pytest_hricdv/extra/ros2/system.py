@@ -153,8 +153,9 @@ def _check_fields() -> None:
 def _require_rclpy() -> None:
     if importlib.util.find_spec("rclpy") is None:
         raise Ros2Error(
-            "rclpy cannot be imported: it is not on PyPI, but part of a ROS 2 distribution (jazzy or later); run "
-            "`source /opt/ros/DISTRIBUTION/setup.bash` before pytest, in a Python of the distribution's version"
+            "rclpy cannot be imported: run `source /opt/ros/DISTRIBUTION/setup.bash` of a ROS 2 distribution (jazzy or "
+            "later) before pytest, in a Python of its version; or, on Linux, `pip install ros-rclpy "
+            "ros-common-interfaces` and then `pip install --force-reinstall lark`"
         )
     try:
         version = metadata.version("rclpy")

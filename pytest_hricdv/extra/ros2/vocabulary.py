@@ -11,6 +11,7 @@ from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.fields import kinds_of
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.runtime.place import raised_at
 
 ROSOUT = "rosout"
 
@@ -85,7 +86,10 @@ def loaded(name: str, folder: str) -> Any:
         module = importlib.import_module(f"{package}.{folder}")
     except ModuleNotFoundError as error:
         if error.name not in (package, f"{package}.{folder}"):
-            raise
+            raise Ros2Error(
+                f"ros2: type {name!r}: {package} cannot be imported: {raised_at(error)} imports {error.name!r}, which is "
+                "not installed; install it"
+            ) from error
         raise Ros2Error(
             f"ros2: type {name!r}: there is no Python package {error.name!r}; is the workspace's setup file sourced? "
             "The folder of its interface files is enough: Ros2(interfaces=(...,))"

@@ -123,6 +123,13 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
         load(RosNode(package="cell_robot", executable="graspr"))
     with pytest.raises(LaunchError, match=r"cell_robot\.grasper has no 'man'; nearest: main"):
         load(RosNode(entry="cell_robot.grasper:man"))
+    (tmp_path / "cell_robot" / "needy.py").write_text("import cv_not_there\n")
+    needy = r"cell_robot\.needy cannot be imported: .*needy\.py:1 imports 'cv_not_there', which is not installed"
+    with pytest.raises(LaunchError, match=needy):
+        load(RosNode(entry="cell_robot.needy:main"))
+    (tmp_path / "cell_robot" / "wrong.py").write_text("\nfrom cell_robot.grasper import nothing\n")
+    with pytest.raises(LaunchError, match=r"cell_robot\.wrong cannot be imported: .*wrong\.py:2: cannot import name"):
+        load(RosNode(entry="cell_robot.wrong:main"))
     with pytest.raises(LaunchError, match=r"there is no module 'cell_robot\.graspr'; is its folder on the path"):
         load(RosNode(entry="cell_robot.graspr:main"))
     with pytest.raises(LaunchError, match="package 'no_robot' is not installed, or has none"):
@@ -261,7 +268,9 @@ def test_messages_check_their_fields_unless_the_user_says_otherwise(
 
 @pytest.mark.skipif(find_spec("rclpy") is not None, reason="there is rclpy")
 def test_without_rclpy_it_says_how_to_get_it() -> None:
-    with pytest.raises(Ros2Error, match="rclpy cannot be imported: it is not on PyPI, but part of a ROS 2"):
+    with pytest.raises(
+        Ros2Error, match="rclpy cannot be imported: run `source .*; or, on Linux, `pip install ros-rclpy "
+    ):
         prepare()
 
 

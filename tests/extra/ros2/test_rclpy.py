@@ -1,4 +1,4 @@
-"""With the real `rclpy`, where there is one: it is not on PyPI, but comes with a ROS 2 distribution."""
+"""With the real `rclpy`, where there is one, of a ROS 2 distribution or of PyPI (`ros-rclpy`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.ros2 conformance`, with a small library in the place of `rclpy`, which is not on PyPI."""
+"""`python -m pytest_hricdv.ros2 conformance`, with a small library in the place of `rclpy`."""
 
 from __future__ import annotations
 
@@ -90,4 +90,4 @@ def test_what_is_missing_is_said(tmp_path: Path, source: Path) -> None:
     (tmp_path / "library/rclpy").rmdir()
     done = _conformance(tmp_path, str(source))
     assert done.returncode == 2
-    assert "rclpy cannot be imported: it is not on PyPI, but part of a ROS 2 distribution" in done.stderr
+    assert "rclpy cannot be imported: run `source /opt/ros/DISTRIBUTION/setup.bash`" in done.stderr
