@@ -122,9 +122,9 @@ def tests_of(source: Path) -> list[Path]:
         raise InputError(f"{source}: no tests of rclpy; expected a checkout of ros2/rclpy, with rclpy/test/test_*.py")
     if importlib.util.find_spec("rclpy") is None:
         raise InputError(
-            "rclpy cannot be imported: run `source /opt/ros/DISTRIBUTION/setup.bash` of a ROS 2 distribution in a Python "
-            "of its version; or, on Linux, `pip install ros-rclpy ros-test-msgs` and then `pip install --force-reinstall "
-            "lark`"
+            "rclpy cannot be imported: run `source /opt/ros/DISTRIBUTION/setup.bash` of a ROS 2 distribution, in a "
+            "Python of its version; or, on Linux, `pip install ros-rclpy ros-test-msgs`, and then `pip install "
+            "--force-reinstall lark`"
         )
     return files
 

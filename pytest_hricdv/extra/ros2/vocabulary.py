@@ -87,8 +87,8 @@ def loaded(name: str, folder: str) -> Any:
     except ModuleNotFoundError as error:
         if error.name not in (package, f"{package}.{folder}"):
             raise Ros2Error(
-                f"ros2: type {name!r}: {package} cannot be imported: {raised_at(error)} imports {error.name!r}, which is "
-                "not installed; install it"
+                f"ros2: type {name!r}: {package} cannot be imported: {raised_at(error)} imports {error.name!r}, "
+                "which is not installed; install it"
             ) from error
         raise Ros2Error(
             f"ros2: type {name!r}: there is no Python package {error.name!r}; is the workspace's setup file sourced? "

@@ -269,7 +269,7 @@ def test_messages_check_their_fields_unless_the_user_says_otherwise(
 @pytest.mark.skipif(find_spec("rclpy") is not None, reason="there is rclpy")
 def test_without_rclpy_it_says_how_to_get_it() -> None:
     with pytest.raises(
-        Ros2Error, match="rclpy cannot be imported: run `source .*; or, on Linux, `pip install ros-rclpy "
+        Ros2Error, match=r"rclpy cannot be imported: run `source .*; or, on Linux, `pip install ros-rclpy "
     ):
         prepare()
 
