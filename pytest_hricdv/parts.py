@@ -26,6 +26,7 @@ PARTS = MappingProxyType(
         "campaign": ("records", "view"),
         "verification_plan": ("part", "records", "merging", "view"),
         "cluster": ("part",),
+        "diagnosis": ("part", "records", "view"),
         "audit": ("part", "records", "view"),  # before what follows failures up: some are none
         "search": ("part", "records", "merging", "view"),
         "trend": ("part", "records", "view"),

@@ -1,0 +1,181 @@
+"""Diagnosing: from a report with failing tests to the causes of its failures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+from pytest_hricdv._base import own_json as json
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
+from pytest_hricdv.coverage.gaps import Function, functions
+from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.extra.diagnosis.experiments import Experiments
+from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure, failures_of
+from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis, SuspiciousPlace
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.session.part import PartSession
+from pytest_hricdv.session.replaying import named
+
+MOST_PLACES = 5
+"""So many places are named of each cause. Chosen: who looks at more reads the code anyway."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a diagnosis is about: a report's tests and their failures."""
+
+    report: Report
+    tests: Mapping[str, TestResult]
+    failures: tuple[Failure, ...]
+    spectra: Spectra
+
+    @classmethod
+    def of(cls, report: Report) -> Subject:
+        """All that a report tells."""
+        tests = {test.nodeid: test for test in report.tests if test.timeline is not None}
+        known = {} if report.strict else report.known_violations
+        failures = tuple(failure for test in tests.values() for failure in failures_of(test, report.state, known))
+        bits = {name: measured for name, test in tests.items() if (measured := Bits.of(test.code)) is not None}
+        return cls(report, tests, failures, Spectra(CodeMap.of(report.code_under_test), bits))
+
+    def groups(self, evidence: Evidence) -> tuple[Group, ...]:
+        """Failures that have probably one cause."""
+        disturbances = {name: _disturbances(test) for name, test in self.tests.items()}
+        return grouped(disturbances, self.failures, self.spectra, evidence)
+
+
+def _disturbances(test: TestResult) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(line.removeprefix(PREFIX) for line in test.abstract if line.startswith(PREFIX)))
+
+
+def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -> Report:
+    """The report with its causes, after experiments."""
+    subject = Subject.of(report)
+    if not subject.failures:
+        return report
+    failing = {failure.nodeid for failure in subject.failures}
+    chosen = session.aggregation.chosen
+    budget = options.budget(len(subject.tests))
+    if any(group.change for group in subject.groups(Evidence())):
+        limit = f"in at most {plural(budget, 'run')}"
+        session.say("")
+        session.say(f"hricdv: looking for the causes of {plural(len(failing), 'failing test')}, {limit} ...")
+    experiments = Experiments(
+        subject.groups,
+        {name: chosen[name].concrete for name in sorted(failing) if name in chosen},
+        _runner(session),
+        budget,
+    )
+    groups = experiments.groups()
+    session.interrupted |= experiments.ended == "interrupted"
+    made = tuple(_cause(subject, group, experiments.evidence) for group in groups)
+    report = CAUSES.put(report, made)
+    return DIAGNOSIS.put(report, Diagnosis(runs=experiments.used, budget=budget, ended=experiments.ended))
+
+
+def _runner(session: PartSession) -> Callable[[ConcreteTest], frozenset[str] | None]:
+    """Runs a test in a fork, where there is one: whatever it does to its process, the session's results are safe."""
+    rerunning = session.rerunning
+
+    def run_here(test: ConcreteTest) -> frozenset[str] | None:
+        result = rerunning.run(named(test, "experiment"))
+        return None if result is None else _wrong(result)
+
+    def run(test: ConcreteTest) -> frozenset[str] | None:
+        if not hasattr(os, "fork"):
+            return run_here(test)
+        process = fork()
+        if isinstance(process, InFork):
+            message = _message(None)
+            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
+                message = _message(run_here(test))
+            process.send_and_end(message)
+        try:
+            with rerunning.let_through():
+                return _wrong_of(process.message())
+        except ForkError:
+            return None
+        finally:
+            process.close()
+
+    return run
+
+
+def _message(violated: frozenset[str] | None) -> bytes:
+    return json.dumps(None if violated is None else sorted(violated)).encode()
+
+
+def _wrong_of(message: bytes) -> frozenset[str] | None:
+    violated = json.loads(message)
+    return None if violated is None else frozenset(violated)
+
+
+def _wrong(result: CaseResult) -> frozenset[str]:
+    return frozenset((*result.failed, *((FAULT,) if result.faults else ())))
+
+
+def _cause(subject: Subject, group: Group, evidence: Evidence) -> Cause:
+    tests = sorted(
+        (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
+    )
+    requirement, state = group.first
+    confirmed = {
+        failure.nodeid for failure in group.failures if (failure.nodeid, failure.requirement) in evidence.confirmed
+    }
+    shortest = next((test for test in tests if test.nodeid in confirmed), tests[0])
+    return Cause(
+        id=digest("cause", group.change, requirement, state)[:8],
+        requirements=group.requirements,
+        tests=tuple(dict.fromkeys(test.id for test in tests)),
+        change=group.change,
+        state=state,
+        minimal=shortest.abstract,
+        replay=shortest.replay,
+        places=_places(subject, group),
+        decides=_decides(group, len(confirmed)),
+        confirmed=len(confirmed),
+        is_known=group.is_known,
+    )
+
+
+def _decides(group: Group, confirmed: int) -> str:
+    if not group.change:
+        return ""
+    if not confirmed:
+        return f"comes with the disturbance {group.change}; no run has confirmed it"
+    tests = plural(len(group.nodeids), "test")
+    return f"passes without the disturbance {group.change}: {confirmed} of {tests} were run without it"
+
+
+def _places(subject: Subject, group: Group) -> tuple[SuspiciousPlace, ...]:
+    otherwise = {failure.nodeid for failure in subject.failures if failure.requirement in group.requirements}
+    ranked = subject.spectra.suspects(group.nodeids, otherwise)[:MOST_PLACES]
+    sources = {file.file: file.source for file in subject.report.code_under_test.map}
+    return tuple(
+        SuspiciousPlace(
+            file=suspect.file,
+            line=suspect.line,
+            function=_function(functions(sources[suspect.file]), suspect.line),
+            score=round(suspect.score, 4),
+            text=_line(sources[suspect.file], suspect.line),
+        )
+        for suspect in ranked
+    )
+
+
+def _function(all_functions: Sequence[Function], line: int) -> str:
+    return next(function.name for function in all_functions if line in function)
+
+
+def _line(source: str, number: int) -> str:
+    lines = source.splitlines()
+    return lines[number - 1].strip() if number <= len(lines) else ""

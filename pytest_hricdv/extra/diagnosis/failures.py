@@ -1,0 +1,114 @@
+"""Failures: a requirement that a test violated, in which state of the code, and after which disturbances."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Container, Iterator, Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv._base import own_json as json
+from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.execution.outcome import is_declared
+from pytest_hricdv.results.model import TestResult
+
+FAULT = "fault"
+"""In place of a requirement: what is wrong with a run beside its requirements."""
+
+_ROUNDED_S = 0.001
+"""Times in a report are rounded to a millisecond: what begins within one was before."""
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The first time that a test violated a requirement; one that is not known, if there is one.
+
+    Args:
+        nodeid: of the test.
+        requirement: its id, or `FAULT`.
+        part: what distinguishes this from other violations of the requirement: the bools and texts that it saw.
+        state: what the code under test had named as its state.
+        time_s: when.
+        disturbances: that had begun before, each once, in order.
+        is_known: the violation is a known one.
+    """
+
+    nodeid: str
+    requirement: str
+    part: str
+    state: str
+    time_s: float
+    disturbances: tuple[str, ...]
+    is_known: bool
+
+    @property
+    def kind(self) -> tuple[str, str]:
+        """Requirement and state: failures of a kind may have one cause."""
+        return self.requirement, self.state
+
+
+def failures_of(test: TestResult, state: str, known_violations: Container[str]) -> Iterator[Failure]:
+    """What failed in a test, in the order of time.
+
+    Args:
+        test: of a report.
+        state: the message and field that tell the state of the code under test, as `topic.field`; may be empty.
+        known_violations: requirements with known violations.
+    """
+    states = _States(test, state)
+    made = [*_violations(test, states, known_violations), *_faults(test, states)]
+    return iter(sorted(made, key=lambda failure: (failure.time_s, failure.requirement)))
+
+
+def _violations(test: TestResult, states: _States, known_violations: Container[str]) -> Iterator[Failure]:
+    for name, result in test.requirements.items():
+        judged = [
+            (is_declared(name, known_violations, outside=violation.outside), violation)
+            for violation in result.violations
+        ]
+        if not judged:
+            continue
+        is_known, first = min(judged, key=lambda entry: (entry[0], entry[1].time_s))
+        plain = ((key, value) for key, value in sorted(first.values.items()) if isinstance(value, bool | str))
+        part = ", ".join(f"{key} {value}" for key, value in plain) or _NUMBER.sub("#", first.text)
+        before = _disturbances(test, first.time_s)
+        yield Failure(test.nodeid, name, part, states.at(first.time_s), first.time_s, before, is_known)
+
+
+def _faults(test: TestResult, states: _States) -> Iterator[Failure]:
+    end_s = test.timeline.end_s if test.timeline else test.sim_s
+    for fault in test.faults:
+        part = _NUMBER.sub("#", fault)
+        yield Failure(test.nodeid, FAULT, part, states.at(end_s), end_s, _disturbances(test, end_s), is_known=False)
+
+
+def _disturbances(test: TestResult, time_s: float) -> tuple[str, ...]:
+    begun = test.abstract[: bisect_right(test.acted_s or (), time_s + _ROUNDED_S)]
+    return tuple(dict.fromkeys(line.removeprefix(PREFIX) for line in begun if line.startswith(PREFIX)))
+
+
+class _States:
+    """What the code under test named as its state over a run."""
+
+    def __init__(self, test: TestResult, state: str) -> None:
+        topic, _, name = state.partition(".")
+        self._times_s: list[float] = []
+        self._names: list[str] = []
+        for time_s, fields in _messages(test.timeline.messages if test.timeline and topic else (), topic):
+            self._times_s.append(time_s)
+            self._names.append(str(json.loads(fields).get(name, "")))
+
+    def at(self, time_s: float) -> str:
+        """The state at a time (s); empty where it had named none. A message of the same millisecond comes later."""
+        count = bisect_right(self._times_s, time_s)
+        return self._names[count - 1] if count else ""
+
+
+def _messages(messages: Sequence[str], topic: str) -> Iterator[tuple[float, str]]:
+    """Time (s) and fields of the messages of a topic, of a timeline."""
+    for message in messages:
+        time_s, _, name, fields = message.split("\t", 3)
+        if name == topic:
+            yield float(time_s), fields

@@ -1,0 +1,238 @@
+"""Grouping: failures that have probably one cause, by association over all tests.
+
+1. Each failure gets a change: of the disturbances before it, the one that goes with failures of its requirement most
+   (Ochiai's coefficient); none where they come as often without it.
+2. Failures of one test with the same change are one incident: the later ones follow from the first.
+3. Kinds of failures that come without a disturbance have one cause if the same tests have them, by Fisher's exact test,
+   or if the same statements are the most suspicious.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import exp, lgamma
+
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
+from pytest_hricdv.extra.diagnosis.failures import Failure
+from pytest_hricdv.extra.diagnosis.spectrum import Counts, Suspect, ochiai, suspects
+
+SIGNIFICANCE = 0.01
+"""Two sets of tests are not equal by chance. Usual; smaller than 0.05, as many pairs of kinds are compared."""
+
+SAME_TESTS = 0.8
+"""So many of the tests with the rarer kind have the other one, too. Chosen: the end of a run can prevent a consequence
+(0.5 and 1.0: not measured)."""
+
+FIRST = 3
+"""So many of the most suspicious statements are compared. Chosen: a fault is seldom more than three statements."""
+
+Change = str
+Kind = tuple[Change, str, str]
+"""A change, a requirement and a state."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What experiments have shown of failures: their node id and requirement -> changes."""
+
+    confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)
+    refuted: Mapping[tuple[str, str], Collection[Change]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Failures that have probably one cause.
+
+    Args:
+        change: the disturbance without which they do not come; empty for none.
+        failures: in the order of tests, then of time.
+    """
+
+    change: Change
+    failures: tuple[Failure, ...]
+
+    @cached_property
+    def nodeids(self) -> tuple[str, ...]:
+        """Of the tests, each once."""
+        return tuple(dict.fromkeys(failure.nodeid for failure in self.failures))
+
+    @cached_property
+    def requirements(self) -> tuple[str, ...]:
+        """That fail, those of most tests first."""
+        counts = Counter(failure.requirement for failure in self.failures)
+        return tuple(sorted(counts, key=lambda name: (-counts[name], name)))
+
+    @cached_property
+    def first(self) -> tuple[str, str]:
+        """Requirement and state of what fails first in most tests."""
+        firsts: dict[str, tuple[str, str]] = {}
+        for failure in self.failures:
+            firsts.setdefault(failure.nodeid, failure.kind)
+        counts = Counter(firsts.values())
+        return max(counts, key=lambda kind: (counts[kind], kind))
+
+    @property
+    def is_known(self) -> bool:
+        """All of its violations are known."""
+        return all(failure.is_known for failure in self.failures)
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """What each test executes.
+
+    Args:
+        code: None where none was measured.
+        bits: node id -> what the test executes; tests that were not measured are not among them.
+    """
+
+    code: CodeMap | None = None
+    bits: Mapping[str, Bits] = field(default_factory=dict)
+
+    def suspects(self, failing: Collection[str], failing_otherwise: Collection[str] = ()) -> tuple[Suspect, ...]:
+        """The statements that these tests execute, the most suspicious first.
+
+        Args:
+            failing: node ids of the tests.
+            failing_otherwise: of others, which are no passing tests.
+        """
+        if self.code is None:
+            return ()
+        left_out = {*failing, *failing_otherwise}
+        passing = [bits for name, bits in self.bits.items() if name not in left_out]
+        return suspects(self.code, [self.bits[name] for name in failing if name in self.bits], passing)
+
+
+def grouped(
+    tests: Mapping[str, Sequence[str]], failures: Sequence[Failure], spectra: Spectra, evidence: Evidence
+) -> tuple[Group, ...]:
+    """Groups of failures, those with new violations first, then those of most tests.
+
+    Args:
+        tests: node id -> the disturbances of each test that was run, failing or not.
+        failures: in the order of tests, then of time.
+        spectra: what tests execute.
+        evidence: of experiments.
+    """
+    changes = _Association(tests, failures, evidence)
+    kinds: dict[Kind, list[Failure]] = {}
+    for failure in failures:
+        kinds.setdefault((changes.of(failure), *failure.kind), []).append(failure)
+    sets = _DisjointSets(kinds)
+    _unite_incidents(kinds, sets)
+    _unite_nominal({kind: kinds[kind] for kind in kinds if not kind[0]}, sets, spectra, len(tests))
+    place = {failure: number for number, failure in enumerate(failures)}
+    groups = [
+        Group(same[0][0], tuple(sorted((failure for kind in same for failure in kinds[kind]), key=place.__getitem__)))
+        for same in sets.sets()
+    ]
+    return tuple(sorted(groups, key=lambda group: (group.is_known, -len(group.nodeids), group.change, group.first)))
+
+
+class _Association:
+    """How disturbances go with failures."""
+
+    def __init__(self, tests: Mapping[str, Sequence[str]], failures: Iterable[Failure], evidence: Evidence) -> None:
+        self._having: dict[str, set[str]] = {}
+        for nodeid, disturbances in tests.items():
+            for name in disturbances:
+                self._having.setdefault(name, set()).add(nodeid)
+        self._failing: dict[str, set[str]] = {}
+        for failure in failures:
+            self._failing.setdefault(failure.requirement, set()).add(failure.nodeid)
+        self._tests = len(tests)
+        self._evidence = evidence
+
+    def of(self, failure: Failure) -> Change:
+        """The change without which a failure does not come, as far as is known."""
+        key = failure.nodeid, failure.requirement
+        if key in self._evidence.confirmed:
+            return self._evidence.confirmed[key]
+        refuted = self._evidence.refuted.get(key, ())
+        scores = {
+            name: self._score(name, self._failing[failure.requirement])
+            for name in failure.disturbances
+            if name not in refuted
+        }
+        best = max(scores, key=lambda name: (scores[name], failure.disturbances.index(name)), default="")
+        return best if scores.get(best, 0.0) > 0.0 else ""
+
+    def _score(self, name: str, failing: set[str]) -> float:
+        """0 where tests without it fail as often."""
+        having = self._having.get(name, set())
+        both, others = len(having & failing), self._tests - len(having)
+        without = len(failing) - both
+        if others and both * others <= without * len(having):
+            return 0.0
+        return ochiai(Counts(both, len(having) - both, len(failing)))
+
+
+class _DisjointSets:
+    """Kinds in sets, which are united (R. Tarjan: Efficiency of a Good But Not Linear Set Union Algorithm, 1975)."""
+
+    def __init__(self, kinds: Iterable[Kind]) -> None:
+        self._parents = {kind: kind for kind in kinds}
+
+    def _root(self, kind: Kind) -> Kind:
+        while self._parents[kind] != kind:
+            kind = self._parents[kind]
+        return kind
+
+    def unite(self, kind: Kind, other: Kind) -> None:
+        """Make one set of those that have them."""
+        self._parents[self._root(other)] = self._root(kind)
+
+    def sets(self) -> list[list[Kind]]:
+        """All sets."""
+        members: dict[Kind, list[Kind]] = {}
+        for kind in self._parents:
+            members.setdefault(self._root(kind), []).append(kind)
+        return [*members.values()]
+
+
+def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSets) -> None:
+    """Of one test, what goes away with the same disturbance."""
+    first: dict[tuple[str, Change], Kind] = {}
+    for kind, members in kinds.items():
+        for failure in members if kind[0] else ():
+            sets.unite(first.setdefault((failure.nodeid, kind[0]), kind), kind)
+
+
+def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra, tests: int) -> None:
+    """What comes without a disturbance: in the same tests, or at the same places in the code."""
+    nodeids = {kind: {failure.nodeid for failure in members} for kind, members in kinds.items()}
+    places = {
+        kind: {(suspect.file, suspect.line) for suspect in spectra.suspects(sorted(names))[:FIRST]}
+        for kind, names in nodeids.items()
+    }
+    listed = [*kinds]
+    for number, kind in enumerate(listed):
+        for other in listed[:number]:
+            same_places = bool(places[kind]) and places[kind] == places[other]
+            if same_places or _are_same(nodeids[kind], nodeids[other], tests):
+                sets.unite(other, kind)
+
+
+def _are_same(some: set[str], others: set[str], tests: int) -> bool:
+    """Whether nearly all tests of the smaller set are in the other one, and not by chance.
+
+    By Fisher's exact test, one-sided (R. Fisher: Statistical Methods for Research Workers, 1934).
+    """
+    both, fewer, more = len(some & others), *sorted((len(some), len(others)))
+    if both < SAME_TESTS * fewer:
+        return False
+    all_ways = _log_comb(tests, fewer)
+    return (
+        sum(
+            exp(_log_comb(more, common) + _log_comb(tests - more, fewer - common) - all_ways)
+            for common in range(max(both, fewer + more - tests), fewer + 1)
+        )
+        < SIGNIFICANCE
+    )
+
+
+def _log_comb(size: int, chosen: int) -> float:
+    return lgamma(size + 1) - lgamma(chosen + 1) - lgamma(size - chosen + 1)

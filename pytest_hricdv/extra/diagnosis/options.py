@@ -1,0 +1,29 @@
+"""How failures are diagnosed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SHARE = 0.05
+"""By default experiments take this share of the session's runs. They run one after the other, and two workers are the
+normal way to run a suite: so it is a tenth of the session's time. It depends on runs alone, or the number of workers
+would decide what a report says."""
+
+
+@dataclass(frozen=True)
+class DiagnosisOptions:
+    """How failures are diagnosed.
+
+    Args:
+        runs: at most so many runs of experiments; None: one in twenty of the session's runs; 0: no diagnosis.
+    """
+
+    runs: int | None = None
+
+    def budget(self, session_runs: int) -> int:
+        """How many runs experiments may take.
+
+        Args:
+            session_runs: of all tests, and of what generated them.
+        """
+        return max(1, int(SHARE * session_runs)) if self.runs is None else self.runs

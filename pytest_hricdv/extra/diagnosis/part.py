@@ -1,0 +1,44 @@
+"""Diagnosis as a part of a session: its option, and what it does after the last test where tests failed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
+from pytest_hricdv.session.option_kinds import Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part, PartSession
+
+if TYPE_CHECKING:
+    from pytest_hricdv.results.model import Report
+
+
+class DiagnosisPart(Part[DiagnosisOptions]):
+    """Says what failing tests fail for."""
+
+    name = "diagnosis"
+    options = (
+        Value(
+            "diagnose",
+            "N",
+            "after all tests, where some fail: group failures by cause, and confirm this in at most N runs of failing "
+            "tests without what they are thought to fail for; 0: no causes (default: one for twenty of the session's "
+            "runs)",
+        ),
+    )
+
+    def read(self, reader: OptionReader) -> DiagnosisOptions:
+        """How many runs a diagnosis may take."""
+        return DiagnosisOptions(reader.integer("diagnose", None, least=0))
+
+    def built(self, session: PartSession, report: Report) -> Report:
+        """The report with the causes of its failures."""
+        settings = self.settings(session.options)
+        if session.interrupted or settings.runs == 0 or not any(test.fails for test in report.tests):
+            return report
+        from pytest_hricdv.extra.diagnosis.diagnosing import diagnosed  # of failing sessions only
+
+        return diagnosed(session, report, settings)
+
+
+PART = DiagnosisPart()

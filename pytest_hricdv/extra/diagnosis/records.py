@@ -1,0 +1,90 @@
+"""What a report has of the causes of its failures."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from msgspec.structs import replace
+
+from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
+from pytest_hricdv.results.section import FileNames, Section
+
+DiagnosisEnd = Literal["done", "runs", "interrupted"]
+"""Why experiments ended: none was left, or the budget of runs was used up, or Ctrl-C."""
+
+
+class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
+    """A statement of the code under test.
+
+    Args:
+        file: as the report names it.
+        line: its first line.
+        function: it is in.
+        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient).
+        text: the line.
+    """
+
+    file: str
+    line: Count
+    function: str
+    score: NotNegative
+    text: str = ""
+
+
+class Cause(PlainRecord, frozen=True, kw_only=True):
+    """What tests fail for.
+
+    Args:
+        id: from the change, the state and the requirement that fails first: the same in each session.
+        requirements: that fail for it, those of most tests first.
+        tests: ids of the tests, the shortest first.
+        change: the disturbance without which they pass; empty where there is none.
+        state: of the code under test when the first of the requirements failed.
+        minimal: lines of the shortest of these tests.
+        replay: of this test.
+        places: the most suspicious statements first; empty where no code was measured.
+        hints: what might mend it, a sentence each.
+        decides: what makes the difference between failing and passing, in words; empty where nobody tried.
+        confirmed: in so many tests an experiment has shown that they fail for it.
+        is_known: all of its violations are known ones.
+    """
+
+    id: str
+    requirements: Names
+    tests: tuple[TestId, ...]
+    change: str = ""
+    state: str = ""
+    minimal: Names = ()
+    replay: ReplayName | None = None
+    places: tuple[SuspiciousPlace, ...] = ()
+    hints: Names = ()
+    decides: str = ""
+    confirmed: Count = 0
+    is_known: bool = False
+
+
+class Diagnosis(PlainRecord, frozen=True, kw_only=True):
+    """What the causes rest on.
+
+    Args:
+        runs: of experiments.
+        budget: so many runs were allowed.
+        ended: why they ended.
+    """
+
+    runs: Count
+    budget: Count
+    ended: DiagnosisEnd
+
+
+def _renamed(causes: tuple[Cause, ...], names: FileNames) -> tuple[Cause, ...]:
+    return tuple(replace(cause, replay=names.replay(cause.replay)) for cause in causes)
+
+
+CAUSES: Section[tuple[Cause, ...]] = Section("causes", tuple[Cause, ...], (), rename=_renamed)
+"""The causes, new ones first, then those of most tests."""
+
+DIAGNOSIS: Section[Diagnosis | None] = Section("diagnosis", Diagnosis | None, None)
+"""Of a session with failing tests."""
+
+SECTIONS = (CAUSES, DIAGNOSIS)

@@ -1,0 +1,116 @@
+"""Spectrum-based fault localization: which statements failing tests execute, and passing ones do not.
+
+The coefficients are Ochiai (R. Abreu, P. Zoeteweij, A. van Gemund: On the Accuracy of Spectrum-based Fault
+Localization, TAIC PART 2007) and DStar with the exponent 2 (W. Wong, V. Debroy, R. Gao, Y. Li: The DStar Method for
+Effective Software Fault Localization, IEEE Transactions on Reliability 63(1), 2014).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from pytest_hricdv.coverage.code_map import Bits, CodeMap
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How many tests execute an element of the code, and how many do not.
+
+    Args:
+        failing: tests that fail and execute it.
+        passing: tests that pass and execute it.
+        all_failing: tests that fail.
+    """
+
+    failing: int
+    passing: int
+    all_failing: int
+
+
+def ochiai(counts: Counts) -> float:
+    """From 0 to 1: 1 for what all failing tests execute and no passing one."""
+    executing = counts.failing + counts.passing
+    return counts.failing / math.sqrt(counts.all_failing * executing) if counts.failing else 0.0
+
+
+def dstar(counts: Counts) -> float:
+    """From 0 on, infinite for what all failing tests execute and no passing one."""
+    others = counts.passing + counts.all_failing - counts.failing
+    if not counts.failing:
+        return 0.0
+    return math.inf if not others else counts.failing**2 / others
+
+
+Coefficient = Callable[[Counts], float]
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A statement with its suspiciousness.
+
+    Args:
+        file: name, as in the report.
+        line: first line of the statement.
+        score: of the statement, or of the most suspicious branch that leaves it.
+        passing: how many passing tests execute it.
+    """
+
+    file: str
+    line: int
+    score: float
+    passing: int
+
+
+def suspects(
+    code: CodeMap, failing: Iterable[Bits], passing: Iterable[Bits], coefficient: Coefficient = ochiai
+) -> tuple[Suspect, ...]:
+    """The statements that failing tests execute, the most suspicious first.
+
+    A branch speaks for the statement that it leaves. Of equal ones, those come first that fewer passing tests execute,
+    then those that come later in the text: what a wrong decision leads to stands below it.
+
+    Args:
+        code: with as many bits as the tests have.
+        failing: what each failing test executes.
+        passing: the same of tests that do not fail.
+        coefficient: the measure of suspiciousness.
+    """
+    failing, passing = tuple(failing), tuple(passing)
+    statements = _counts(
+        Counter(test.statements for test in failing), Counter(test.statements for test in passing), code.statements
+    )
+    branches = _counts(
+        Counter(test.branches or 0 for test in failing), Counter(test.branches or 0 for test in passing), code.branches
+    )
+    ranked = [*_scored(code, statements, branches, coefficient)]
+    return tuple(sorted(ranked, key=lambda suspect: (-suspect.score, suspect.passing, suspect.file, -suspect.line)))
+
+
+def _counts(failing: Counter[int], passing: Counter[int], size: int) -> list[Counts]:
+    """Bit by bit. Thousands of tests execute the same few sets of statements, so each set is looked at once."""
+    all_failing = failing.total()
+    return [Counts(_executing(failing, place), _executing(passing, place), all_failing) for place in range(size)]
+
+
+def _executing(sets: Counter[int], place: int) -> int:
+    return sum(count for bits, count in sets.items() if bits >> place & 1)
+
+
+def _scored(
+    code: CodeMap, statements: list[Counts], branches: list[Counts], coefficient: Coefficient
+) -> Iterator[Suspect]:
+    first_statement = first_branch = 0
+    for file in code.files:
+        leaving: dict[int, float] = {}
+        for place, (line, _) in enumerate(file.branches, first_branch):
+            leaving[line] = max(leaving.get(line, 0.0), coefficient(branches[place]))
+        for place, line in enumerate(file.statements, first_statement):
+            counts = statements[place]
+            if counts.failing:
+                score = max(coefficient(counts), leaving.get(line, 0.0))
+                yield Suspect(file.name, line, score, counts.passing)
+        first_statement += len(file.statements)
+        first_branch += len(file.branches)

@@ -1,0 +1,85 @@
+"""Causes through the plugin: what failing tests fail for, in the terminal, in `report.json` and on the page."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests import json_schema
+from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+
+IMPORT = "\n    from pytest_hricdv.testbench import Disturbance"
+SURGE = """code=("lamps",),
+        disturbances={
+            "surge": Disturbance({"level": Range(90.0, 95.0, "%")}, lambda lamp, given: lamp.set(given["level"])),
+            "flicker": Disturbance({}, lambda lamp, given: lamp.set(0.0)),
+        },"""
+
+TESTS = [
+    ["enter cellar", "disturb flicker", "enter hall", "disturb surge", "enter cellar"],
+    ["enter cellar", "disturb surge", "enter hall"],
+    ["enter cellar", "disturb surge", "enter cellar", "disturb flicker", "leave"],
+    ["enter hall", "set_lamp level = 100"],
+    ["enter hall", "enter hall", "set_lamp level = 100"],
+    *(["enter cellar", *["disturb flicker"] * number, "leave"] for number in range(1, 5)),
+    *(["enter hall"] * number for number in range(1, 5)),
+]
+
+
+@pytest.fixture
+def surging(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The lamps project: a surge makes the lamp too bright, and so does a wish in the hall."""
+    change(lamps.path, "conftest.py", 'code=("lamps",),', SURGE)
+    change(
+        lamps.path,
+        "conftest.py",
+        "Model, Range, Testbench",
+        "Model, Range, Testbench\n    from pytest_hricdv.testbench import Disturbance",
+    )
+    change(lamps.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(0.0)\n    run.disturbs(lamp)\n")
+    (lamps.path / "surges.txt").write_text("\n\n".join("\n".join(test) for test in TESTS) + "\n", encoding="utf-8")
+    return lamps
+
+
+SUITE = ("--hri-suite=surges.txt", "--hri-strict")
+
+
+@pytest.mark.slow
+@plain_and_slowly_in_other_modes
+def test_causes_come_before_failures_and_are_confirmed_by_runs(
+    surging: pytest.Pytester, options: tuple[str, ...]
+) -> None:
+    result = surging.runpytest_inprocess(*SUITE, "--hri-diagnose=9", *options)
+    assert result.ret == 1
+    written = report(surging.path)
+    json_schema.REPORT.validate(written)
+    surge, wish = written["causes"]
+    assert (surge["change"], surge["requirements"], len(surge["tests"]), surge["confirmed"]) == ("surge", ["R2"], 3, 3)
+    assert (wish.get("change"), wish["requirements"], len(wish["tests"])) == (None, ["R2"], 2)
+    assert written["diagnosis"] == {"runs": 3, "budget": 9, "ended": "done"}
+    result.stdout.fnmatch_lines(
+        [
+            "5 tests fail for 2 causes",
+            "cause 1: R2 in 3 tests*",
+            "  passes without the disturbance surge: 3 of 3 tests were run without it",
+            "cause 2: R2 in 2 tests*",
+        ]
+    )
+    page = (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert "passes without the disturbance surge" in page
+
+
+@pytest.mark.slow
+def test_the_budget_and_zero(surging: pytest.Pytester) -> None:
+    surging.runpytest_inprocess(*SUITE)
+    written = report(surging.path)
+    assert written["diagnosis"] == {"runs": 1, "budget": 1, "ended": "runs"}
+    surging.runpytest_inprocess(*SUITE, "--hri-diagnose=0")
+    assert "causes" not in report(surging.path)
+
+
+def test_nothing_is_diagnosed_where_nothing_fails(lamps: pytest.Pytester) -> None:
+    (lamps.path / "hello.txt").write_text("enter hall\n", encoding="utf-8")
+    result = lamps.runpytest_inprocess("--hri-suite=hello.txt")
+    assert result.ret == 0
+    assert "cause" not in result.stdout.str()
+    assert not {"causes", "diagnosis"} & report(lamps.path).keys()

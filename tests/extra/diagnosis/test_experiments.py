@@ -1,0 +1,71 @@
+"""Failing tests are run again without what they are thought to fail for."""
+
+from __future__ import annotations
+
+from pytest_hricdv.extra.diagnosis.experiments import Experiments, without
+from pytest_hricdv.extra.diagnosis.failures import Failure
+from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+
+
+def concrete(name: str, *commands: str) -> ConcreteTest:
+    return ConcreteTest(name, "suite", 0, tuple(ConcreteAction(command) for command in commands))
+
+
+TESTS = {
+    "a": concrete("a", "disturb noise", "go", "disturb shut"),
+    "b": concrete("b", "disturb noise", "go", "go", "disturb shut"),
+}
+DISTURBANCES = {"a": ("noise", "shut"), "b": ("noise", "shut")}
+FAILURES = [Failure(name, "R1", "", "", 1.0, ("noise", "shut"), is_known=False) for name in TESTS]
+
+
+def robot(test: ConcreteTest) -> frozenset[str]:
+    """Its R1 fails whenever there is noise, whatever else comes."""
+    return frozenset({"R1"} if any(action.command == "disturb noise" for action in test.actions) else ())
+
+
+def groups_of(evidence: Evidence) -> tuple[Group, ...]:
+    return grouped(DISTURBANCES, FAILURES, Spectra(), evidence)
+
+
+def test_a_refuted_change_gives_way_to_the_next() -> None:
+    experiments = Experiments(groups_of, TESTS, robot, budget=10)
+    [group] = experiments.groups()
+    assert (group.change, group.nodeids) == ("noise", ("a", "b"))
+    assert experiments.ended == "done"
+    assert experiments.confirmed == {("a", "R1"): "noise", ("b", "R1"): "noise"}
+    assert experiments.refuted == {("a", "R1"): {"shut"}, ("b", "R1"): {"shut"}}
+
+
+def test_the_budget_ends_them() -> None:
+    experiments = Experiments(groups_of, TESTS, robot, budget=1)
+    experiments.groups()
+    assert (experiments.used, experiments.ended) == (1, "runs")
+
+
+def test_what_runs_to_no_end_shows_nothing() -> None:
+    experiments = Experiments(groups_of, TESTS, lambda test: None, budget=10)
+    experiments.groups()
+    assert not experiments.confirmed
+    assert not experiments.refuted
+
+
+def test_ctrl_c_keeps_what_was_shown() -> None:
+    runs: list[ConcreteTest] = []
+
+    def run(test: ConcreteTest) -> frozenset[str]:
+        runs.append(test)
+        if len(runs) == 2:
+            raise KeyboardInterrupt
+        return robot(test)
+
+    experiments = Experiments(groups_of, TESTS, run, budget=10)
+    assert experiments.groups()
+    assert experiments.ended == "interrupted"
+    assert experiments.refuted
+
+
+def test_a_disturbance_is_taken_away_wherever_it_comes() -> None:
+    test = concrete("c", "disturb shut", "go", "disturb shut", "disturb shutter")
+    assert [action.command for action in without(test, "shut").actions] == ["go", "disturb shutter"]
