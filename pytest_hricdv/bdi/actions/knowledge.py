@@ -17,6 +17,7 @@ from pytest_hricdv.bdi.language.terms import (
     ListTerm,
     Number,
     PlanTerm,
+    Qualified,
     String,
     Structure,
     Term,
@@ -80,7 +81,7 @@ def _abolish(invocation: Invocation) -> Outcome:
     """Remove every belief that matches, with all its sources; each removal is an event. A variable matches all."""
     agent = invocation.agent
     pattern = invocation.value(0)
-    if isinstance(pattern, (Variable, AnnotatedVariable)):
+    if isinstance(pattern, (Variable, AnnotatedVariable, Qualified)):
         entries = [entry for key in list(agent.beliefs.buckets) for entry in agent.beliefs.candidates(key)]
     else:
         entries = list(agent.beliefs.candidates(invocation.literal(0).key))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import (
     GOAL_STATE,
     SIGNS,
@@ -16,7 +17,7 @@ from pytest_hricdv.bdi.language.syntax import (
     Plan,
     Trigger,
 )
-from pytest_hricdv.bdi.language.terms import Key, Structure, Variable, is_evaluable, is_ground
+from pytest_hricdv.bdi.language.terms import Key, Qualified, Structure, Variable, is_evaluable, is_ground
 from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
@@ -56,7 +57,7 @@ class PlanLibrary:
         event = (sign, key)
         plans = self._by_event.get(event)
         if plans is None:
-            plans = tuple(plan for plan in self._by_sign[sign] if plan.trigger.key in (None, event))
+            plans = tuple(plan for plan in self._by_sign[sign] if _may_match(plan.trigger, event))
             self._by_event[event] = plans
         return plans
 
@@ -102,6 +103,20 @@ class Options(dict[Key, tuple[Option, ...]]):
     def __missing__(self, key: Key) -> tuple[Option, ...]:
         options = self[key] = tuple([_option(plan) for plan in self._library.relevant(self._sign, key)])
         return options
+
+
+def _may_match(trigger: Trigger, event: EventKey) -> bool:
+    """Whether a trigger may match events with this key; a bare variable stands for literals without a name space."""
+    literal, (_, functor, arity) = trigger.literal, event[1]
+    if isinstance(literal, Structure):
+        return trigger.key == event
+    space, name = split(functor)
+    if not isinstance(literal, Qualified):
+        return space == DEFAULT
+    if literal.space != Structure(space) and (isinstance(literal.space, Structure) or space.startswith(LOCAL)):
+        return False
+    inner = literal.literal
+    return not isinstance(inner, Structure) or inner.key == (event[1][0], name, arity)
 
 
 def _option(plan: Plan) -> Option:

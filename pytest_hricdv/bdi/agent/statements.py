@@ -26,8 +26,8 @@ from pytest_hricdv.bdi.language.syntax import (
 )
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
-    AnnotatedVariable,
     PlanTerm,
+    Qualified,
     Structure,
     Variable,
 )
@@ -53,7 +53,10 @@ def _test(agent: AgentState, intention: Intention, means: IntendedMeans, stateme
         means.unifier = solution
         agent.go_on(intention)
         return
-    if isinstance(formula, (Structure, Variable, AnnotatedVariable)):
+    if isinstance(formula, Qualified) and not isinstance(agent.value(formula, means.unifier), Structure):
+        fail(agent, intention, "test_goal_failed", f"test goal {statement} failed")
+        return
+    if isinstance(formula, GoalTerm):
         literal = instantiate(agent, formula, means)
         if agent.library.relevant("+?", literal.key):
             agent.post("+?", literal, intention)
@@ -177,6 +180,8 @@ def literal_of(agent: AgentState, term: GoalTerm, bindings: Bindings) -> Structu
     literal = agent.value(term, bindings)
     if isinstance(literal, Variable):
         raise EvaluationError(f"variable {literal} has no value here", "body_var_without_value")
+    if isinstance(literal, Qualified):
+        raise EvaluationError(f"name space {literal.space} has no value here", "body_var_without_value")
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{term} is not a literal but {literal}")
     return literal

@@ -9,12 +9,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base import input_file
 from pytest_hricdv._base.grammar import lark_parser
 from pytest_hricdv._base.input_file import EncodingError, MalformedError
+from pytest_hricdv.bdi.language import name_spaces
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
 from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, Program, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import Structure, Term
@@ -112,18 +114,21 @@ class _ProgramReader:
 
     def __init__(self, alone: bool = False) -> None:
         self._alone = alone
+        self._local_spaces = count(1)
         self._open: list[Path] = []
         """The file that is being read, behind those that led to it."""
         self._files = 0
         self._size = 0
 
-    def read(self, path: Path, named_at: Location | None, naming_text: str) -> Program:
-        """See `read_program`."""
+    def read(
+        self, path: Path, named_at: Location | None, naming_text: str, space: str = name_spaces.DEFAULT
+    ) -> Program:
+        """See `read_program`; ``space`` is the name space of what has none."""
         try:
             source = read_source(path)
             self._check(path, source.text, named_at, naming_text)
             self._open.append(_real(path))
-            program = self.parse_file(path, source)
+            program = self.parse_file(path, source, space)
             self._open.pop()
             return program
         except FileNotFoundError:
@@ -135,17 +140,17 @@ class _ProgramReader:
                 raise
             raise BdiSyntaxError.at(_without_contents(error, path), named_at, naming_text) from None
 
-    def parse_file(self, path: Path, source: SourceText) -> Program:
+    def parse_file(self, path: Path, source: SourceText, space: str = name_spaces.DEFAULT) -> Program:
         """Parse the text of a file; what is no AgentSpeak in Latin-1 either is an error of the encoding."""
         if not source.not_utf8:
-            return self.parse(source.text, str(path))
+            return self.parse(source.text, str(path), space)
         try:
-            program = self.parse(source.text, str(path))
+            program = self.parse(source.text, str(path), space)
         except BdiSyntaxError:
             raise BdiError(f"{source.not_utf8}, and no AgentSpeak as Latin-1; expected UTF-8") from None
         return replace(program, warnings=(f"{source.not_utf8}: read as Latin-1", *program.warnings))
 
-    def parse(self, text: str, file: str) -> Program:
+    def parse(self, text: str, file: str, space: str = name_spaces.DEFAULT) -> Program:
         """See `parse_program`."""
         beliefs: list[Structure | Rule] = []
         goals: list[Structure] = []
@@ -153,7 +158,7 @@ class _ProgramReader:
         warnings: list[str] = []
         from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
 
-        for item in filter(None, _parse(text, file, "start")):
+        for item in filter(None, self._items(text, file, space)):
             if isinstance(item, Plan):
                 plans.append(item)
             elif isinstance(item, PlanPattern):
@@ -162,7 +167,8 @@ class _ProgramReader:
             elif isinstance(item, Include):
                 if self._alone:
                     continue
-                included = self.read(Path(file).parent / item.path, item.location, text)
+                inner = item.space or space
+                included = self.read(Path(file).parent / item.path, item.location, text, inner)
                 beliefs.extend(included.beliefs)
                 goals.extend(included.goals)
                 plans.extend(included.plans)
@@ -172,6 +178,13 @@ class _ProgramReader:
             else:
                 beliefs.append(item)
         return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans), tuple(warnings))
+
+    def _items(self, text: str, file: str, space: str) -> list[Any]:
+        items: list[Any] = _parse(text, file, "start")
+        _, transformer = _grammar()
+        if space == name_spaces.DEFAULT and not transformer.has_spaces:
+            return items
+        return name_spaces.in_spaces(items, space, self._local_spaces)
 
     def _check(self, path: Path, text: str, named_at: Location | None, naming_text: str) -> None:
         """Refuse what includes itself, or grows beyond the limits: files that include others twice double."""
@@ -261,7 +274,10 @@ def _parse(text: str, file: str, start: str) -> Any:
     lark, transformer = _grammar()
     transformer.begin(text, file)
     try:
-        return transformer.transform(lark.parse(text, start=start))
+        item = transformer.transform(lark.parse(text, start=start))
+        if start != "start" and transformer.has_spaces:
+            (item,) = name_spaces.in_spaces([item], name_spaces.DEFAULT, count(1))
+        return item
     except VisitError as error:
         raise error.orig_exc from None
     except (UnexpectedInput, TooDeepError) as error:

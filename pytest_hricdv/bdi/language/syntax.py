@@ -5,7 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.terms import SOURCE_SELF, AnnotatedVariable, Call, Key, Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import (
+    SOURCE_SELF,
+    AnnotatedVariable,
+    Call,
+    Key,
+    Qualified,
+    Structure,
+    Term,
+    Variable,
+)
 
 TRUE = Structure("true")
 
@@ -52,8 +61,8 @@ class Comparison:
         return f"({self.left} {self.operator} {self.right})"
 
 
-Formula = Structure | Variable | AnnotatedVariable | Call | And | Or | Not | Comparison
-GoalTerm = Structure | Variable | AnnotatedVariable
+Formula = Structure | Variable | AnnotatedVariable | Qualified | Call | And | Or | Not | Comparison
+GoalTerm = Structure | Variable | AnnotatedVariable | Qualified
 """What can be achieved, tested or believed: a literal, or a variable that stands for one."""
 
 
@@ -313,9 +322,20 @@ class InitialGoal:
 
 @dataclass(frozen=True, slots=True)
 class Include:
-    """``{ include("file.asl") }``."""
+    """``{ include("file.asl", space) }``; without a name space, what is included is in that of the including source."""
 
     path: str
+    location: Location
+    space: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class NameSpaceBlock:
+    """``{ begin namespace(name, local) } ... { end }``; or ``{ namespace(name, local) }``, which only declares it."""
+
+    name: str
+    local: bool | None
+    items: tuple[object, ...] | None
     location: Location
 
 

@@ -107,8 +107,6 @@ def _hint(token: Token, accepted: set[str], text: str) -> str:
         return "; statements are separated by ';'" if in_body else "; conditions are joined by '&'"
     if token.type == "INTERNAL" and "_DOT" in accepted and not in_body:
         return "; a full stop needs a space after it"
-    if "::" in text[max(0, (token.start_pos or 0) - 1) : (token.start_pos or 0) + 2]:
-        return "; a name space is a name, as in ns::p(X), not a variable"
     if text.startswith(("|&|", "|||"), token.start_pos or 0):
         return "; statements side by side are single ones, joined by '|&|' alone or '|||' alone, with no blocks"
     if token.type == "BANG" and text.startswith("!=", token.start_pos):
@@ -147,6 +145,4 @@ def _bad_character(text: str, position: int) -> str:
     if text.startswith("/*", position):
         return "a comment that is not closed"
     hint = _HINTS.get(character, "")
-    if text.startswith("::", position):
-        hint = "; a name space is a name, as in ns::p(X), not a variable"
     return f"unexpected character {character!r}{hint}"

@@ -35,6 +35,7 @@ from pytest_hricdv.bdi.language.terms import (
     FormulaTerm,
     ListTerm,
     PlanTerm,
+    Qualified,
     Structure,
     Term,
     Variable,
@@ -42,7 +43,7 @@ from pytest_hricdv.bdi.language.terms import (
 
 Valuation = Callable[[Term], Term]
 """Gives the value of a term under some bindings."""
-_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, PlanTerm, FormulaTerm)
+_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, Qualified, PlanTerm, FormulaTerm)
 
 
 def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
@@ -131,6 +132,7 @@ def child_fields(node: object) -> tuple[str, ...]:
 
 _CHILDREN: dict[type, tuple[str, ...]] = {
     Structure: ("args", "annots", "annots_tail"),
+    Qualified: ("space", "literal"),
     AnnotatedVariable: ("variable", "annots", "annots_tail"),
     Call: ("args",),
     ListTerm: ("items", "tail"),

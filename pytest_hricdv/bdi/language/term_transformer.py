@@ -22,6 +22,7 @@ from pytest_hricdv.bdi.language.terms import (
     ListTerm,
     Number,
     PlanTerm,
+    Qualified,
     String,
     Structure,
     Term,
@@ -48,6 +49,8 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         """Start a new source: errors refer to it, and the numbers of anonymous variables start again."""
         self._text = text
         self._file = file
+        self.has_spaces = False
+        """Whether the source names name spaces."""
         self._functions: dict[tuple[str, int], str] = {}
         """Functions that a directive registers, and the predicates of their rules."""
         self._anonymous = 0
@@ -148,26 +151,48 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     def quoted(self, meta: Meta, items: Children) -> Term:
         return PlanTerm(items[0])
 
-    def literal(self, meta: Meta, items: Children) -> Structure:
-        negation, functor, arguments, annotations = items
+    def literal(self, meta: Meta, items: Children) -> Structure | Qualified:
+        space, negation, functor, arguments, annotations = items
         args = tuple(self._argument(meta, argument) for argument in arguments or ())
         annots, tail = annotations or ((), None)
-        if functor == "source" and not annotations and not negation and len(args) == 1 and is_name(args[0]):
+        if (
+            functor == "source"
+            and not annotations
+            and not negation
+            and not space
+            and len(args) == 1
+            and is_name(args[0])
+        ):
             # The same object as in messages and beliefs: comparing it is fast.
             return source(str(args[0]))
-        return Structure(_in_name_space(str(functor)), args, (), negation is not None).with_annotations(annots, tail)
+        qualifier = self._space(space)
+        name = functor if qualifier is None or isinstance(qualifier, Variable) else f"{qualifier.functor}::{functor}"
+        literal = Structure(str(name), args, (), negation is not None).with_annotations(annots, tail)
+        return Qualified(qualifier, literal) if isinstance(qualifier, Variable) else literal
+
+    def _space(self, token: str | None) -> Structure | Variable | None:
+        """The name space before a literal, as written: without a name, it is that of the source."""
+        if token is None:
+            return None
+        self.has_spaces = True
+        name = token.removesuffix("::").strip()
+        if name[:1].isupper() or name[:1] == "_":
+            return Variable(name if name != "_" else self._new_name())
+        return Structure(name)
 
     def variable(self, meta: Meta, items: Children) -> GoalTerm:
-        negation, token, annotations = items
+        space, negation, token, annotations = items
         name = str(token)
         if name[0] == "_" and not name[1:2].isdigit():
             # Each is a variable of its own, in Jason also those with a name, `_q`; numbered from 1 (see `FIRST_FRESH`
             # of the runs). Only `_1` is the same variable wherever it stands in a plan.
             name = self._new_name()
         annots, tail = annotations or ((), None)
-        if negation is None and annotations is None:
-            return Variable(name)
-        return AnnotatedVariable(Variable(name), annots, tail, negation is not None)
+        variable: Variable | AnnotatedVariable = Variable(name)
+        if negation is not None or annotations is not None:
+            variable = AnnotatedVariable(Variable(name), annots, tail, negation is not None)
+        qualifier = self._space(space)
+        return variable if qualifier is None else Qualified(qualifier, variable)
 
     def _new_name(self) -> str:
         self._anonymous += 1
@@ -193,11 +218,6 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         parts = [item for item in items if item is not None]
         tail = parts.pop().term if parts and isinstance(parts[-1], _Tail) else None
         return tuple(self._term(meta, part) for part in parts), tail
-
-
-def _in_name_space(name: str) -> str:
-    """A functor as it is kept: one of the default name space, ``default::p`` or ``::p``, without it."""
-    return name.removeprefix("default").removeprefix("::") if "::" in name else name
 
 
 @dataclass(frozen=True, slots=True)

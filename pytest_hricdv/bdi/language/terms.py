@@ -148,7 +148,7 @@ class Structure:
         return text
 
     def _write(self) -> str:
-        text = ("~" if self.negated else "") + self.functor
+        text = self.functor if not self.negated else negated_text(self.functor)
         if self.args:
             text += f"({','.join(map(str, self.args))})"
         if self.annots or self.annots_tail is not None:
@@ -161,6 +161,12 @@ class Structure:
 
     def __reduce__(self) -> tuple[object, ...]:
         return Structure, (self.functor, self.args, self.annots, self.negated, self.annots_tail)
+
+
+def negated_text(functor: str) -> str:
+    """A functor with the sign of strong negation, which stands behind its name space: ``ns::~p``."""
+    space, separator, name = functor.partition("::")
+    return f"{space}::~{name}" if separator and not functor.startswith("'") else f"~{functor}"
 
 
 class ListTerm:
@@ -294,6 +300,20 @@ class AnnotatedVariable:
 
 
 @dataclass(frozen=True, slots=True)
+class Qualified:
+    """A literal of a name space that is a variable, ``NS::p(X)``, or a variable for a literal of one, ``ns::G``.
+
+    Literals of a name space that is a name are structures with the functor ``ns::p``.
+    """
+
+    space: Variable | Structure
+    literal: Structure | Variable | AnnotatedVariable
+
+    def __str__(self) -> str:
+        return f"{self.space}::{self.literal}"
+
+
+@dataclass(frozen=True, slots=True)
 class PlanTerm:
     """A plan or event as a term, ``{ +!g : c <- b }``, or a body, ``{ a; b }``; ``plan`` is its syntax tree."""
 
@@ -324,6 +344,7 @@ Term = (
     | Arithmetic
     | Call
     | AnnotatedVariable
+    | Qualified
     | PlanTerm
     | FormulaTerm
     | Collection

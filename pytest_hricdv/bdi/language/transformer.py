@@ -19,13 +19,14 @@ from pytest_hricdv.bdi.language.syntax import (
     GoalTerm,
     Include,
     InitialGoal,
+    NameSpaceBlock,
     Plan,
     Rule,
     Trigger,
 )
 from pytest_hricdv.bdi.language.syntax_tree import variables_of, with_constants_evaluated
 from pytest_hricdv.bdi.language.term_transformer import Children
-from pytest_hricdv.bdi.language.terms import Structure, Term, Variable
+from pytest_hricdv.bdi.language.terms import Qualified, Structure, Term, Variable, is_name
 
 _NO_NAME = "_plan"
 """The label of a plan without a name until it gets an automatic one: no source can contain it."""
@@ -55,14 +56,14 @@ class AgentSpeakTransformer(StatementTransformer):
 
     def belief(self, meta: Meta, items: Children) -> Structure | Rule:
         self._without_conditions()
-        literal = self._computed(meta, items[0])
+        literal = self._computed(meta, self._of_known_space(meta, items[0]))
         free = variables_of(literal)
         # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
         return Rule(literal, TRUE, self._at(meta), tuple(sorted(free))) if free else literal
 
     def rule(self, meta: Meta, items: Children) -> Rule:
         self._without_conditions()
-        head, body = items[0], self._formula(meta, items[1])
+        head, body = self._of_known_space(meta, items[0]), self._formula(meta, items[1])
         return Rule(head, body, self._at(meta), tuple(sorted(variables_of((head, body)))))
 
     def goal(self, meta: Meta, items: Children) -> InitialGoal:
@@ -70,6 +71,11 @@ class AgentSpeakTransformer(StatementTransformer):
         if not isinstance(items[0], Structure):
             raise self._error(meta, f"expected a literal as an initial goal, found {items[0]}")
         return InitialGoal(self._computed(meta, items[0]))
+
+    def _of_known_space(self, meta: Meta, literal: GoalTerm) -> Structure:
+        if not isinstance(literal, Structure):
+            raise self._error(meta, f"expected a literal with a name as its name space, found {literal}")
+        return literal
 
     def _computed(self, meta: Meta, literal: Structure) -> Structure:
         """An initial belief or goal with the values of expressions without variables: ``p(1 + 2)`` is ``p(3)``."""
@@ -79,7 +85,19 @@ class AgentSpeakTransformer(StatementTransformer):
             raise self._error(meta, str(error)) from None
 
     def include(self, meta: Meta, items: Children) -> Include:
-        return Include(self._unquoted(items[0]), self._at(meta))
+        return Include(self._unquoted(items[0]), self._at(meta), None if items[1] is None else str(items[1]))
+
+    def declaration(self, meta: Meta, items: Children) -> NameSpaceBlock:
+        return self._name_space(meta, Structure("namespace", tuple(items[0])), None)
+
+    def _name_space(self, meta: Meta, directive: Structure, items: Children | None) -> NameSpaceBlock:
+        name, *kinds = directive.args
+        scopes = [{"local": True, "global": False}.get(str(kind)) for kind in kinds]
+        if not is_name(name) or len(scopes) > 1 or None in scopes:
+            raise self._error(meta, f"expected namespace(name), or namespace(name, local), found {directive}")
+        self.has_spaces = True
+        scope = scopes[0] if scopes else None
+        return NameSpaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
 
     def function(self, meta: Meta, items: Children) -> None:
         name = self._unquoted(items[0])
@@ -93,8 +111,12 @@ class AgentSpeakTransformer(StatementTransformer):
             )
         self._functions[name, int(items[1])] = self._unquoted(items[2])
 
-    def pattern(self, meta: Meta, items: Children) -> PlanPattern:
+    def pattern(self, meta: Meta, items: Children) -> PlanPattern | NameSpaceBlock:
         directive, *parts = items
+        if directive.functor == "namespace" and directive.args:
+            return self._name_space(meta, directive, parts)
+        if not all(isinstance(part, (Plan, PlanPattern)) for part in parts):
+            raise self._error(meta, f"expected plans only in {{ begin {directive} }}")
         try:
             return expand_pattern(directive, plans_in(parts), self._at(meta))
         except EvaluationError as error:
@@ -111,7 +133,7 @@ class AgentSpeakTransformer(StatementTransformer):
         return Plan(name, trigger, context, body, self._at(meta), annots)
 
     def label(self, meta: Meta, items: Children) -> Structure:
-        label: Structure = items[0]
+        label = self._of_known_space(meta, items[0])
         if label.args or label.negated:
             raise self._error(meta, f"expected a name as a plan's label, found {label}")
         return label
@@ -128,7 +150,8 @@ class AgentSpeakTransformer(StatementTransformer):
 
     def _see_that_it_may_come(self, meta: Meta, goal: GoalTerm) -> None:
         """See that an event of a goal's state names none that never comes."""
-        annots = () if isinstance(goal, Variable) else goal.annots
+        literal = goal.literal if isinstance(goal, Qualified) else goal
+        annots = () if isinstance(literal, Variable) else literal.annots
         states = [annot.args[0] for annot in annots if isinstance(annot, Structure) and annot.key == STATE]
         for state in states:
             if not isinstance(state, Variable) and str(state) not in GOAL_STATES:

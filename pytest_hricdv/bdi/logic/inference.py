@@ -11,8 +11,18 @@ from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.limits import WORK, LimitError, overworked
+from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
-from pytest_hricdv.bdi.language.terms import AnnotatedVariable, Call, FormulaTerm, Structure, Term, Variable, is_ground
+from pytest_hricdv.bdi.language.terms import (
+    AnnotatedVariable,
+    Call,
+    FormulaTerm,
+    Qualified,
+    Structure,
+    Term,
+    Variable,
+    is_ground,
+)
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, substitute, substitute_only
 from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, stands_for, undo, unify
@@ -248,6 +258,9 @@ def _alternatives(
     if isinstance(goal, (Variable, AnnotatedVariable)):
         yield from _by_any_belief(agent, goal, rest, env, trail)
         return
+    if isinstance(goal, Qualified):
+        yield from _in_any_space(agent, goal, rest, env, trail)
+        return
     if isinstance(goal, Call):
         outcome = agent.call(goal, env, trail)
         if isinstance(outcome, bool):
@@ -273,7 +286,7 @@ def _alternatives(
 def _meant(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
     """What a variable in the place of a condition stands for: what was handed over, or itself if it has no value."""
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
-    if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable)):
+    if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable, Qualified)):
         raise EvaluationError(f"{goal} is not a literal but {value}")
     return value
 
@@ -292,6 +305,8 @@ def _by_any_belief(
     """As in Jason, a variable without a value asks for every belief, of one predicate after the other."""
     mark = len(trail)
     for key in list(agent.beliefs.buckets):
+        if split(key[1])[0] != DEFAULT:  # those of other name spaces are asked for with their name
+            continue
         for entry in agent.beliefs.candidates(key):
             if isinstance(entry, Rule):
                 continue
@@ -303,6 +318,25 @@ def _by_any_belief(
                 trail.append(variable.variable)
                 yield from _with_annotations(variable, entry.annots, rest, env, trail, mark)
             undo(env, trail, mark)
+
+
+def _in_any_space(agent: Reasoner, goal: Qualified, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
+    """A literal whose name space is not known asks for those of all, that without a name first."""
+    mark = len(trail)
+    for key in sorted(agent.beliefs.buckets, key=lambda key: "::" in key[1]):
+        negated, functor, arity = key
+        space, name = split(functor)
+        literal = goal.literal
+        if space.startswith(LOCAL) and goal.space != Structure(space):
+            continue  # seen by its name only
+        if not isinstance(literal, Structure):
+            for entry in agent.beliefs.candidates(key):
+                if isinstance(entry, Structure) and unify(goal, entry, env, trail):
+                    yield rest
+                undo(env, trail, mark)
+        elif (negated, name, arity) == literal.key and unify(goal.space, Structure(space), env, trail):
+            yield (Structure(functor, literal.args, literal.annots, negated, literal.annots_tail), rest)
+        undo(env, trail, mark)
 
 
 def _by_belief(literal: Structure, belief: Structure, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:

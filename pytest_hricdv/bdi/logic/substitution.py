@@ -7,6 +7,7 @@ from functools import partial
 
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import WORK, spend
+from pytest_hricdv.bdi.language.name_spaces import in_space
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or
 from pytest_hricdv.bdi.language.syntax_tree import condition_with_values, variables_of, with_values
 from pytest_hricdv.bdi.language.terms import (
@@ -17,6 +18,7 @@ from pytest_hricdv.bdi.language.terms import (
     ListTerm,
     Number,
     PlanTerm,
+    Qualified,
     String,
     Structure,
     Term,
@@ -78,6 +80,9 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
         return _substitute_annotated(term, bindings, functions)
+    if isinstance(term, Qualified):
+        space, literal = (substitute(part, bindings, functions) for part in (term.space, term.literal))
+        return in_space(space, literal, term)
     if isinstance(term, FormulaTerm):
         return condition_with_values(term, partial(substitute, bindings=bindings, functions=functions))
     if isinstance(term, PlanTerm):
@@ -148,6 +153,9 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
         annots = tuple(substitute_only(annot, bindings) for annot in term.annots)
         variable = value if isinstance(value, Variable) else term.variable
         return AnnotatedVariable(variable, annots, term.annots_tail, term.negated)
+    if isinstance(term, Qualified):
+        space, literal = (substitute_only(part, bindings) for part in (term.space, term.literal))
+        return in_space(space, literal, term)
     if isinstance(term, Call):
         return _rename_term(term, bindings)
     if isinstance(term, FormulaTerm):
@@ -196,6 +204,8 @@ def _free_variables(term: Term) -> list[Variable]:
             pending.extend((part.tail, *reversed(part.items)))
         elif isinstance(part, Arithmetic):
             pending.extend(reversed(part.operands))
+        elif isinstance(part, Qualified):
+            pending.extend((part.literal, part.space))
         elif isinstance(part, AnnotatedVariable):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))
         elif isinstance(part, (PlanTerm, Call, FormulaTerm)):

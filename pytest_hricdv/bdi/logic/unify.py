@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from pytest_hricdv.bdi.language.collection import Collection
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import WORK, overworked, spend
+from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, without_space
 from pytest_hricdv.bdi.language.syntax import Comparison
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
     ListTerm,
     Number,
+    Qualified,
     Structure,
     Term,
     Variable,
@@ -51,6 +53,10 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
     if isinstance(pattern, AnnotatedVariable):
         return _unify_annotated(pattern, target, bindings, trail)
     if kind is not other:
+        if kind is Qualified:
+            return _unify_qualified(pattern, target, bindings, trail)  # type: ignore[arg-type]
+        if other is Qualified:
+            return _unify_qualified(target, pattern, bindings, trail)  # type: ignore[arg-type]
         return isinstance(target, AnnotatedVariable) and _unify_annotated(target, pattern, bindings, trail)
     if isinstance(pattern, Structure) and isinstance(target, Structure):
         return _unify_structures(pattern, target, bindings, trail)
@@ -133,6 +139,16 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
     return unify(value, _unsigned(pattern, target), bindings, trail)
 
 
+def _unify_qualified(pattern: Qualified, target: Term, bindings: Bindings, trail: Trail) -> bool:
+    """Make a literal of a name space equal to one whose name space is known; a local one is seen by its name only."""
+    if not isinstance(target, Structure):
+        return False
+    space, literal = without_space(target)
+    if space.functor.startswith(LOCAL) and walk(pattern.space, bindings) != space:
+        return False
+    return unify(pattern.space, space, bindings, trail) and unify(pattern.literal, literal, bindings, trail)
+
+
 def stands_for(pattern: AnnotatedVariable, target: Structure) -> Structure:
     """What the variable in a pattern is bound to where the pattern is a literal.
 
@@ -183,7 +199,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
         equal = left.matches(right) if isinstance(left, Collection) else left == right
         return equal == (operator == "==")
     if operator == "=..":
-        return _univ(left, right, bindings, trail)
+        return _univ(left, right, bindings, trail, functions)
     if isinstance(left, Number) and isinstance(right, Number):
         below, above = left < right, left > right
     else:
@@ -203,14 +219,19 @@ def _valued(term: Term) -> Term:
     return term
 
 
-def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail) -> bool:
-    """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one."""
+def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail, functions: Functions) -> bool:
+    """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one; with its name space first if it has one."""
+    has_space = isinstance(right, ListTerm) and len(right.items) == 4
     if isinstance(left, Structure):
-        parts = ListTerm((Structure(left.functor, negated=left.negated), ListTerm(left.args), ListTerm(left.annots)))
-        return unify(parts, right, bindings, trail)
-    if isinstance(right, ListTerm) and len(right.items) == 3:
-        functor, args, annots = (walk(item, bindings) for item in right.items)
+        space, bare = without_space(left)
+        spaces = (space,) if has_space or space.functor != DEFAULT else ()
+        name = Structure(bare.functor, negated=bare.negated)
+        return unify(ListTerm((*spaces, name, ListTerm(bare.args), ListTerm(bare.annots))), right, bindings, trail)
+    if isinstance(right, ListTerm) and (has_space or len(right.items) == 3):
+        functor, args, annots = (walk(item, bindings) for item in right.items[-3:])
         if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
-            built = Structure(functor.functor, args.items, (), functor.negated).with_annotations(annots.items)
+            built: Term = Structure(functor.functor, args.items, (), functor.negated).with_annotations(annots.items)
+            if has_space:
+                built = substitute(Qualified(right.items[0], built), bindings, functions)  # type: ignore[arg-type]
             return unify(left, built, bindings, trail)
     raise EvaluationError(f"neither side of {left} =.. {right} is known")

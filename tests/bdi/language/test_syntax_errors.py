@@ -65,7 +65,7 @@ def test_caret_stays_under_its_column_behind_tabs() -> None:
         ("p(X) :- q(X), r(X).", "human.asl:1:13: expected '.', found ','; conditions are joined by '&'"),
         ("+!a : b != c.", "human.asl:1:9: expected '.', found '!'; unequal is '\\=='"),
         ("+!a <- X is 3.", "human.asl:1:10: expected '.' or ';', found 'is'; values are given with '='"),
-        ("{ begin bc(g) }", "human.asl:1:16: expected an event such as +!g or -b, found the end of the file"),
+        ("{ begin bc(g) }", "human.asl:1:16: expected a belief, goal or plan, found the end of the file"),
         ("# a", "human.asl:1:1: unexpected character '#'; comments begin with '//'"),
     ],
 )

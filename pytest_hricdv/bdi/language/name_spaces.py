@@ -1,0 +1,188 @@
+"""Name spaces: which one the literals of a source are in.
+
+A literal of a name space is a structure with the functor ``ns::p``, one of the default name space has none before it.
+What stands in a source without a name space is in that of its file or block, but for the terms in literals, lists and
+comparisons, as in Jason 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
+from pytest_hricdv.bdi.language.syntax import (
+    Comparison,
+    ExternalAction,
+    Include,
+    InitialGoal,
+    NameSpaceBlock,
+    Plan,
+)
+from pytest_hricdv.bdi.language.syntax_tree import child_fields
+from pytest_hricdv.bdi.language.terms import (
+    VALUE_BY_RULE,
+    AnnotatedVariable,
+    Call,
+    ListTerm,
+    Qualified,
+    Structure,
+    Term,
+    Variable,
+    is_name,
+)
+
+DEFAULT = "default"
+"""The name of the name space of what has none."""
+THIS = "this_ns"
+"""The name for the name space of the source itself."""
+LOCAL = "#"
+"""The names of local name spaces begin so, which no source can write."""
+_KEYWORDS = frozenset(
+    {("true", 0), ("false", 0), ("source", 1), ("atomic", 0), ("breakpoint", 0), ("all_unifs", 0), ("self", 0)}
+    | {("percept", 0), ("tell", 0), ("default", 0), ("this_ns", 0), ("kqml_received", 4), ("state", 1)}
+)
+"""What is in the default name space wherever it stands."""
+
+
+@lru_cache(maxsize=4096)  # more than the predicates of a model
+def split(functor: str) -> tuple[str, str]:
+    """The name space of a functor, and its name there."""
+    space, separator, name = functor.partition("::")
+    return (space, name) if separator and not functor.startswith("'") else (DEFAULT, functor)
+
+
+def without_space(literal: Structure) -> tuple[Structure, Structure]:
+    """The name space of a literal, and the literal as it is called there."""
+    space, name = split(literal.functor)
+    if space == DEFAULT:
+        return Structure(DEFAULT), literal
+    return Structure(space), Structure(name, literal.args, literal.annots, literal.negated, literal.annots_tail)
+
+
+def in_space(space: Term, literal: Term, written: Qualified) -> Term:
+    """A literal in a name space; what has one, or is no literal, as it is.
+
+    Args:
+        space: a name, or a variable while it has no value.
+        literal: what is qualified.
+        written: as the source has it, for the error.
+
+    Raises:
+        EvaluationError: the name space is no name.
+    """
+    if not isinstance(literal, (Structure, Variable, AnnotatedVariable)):
+        return literal
+    if isinstance(space, Variable):
+        return Qualified(space, literal)
+    if not isinstance(space, Structure) or not is_name(space):
+        raise EvaluationError(f"{space} is no name of a name space, in {written}")
+    if not isinstance(literal, Structure):
+        return Qualified(space, literal)
+    if space.functor == DEFAULT or split(literal.functor)[0] != DEFAULT:
+        return literal
+    functor = f"{space.functor}::{literal.functor}"
+    return Structure(functor, literal.args, literal.annots, literal.negated, literal.annots_tail)
+
+
+def in_spaces(items: list[Any], space: str, numbers: Iterator[int]) -> list[Any]:
+    """The parts of a source with the name space of each.
+
+    Args:
+        items: as they are written.
+        space: that of the file.
+        numbers: for the names of local name spaces.
+    """
+    return list(_in_blocks(items, _Scope(space, {}), numbers))
+
+
+@dataclass(frozen=True, slots=True)
+class _Scope:
+    """The name space of a block of a file.
+
+    Args:
+        space: its name.
+        names: the local name spaces that the file has declared so far, by the name it calls them.
+    """
+
+    space: str
+    names: dict[str, str]
+
+    def functor(self, written: str, arity: int, qualify: bool) -> str:
+        """A functor as it is kept."""
+        space, separator, name = written.partition("::")
+        if written.startswith("'") or not separator:
+            if not qualify or (written, arity) in _KEYWORDS:
+                return written
+            space, name = self.space, written
+        elif space in ("", THIS):
+            space = self.space
+        space = self.names.get(space, space)
+        return name if space == DEFAULT else f"{space}::{name}"
+
+
+def _in_blocks(items: list[Any], scope: _Scope, numbers: Iterator[int]) -> Iterator[Any]:
+    for item in items:
+        if isinstance(item, NameSpaceBlock):
+            if item.local and item.name not in scope.names:
+                scope.names[item.name] = f"{LOCAL}{next(numbers)}{item.name}"
+            elif item.local is False:
+                scope.names.pop(item.name, None)
+            yield from _in_blocks(list(item.items or ()), _Scope(item.name, scope.names), numbers)
+        elif isinstance(item, Include):
+            yield item if item.space else replace(item, space=scope.names.get(scope.space, scope.space))
+        elif isinstance(item, InitialGoal):
+            yield InitialGoal(resolved(item.literal, scope, True))
+        elif isinstance(item, PlanPattern):
+            yield PlanPattern(resolved(item.plans, scope, True), resolved(item.beliefs, scope, True))
+        elif item is not None:
+            yield resolved(item, scope, True)
+
+
+def resolved(part: Any, scope: _Scope, qualify: bool) -> Any:
+    """A part of a source with its name spaces; ``qualify``: whether a literal there is in that of the block."""
+    if isinstance(part, tuple):
+        return tuple(resolved(item, scope, qualify) for item in part)
+    if isinstance(part, Structure):
+        return _literal(part, scope, qualify)
+    if isinstance(part, (Variable, AnnotatedVariable)):
+        return _variable(part, scope, qualify)
+    if isinstance(part, Qualified):
+        space, literal = part.space, resolved(part.literal, scope, False)
+        if isinstance(space, Structure):
+            space = Structure(scope.functor(f"{space.functor}::", 0, True).removesuffix("::") or DEFAULT)
+        return Qualified(space, literal)
+    if isinstance(part, ListTerm):
+        return ListTerm(resolved(part.items, scope, False), resolved(part.tail, scope, False))
+    if isinstance(part, ExternalAction) and isinstance(part.action, Variable):
+        return part  # a body
+    if isinstance(part, Call):
+        return replace(part, args=resolved(part.args, scope, part.name == VALUE_BY_RULE))
+    fields = child_fields(part)
+    if not fields:
+        return part
+    inner = qualify and not isinstance(part, Comparison)
+    changed = {name: resolved(getattr(part, name), scope, inner) for name in fields}
+    if isinstance(part, Plan) and part.has_label:
+        changed["label"] = scope.functor(part.label, 0, qualify)
+    return replace(part, **changed)
+
+
+def _literal(literal: Structure, scope: _Scope, qualify: bool) -> Structure:
+    functor = scope.functor(literal.functor, len(literal.args), qualify)
+    if literal.functor == THIS and not literal.args:
+        functor = scope.names.get(scope.space, scope.space)
+    args, annots = (resolved(part, scope, False) for part in (literal.args, literal.annots))
+    return Structure(functor, args, (), literal.negated).with_annotations(annots, literal.annots_tail)
+
+
+def _variable(variable: Variable | AnnotatedVariable, scope: _Scope, qualify: bool) -> Term:
+    if isinstance(variable, AnnotatedVariable):
+        annots = resolved(variable.annots, scope, False)
+        variable = AnnotatedVariable(variable.variable, annots, variable.annots_tail, variable.negated)
+    if not qualify or scope.space == DEFAULT:
+        return variable
+    return Qualified(Structure(scope.names.get(scope.space, scope.space)), variable)
