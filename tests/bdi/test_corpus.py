@@ -92,7 +92,7 @@ def test_calls_of_java_do_not_refuse_a_file_and_are_counted_once_for_each(tmp_pa
     corpus = read_corpus(
         _folder(
             tmp_path,
-            a_asl="+!g <- ia.a(1); jia.b(2); .df_register(x); .my_name.",
+            a_asl="+!g <- ia.a(1); jia.b(2); .list_files(x); .my_name.",
             b_asl="+!g <- ia.c(1).",
         )
     )
@@ -102,5 +102,5 @@ def test_calls_of_java_do_not_refuse_a_file_and_are_counted_once_for_each(tmp_pa
         ".my_name takes 1 argument, found 0: .my_name",
         "an internal action in Java",
         "an internal action in Java",
-        "unknown internal action .df_register",
+        "unknown internal action .list_files",
     ]
