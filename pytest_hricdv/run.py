@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.lanes import Lanes
@@ -79,6 +80,10 @@ class Run:
     """The number of each of them in the test, from 0."""
     actors: tuple[str, ...] = ()
     """Who acts, as the model says."""
+    bystanders: Mapping[str, Bystander] = field(default_factory=dict)
+    """Who acts without a model, by name."""
+    seen: list[tuple[float, str]] = field(default_factory=list)
+    """What bystanders have begun, and when (s of simulated time): `(4.0, "dog: walk")`."""
     fidelity: str = ""
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
     engine: str = ""
@@ -95,6 +100,8 @@ class Run:
     """How the person waits, if `waits` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
     _lanes: Lanes | None = field(default=None, init=False, repr=False)
+    _watched: set[str] = field(default_factory=set, init=False, repr=False)
+    """The bystanders whose acts a node takes."""
 
     def disturbs(self, world: Any) -> None:
         """Hand over what the handlers of disturbances are called with; to be called before `go`."""
@@ -164,16 +171,18 @@ class Run:
         `turn_wait_s`, until it is its turn.
 
         Args:
-            actor: whose actions; may be left out where the model has one actor.
+            actor: whose actions; may be left out where the model has one actor. Of a bystander, taking the next one
+                waits for the pause before it.
 
         Raises:
             TestbenchError: there is no such actor, or several and none is named; or its actions are taken already.
         """
+        if actor in self.bystanders:
+            return self._acts_of_bystander(actor)
         self._check_actor(actor)
         if len(self.actors) > 1:
             lanes = self._lanes_of_test()
-            if actor in lanes.taken:
-                raise TestbenchError(f"run.actions({actor!r}): a node takes its actions already; expected one node")
+            self._take_once(actor, lanes.taken)
             return lanes.actions(actor)
         return self._all_actions()
 
@@ -183,11 +192,29 @@ class Run:
             if self._disturbance_of(action) is None:
                 yield action
 
+    def _acts_of_bystander(self, name: str) -> Iterator[ConcreteAction]:
+        self._take_once(name, self._watched)
+        self._watched.add(name)
+        acts = self.bystanders[name].acts_of(self.test.run)
+
+        def taking() -> Iterator[ConcreteAction]:
+            for pause_s, act, parameters in acts:
+                self.kernel.sleep(pause_s)
+                self.seen.append((self.kernel.now_s, f"{name}: {act}"))
+                yield ConcreteAction(act, parameters)
+
+        return taking()
+
+    def _take_once(self, actor: str, taken: Collection[str]) -> None:
+        if actor in taken:
+            raise TestbenchError(f"run.actions({actor!r}): a node takes its actions already; expected one node")
+
     def _check_actor(self, actor: str) -> None:
         if actor in self.actors or not (actor or len(self.actors) > 1):
             return
-        call = f"run.actions({actor!r})" if actor else "run.actions()"
-        raise TestbenchError(f"{call}: expected the name of an actor of the model{nearest(actor, self.actors)}")
+        call, names = f"run.actions({actor!r})" if actor else "run.actions()", (*self.actors, *self.bystanders)
+        whom = "an actor of the model, or of a bystander" if self.bystanders else "an actor of the model"
+        raise TestbenchError(f"{call}: expected the name of {whom}{nearest(actor, names)}")
 
     def _lanes_of_test(self) -> Lanes:
         if self._lanes is None:
@@ -217,10 +244,11 @@ class Run:
                 self._disturb(disturbance, action)
 
     def idle_actors(self) -> tuple[str, ...]:
-        """Actors of the test whose actions nobody has asked for: no node takes them."""
+        """Actors, bystanders among them, whose actions nobody has asked for: no node takes them."""
+        unseen = tuple(name for name in self.bystanders if name not in self._watched)
         if self._lanes is not None:
-            return self._lanes.idle
-        return () if self.begun or len(self.actors) < 2 else self.test.actors
+            return self._lanes.idle + unseen
+        return (() if self.begun or len(self.actors) < 2 else self.test.actors) + unseen
 
     def _disturbance_of(self, action: ConcreteAction) -> Disturbance | MessageDisturbance | None:
         """The testbench's disturbance of that name; None for what a person does."""

@@ -13,6 +13,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
+from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
 from pytest_hricdv.declarations.film import Camera, Film
 from pytest_hricdv.declarations.ros2 import Ros2, RosNode
@@ -37,6 +38,7 @@ __tracebackhide__ = True  # a failing test shows its author's own frames; pytest
 __all__ = [
     "BeliefSpace",
     "Body",
+    "Bystander",
     "Camera",
     "Chance",
     "Concretization",
@@ -185,6 +187,8 @@ class Testbench:
             simulated time may take 7.5 times as long, before the run is ended with the place of that code.
         ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
             "time" and "threading" in virtual time, whatever `virtual` says.
+        bystanders: actors without a model, such as a dog: `Bystander("dog", {"walk": {...}})`; a node of the world
+            takes what each does, `run.actions("dog")`.
     """
 
     __test__ = False
@@ -222,6 +226,7 @@ class Testbench:
     transitions: tuple[tuple[str, str], ...] = ()
     virtual: tuple[str, ...] = ()
     ros2: Ros2 | None = None
+    bystanders: tuple[Bystander, ...] = ()
 
     @cached_property
     def commands(self) -> Concretization:
@@ -230,6 +235,8 @@ class Testbench:
         declared = self.concretization
         if self.model.actors:
             declared = declared.with_turns(self.model.actors)
+        for bystander in self.bystanders:
+            declared = dataclasses.replace(declared, run={**declared.run, **bystander.parameters})
         return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
 
     def simulated(self, fidelity: str) -> Testbench:

@@ -10,6 +10,7 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
+from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import Conformance
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.disturbance import faults
@@ -55,6 +56,7 @@ def checked(candidate: object, where: str) -> Testbench:
             *_state_faults(candidate),
             *_virtual_faults(candidate),
             *_sampling_faults(candidate),
+            *_bystander_faults(candidate),
             *disturbance_faults,
         ):
             raise TestbenchError(f"{where}: {fault}")
@@ -150,6 +152,24 @@ def _virtual_faults(testbench: Testbench) -> Iterator[str]:
         if name not in KINDS:
             listed = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
             yield f"virtual has {name!r}; expected a tuple of these: {listed}"
+
+
+def _bystander_faults(testbench: Testbench) -> Iterator[str]:
+    if not isinstance(testbench.bystanders, tuple):
+        yield f"bystanders is {testbench.bystanders!r}; expected a tuple of Bystander(...)"
+        return
+    names = [*testbench.model.who_acts]
+    parameters = {*testbench.concretization.run}
+    for bystander in testbench.bystanders:
+        if not isinstance(bystander, Bystander):
+            yield f"bystanders has {bystander!r}; expected a Bystander(...)"
+            continue
+        if bystander.name in names:
+            yield f"bystander {bystander.name!r}: another actor has this name; rename one of them"
+        for name in sorted(parameters.intersection(bystander.parameters)):
+            yield f"bystander {bystander.name!r}: the run has a parameter {name!r} already; rename one of them"
+        names.append(bystander.name)
+        parameters.update(bystander.parameters)
 
 
 def _sampling_faults(testbench: Testbench) -> Iterator[str]:

@@ -104,6 +104,8 @@ class CaseResult:
     """When the test's actions began (s of simulated time), as far as the testbench's `run` reported it, ascending."""
     begun: tuple[int, ...] = ()
     """Which actions these are, by their numbers from 0: several actors need not begin theirs in the text's order."""
+    seen: tuple[tuple[float, str], ...] = ()
+    """What bystanders have begun, and when (s)."""
     ending_faults: tuple[str, ...] = ()
     """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.execution.faults`)."""
     bin_faults: tuple[str, ...] = ()
@@ -206,6 +208,7 @@ def execute(
         disturbances=testbench.disturbances,
         producing=producing,
         actors=testbench.model.who_acts,
+        bystanders={bystander.name: bystander for bystander in testbench.bystanders},
         may_go_round=bool({"limit", "cycle"}.intersection(testbench.may_end)),
     )
     kernel.virtual = frozenset(testbench.virtual)
@@ -251,6 +254,7 @@ def execute(
         cross=cross,
         acted_s=tuple(run.acted_s),
         begun=tuple(run.begun),
+        seen=tuple(run.seen),
         ending_faults=tuple(ended),
         bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,

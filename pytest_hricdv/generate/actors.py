@@ -40,8 +40,8 @@ class TurnWait(Range):
     """How long an actor waits for its turn at most; the simplest is not to wait."""
 
     def simple_values(self) -> tuple[float, ...]:
-        """The least."""
-        return (float(self.low),)
+        """The least first."""
+        return tuple(sorted(super().simple_values()))
 
 
 TURNS = Range(0.0, 1.0)

@@ -255,12 +255,14 @@ def _first_violation_s(test: TestResult, requirements: Sequence[str]) -> float |
 def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> Iterator[str]:
     """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
-    who = " and ".join(actors_of(test.abstract)) or "the human"
+    who = " and ".join([*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.seen)])
     if test.acted_s and at_s is not None:
         numbers = [number for _, number in test.begun]
         left = [number for number in range(len(test.abstract)) if number not in numbers]
-        actions = [test.abstract[number] for number in (*numbers, *left)]
-        return action_lines.around(actions, test.acted_s, at_s, name, event, who)
+        begun = [(time_s, test.abstract[number]) for time_s, number in test.begun]
+        begun = sorted([*begun, *test.seen], key=lambda entry: entry[0])
+        actions = [*(action for _, action in begun), *(test.abstract[number] for number in left)]
+        return action_lines.around(actions, [time_s for time_s, _ in begun], at_s, name, event, who)
     return action_lines.listed(test.abstract, name, who)
 
 

@@ -104,6 +104,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "aim": test.name or test.aim,
         "abstract": test.abstract,
         "acted": _acted(test),
+        "seen": test.seen,
         "actions": [(action.command, _values(action.parameters)) for action in test.concrete.actions],
         "run": _values(test.concrete.run),
         "verdicts": [

@@ -95,6 +95,7 @@ def build_result(
         timeline=timeline(result.record, result.verdicts, result.sim_s) if result else None,
         unmeasured=unmeasured,
         acted_s=tuple(round(time_s, 3) for time_s in result.acted_s) if result else None,
+        seen=tuple((round(time_s, 3), act) for time_s, act in result.seen) if result else (),
         acted=tuple(number + 1 for number in result.begun) if result and case.concrete.actors else None,
         after={number: tuple(causes) for number, causes in after_to_data(test.after).items()},
         cross={name: tuple(map(tuple, hits)) for name, hits in result.cross.items()} if result else None,

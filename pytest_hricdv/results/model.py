@@ -114,6 +114,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         acted_s: when actions began (s), ascending; shorter than `abstract` where the run was over before.
         acted: of a test with several actors, which actions began at these times, by their numbers from 1; None where
             there is one actor: they begin in the order of `abstract`.
+        seen: what bystanders began, and when (s), as `[4.0, "dog: walk"]`.
         after: of a test with several actors: number of an action (from 1) -> those that have to be done before.
         cross: cross product -> the bins that the run hit, one for each hit.
         replay: what to give to `--hri-replay` to run this test again.
@@ -151,6 +152,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     acted_s: tuple[NotNegative, ...] | None = None
     acted: tuple[Count, ...] | None = None
     after: Mapping[str, tuple[int, ...]] = {}
+    seen: tuple[tuple[NotNegative, str], ...] = ()
     cross: Mapping[str, tuple[Names, ...]] | None = None
     record_sha256: str | None = None
     faults: Names = ()

@@ -166,6 +166,8 @@ def _messages(test: TestResult) -> Iterator[tuple[float, str, str]]:
 def _actions(test: TestResult) -> Iterator[tuple[float, str, str]]:
     for time_s, number in test.begun:
         yield time_s, f"action {number + 1}", test.abstract[number]
+    for time_s, act in test.seen:
+        yield time_s, "bystander", act
 
 
 def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[float, str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -250,7 +250,10 @@ class Closing:
     def _pool(self) -> Pool:
         testbench = self._collection.testbench
         planned = {name: product.planned for name, product in testbench.cross.items() if product.planned is not None}
-        return Pool(self._exploration, testbench.beliefs, planned)
+        if not testbench.model.actors:
+            return Pool(self._exploration, testbench.beliefs, planned)
+        runner = generation_context(self._collection.options, testbench).model_runner()
+        return Pool(self._exploration, testbench.beliefs, planned, cache(runner.order))
 
     @property
     def _plans(self) -> Plans:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from random import Random
 
@@ -15,6 +15,7 @@ from pytest_hricdv.extra.closing.interactions import (
     starts_of,
 )
 from pytest_hricdv.generate.abstract import Draft, Plans
+from pytest_hricdv.generate.actors import NO_ORDER, After, actor_of
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.model import Exploration, ExploredRun
@@ -33,11 +34,19 @@ class Pool:
         exploration: of the model: all of its runs, or those that are known.
         space: the belief space.
         planned: `planned` of each cross product that has it.
+        order: which actions come after which of other actors in the model's run with these beliefs.
     """
 
-    def __init__(self, exploration: Exploration, space: BeliefSpace, planned: Mapping[str, Planned]) -> None:
+    def __init__(
+        self,
+        exploration: Exploration,
+        space: BeliefSpace,
+        planned: Mapping[str, Planned],
+        order: Callable[[tuple[str, ...]], After] = lambda beliefs: NO_ORDER,
+    ) -> None:
         self.exploration = exploration
         self.planned = dict(planned)
+        self._order = order
         self._space = space
         self._interactions: dict[int, tuple[PlannedInteraction, ...]] = {}
 
@@ -139,7 +148,8 @@ class Pool:
         if run_values:
             values[RUN] = dict(run_values)
         beliefs = self.exploration.belief_set(test.beliefs)
-        return Draft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values)
+        after = _with_disturbances(self._order(beliefs), lines)
+        return Draft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values, after=after)
 
     def starts(self, number: int, product: str) -> tuple[int, ...]:
         """Where the interactions of a test begin; a test without any is one interaction as a whole."""
@@ -158,3 +168,11 @@ class Pool:
             if test.plans >> place & 1:
                 plans[agent].append(label)
         return {agent: tuple(sorted(labels)) for agent, labels in sorted(plans.items())}
+
+
+def _with_disturbances(after: After, lines: Sequence[str]) -> After:
+    """The order of a test between whose lines disturbances have been put: actions have other numbers then."""
+    if not after:
+        return NO_ORDER
+    places = [0, *(place for place, line in enumerate(lines, 1) if actor_of(line))]
+    return {places[number]: tuple(places[cause] for cause in causes) for number, causes in after.items()}

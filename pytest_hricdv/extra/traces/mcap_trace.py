@@ -90,7 +90,7 @@ class McapTrace:
 
     def events(self) -> list[Event]:
         """All of them in the order of time; those of one instant in the order of this module."""
-        parts = (self._scene(), self._signals(), self._messages(), self._actions(), self._violations(), self._end())
+        parts = (self._scene(), self._signals(), self._messages(), self._acts(), self._violations(), self._end())
         # A stable sort, so that those of one instant keep the order of the parts.
         return sorted(chain.from_iterable(parts), key=lambda event: event.time_ns)
 
@@ -123,11 +123,13 @@ class McapTrace:
             for time_s, text in zip(times, texts, strict=True):
                 yield Event(channel, ns(time_s), {"value": text})
 
-    def _actions(self) -> Iterator[Event]:
+    def _acts(self) -> Iterator[Event]:
         for time_s, number in self.test.begun:
             action = self.test.concrete.actions[number]
             who = actor_of(action.command) or "test"
             yield _log(time_s, schemas.INFO, who, f"{act_of(action.command)} {_words(action.parameters)}".rstrip())
+        for time_s, line in self.test.seen:
+            yield _log(time_s, schemas.INFO, actor_of(line), act_of(line))
 
     def _violations(self) -> Iterator[Event]:
         channel = Channel("/hricdv/violations", schemas.VIOLATION)

@@ -103,7 +103,7 @@ function laneOf(line, abstract) {
 }
 
 /** Bars and dots with their lanes and tooltips, the names of the lanes from top to bottom, and the labels of lanes. */
-function lanes({ timeline, acted, abstract }) {
+function lanes({ timeline, acted, abstract, seen = [] }) {
   const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [], labelled = {};
   const states = DATA.state ? stateSpans(messages, end) : [];
   const stateTopic = states.length ? DATA.state.split(".")[0] : null;
@@ -119,6 +119,10 @@ function lanes({ timeline, acted, abstract }) {
   addSpans("state", states);
   if (acted.length) names.push(...(actorsOf(abstract).length ? actorsOf(abstract) : ["the human"]));
   if (names.length && abstract.some((line, n) => typeof acted[n] === "number" && !names.includes(laneOf(line, abstract)))) names.push("the test");
+  names.push(...actorsOf(seen.map(([, act]) => act)));
+  for (const [time, act] of seen) {
+    dots.push({ lane: laneOf(act, [act]), time, symbol: "square", fill: "var(--c3)", tooltip: seconds(time) + ": " + act });
+  }
   acted.forEach((time, n) => typeof time === "number" && dots.push({
     lane: laneOf(abstract[n], abstract), time, symbol: "square", fill: "var(--c2)", tooltip: seconds(time) + ": " + (n + 1) + " " + abstract[n],
   }));

@@ -1,0 +1,110 @@
+"""Bystanders: a dog in the corridor, which no plan describes: drawn, recorded, repeated, shrunk away."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from pytest_hricdv.declarations.bystander import Whole
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.extra.search.shrink import shrink
+from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import ConcreteTest, concretize
+from pytest_hricdv.monitor import load_requirements
+from pytest_hricdv.testbench import Bystander, Range, Run, Testbench, TestbenchError
+from pytest_hricdv.testbench_faults import checked
+from tests.actors.corridor.bench import Corridor, child, nurse, running, ward
+
+DOG = Bystander("dog", {"bark": {}, "run": {"far_m": Range(1.0, 5.0, "m")}}, fewest=1, most=3)
+LINES = ("nurse: send_on", "child: step_in", "child: wait")
+
+
+def dog(run: Run, corridor: Corridor) -> None:
+    """What the dog does: it runs in front of the cart, where the sensor does not see it."""
+    for action in run.actions("dog"):
+        if action.command == "run":
+            assert 1.0 <= action.parameters["far_m"] <= 5.0
+            run.recorder.signal(run.kernel.now_s, "dog", action.parameters["far_m"])
+
+
+@cache
+def bench() -> Testbench:
+    made = replace(ward((nurse, child, dog)), bystanders=(DOG,))
+    return checked(replace(made, signals={**made.signals, "dog": float}), "tests")
+
+
+def run(test: ConcreteTest, testbench: Testbench | None = None) -> CaseResult:
+    made = testbench or bench()
+    return execute(RunSettings(made, load_requirements(made.requirements, made.vocabulary())), test)
+
+
+def concrete(k: int = 0) -> ConcreteTest:
+    return concretize(AbstractTest("t", "s", "t", (), LINES, seed=5), bench().commands, k)
+
+
+def test_what_it_does_is_drawn_recorded_and_repeated() -> None:
+    for k in range(3):
+        result = run(concrete(k))
+        acts = DOG.acts_of(concrete(k).run)
+        assert [act for _, act in result.seen] == [f"dog: {act}" for _, act, _ in acts]
+        assert result.seen[0][0] == pytest.approx(acts[0][0], abs=1e-5)
+        assert run(concrete(k)).record.sha256 == result.record.sha256
+    assert len({str(DOG.acts_of(concrete(k).run)) for k in range(3)}) == 3
+
+
+def test_it_does_not_change_what_others_do() -> None:
+    without = concretize(AbstractTest("t", "s", "t", (), LINES, seed=5), ward().commands)
+    assert without.actions == concrete().actions
+    assert without.run.items() <= concrete().run.items()
+
+
+def test_shrinking_leaves_it_as_little_as_it_may_do() -> None:
+    test = concrete(1)
+    shrunk = shrink(test, bench().commands, lambda other: other.actions[:1] == test.actions[:1], Budget(500, 60.0)).test
+    assert shrunk.run["dog_acts"] == 1.0
+    assert [act for _, act, _ in DOG.acts_of(shrunk.run)] == ["bark"]
+
+
+def test_a_bystander_whom_no_node_enacts_is_a_fault() -> None:
+    assert run(concrete()).faults == ()
+    (fault,) = run(concrete(), replace(bench(), run=running((nurse, child)))).faults
+    assert fault.startswith("nobody does what dog does in the test: expected a node of the testbench's run")
+
+
+@pytest.mark.parametrize(
+    ("bystander", "complaint"),
+    [
+        (Bystander("nurse", {"walk": {}}), "bystander 'nurse': another actor has this name; rename one of them"),
+    ],
+)
+def test_names_that_are_taken_are_refused(bystander: Bystander, complaint: str) -> None:
+    made = replace(ward(), bystanders=(bystander,))
+    with pytest.raises(TestbenchError, match=complaint):
+        checked(made, "tests")
+
+
+@pytest.mark.parametrize(
+    ("declared", "complaint"),
+    [
+        ({"name": "The dog", "acts": {"walk": {}}}, "name is 'The dog'; expected one of small letters, such as 'dog'"),
+        ({"name": "dog", "acts": {}}, "acts are []; expected one word each"),
+        ({"name": "dog", "acts": {"lie down": {}}}, "acts are ['lie down']; expected one word each"),
+        ({"name": "dog", "acts": {"walk": {}}, "fewest": 3, "most": 2}, "3 to 2 acts; expected 0 <= fewest <= most"),
+        ({"name": "dog", "acts": {"walk": {"far_m": 3.0}}}, "3.0 is no Range, Chance or Constant"),
+        ({"name": "dog", "acts": {"walk": {}}, "pause_s": 3.0}, "3.0 is no Range, Chance or Constant"),
+    ],
+)
+def test_a_declaration_that_is_none_is_refused(declared: dict[str, object], complaint: str) -> None:
+    with pytest.raises(GenerateError) as refused:
+        Bystander(**declared)  # type: ignore[arg-type]
+    assert complaint in str(refused.value)
+
+
+def test_a_whole_number_is_one() -> None:
+    number = Whole(1, 3)
+    assert [value for value in (0.0, 1.0, 1.5, 3.0, 4.0) if number.contains(value)] == [1.0, 3.0]
+    assert (number.corners(), number.simple_values()) == ((1.0, 3.0), (1.0, 2.0, 3.0))
