@@ -7,12 +7,14 @@ import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
+from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.lanes import Lanes
 from pytest_hricdv.monitor import MonitorError, MonitorSet
@@ -242,6 +244,25 @@ class Run:
             disturbance = self._disturbance_of(action)
             if disturbance is not None:
                 self._disturb(disturbance, action)
+
+    def orders(self, one: str, other: str) -> tuple[tuple[str, str, str], ...]:
+        """Which actions of two actors met, and who began first, as bins of a cross product (see `Outcome.cross`).
+
+        Two meet if no other action of theirs began between them; what they did is without who did it.
+
+        >>> run.orders("nurse", "child")                          # doctest: +SKIP
+        (('send_on', 'step_in', 'child'), ('send_on', 'wait', 'nurse'))
+        """
+        theirs = [
+            (actor_of(action.command), act_of(action.command))
+            for action in self.taken
+            if actor_of(action.command) in (one, other)
+        ]
+        met = [(first, second) for first, second in pairwise(theirs) if first[0] != second[0]]
+        bins = [
+            (first[1], second[1], one) if first[0] == one else (second[1], first[1], other) for first, second in met
+        ]
+        return tuple(dict.fromkeys(bins))
 
     def idle_actors(self) -> tuple[str, ...]:
         """Actors, bystanders among them, whose actions nobody has asked for: no node takes them."""

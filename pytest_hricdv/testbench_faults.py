@@ -57,6 +57,7 @@ def checked(candidate: object, where: str) -> Testbench:
             *_virtual_faults(candidate),
             *_sampling_faults(candidate),
             *_bystander_faults(candidate),
+            *_online_faults(candidate),
             *disturbance_faults,
         ):
             raise TestbenchError(f"{where}: {fault}")
@@ -152,6 +153,15 @@ def _virtual_faults(testbench: Testbench) -> Iterator[str]:
         if name not in KINDS:
             listed = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
             yield f"virtual has {name!r}; expected a tuple of these: {listed}"
+
+
+def _online_faults(testbench: Testbench) -> Iterator[str]:
+    actors = testbench.model.actors
+    if testbench.online is not None and actors:
+        yield (
+            f"online has the agent {testbench.online.agent!r}, and the model the actors {', '.join(actors)}: only one "
+            "actor can decide during a run so far; leave online out, or give the model one actor"
+        )
 
 
 def _bystander_faults(testbench: Testbench) -> Iterator[str]:

@@ -137,6 +137,13 @@ def test_a_world_that_has_the_whole_test_reports_what_begins_in_its_own_order() 
     assert run.idle_actors() == ()
 
 
+def test_who_began_first_is_told_of_actions_that_met() -> None:
+    run = lanes("nurse: a", "child: x", "nurse: b", "child: x", turns={2: 0.1, 3: 0.9})
+    assert enact(run)[:3] == ["0 child: x", "0 nurse: a", "2 child: x"]
+    assert run.orders("nurse", "child") == (("a", "x", "child"), ("a", "x", "nurse"), ("b", "x", "child"))
+    assert run.orders("child", "nurse")[0] == ("x", "a", "child")
+
+
 def test_the_run_is_the_same_again() -> None:
     first, again = (lanes("nurse: a", "child: x", "nurse: b", "child: y", turns={2: 0.1, 3: 0.9}) for _ in range(2))
     assert enact(first, {"child": 0.7}) == enact(again, {"child": 0.7})

@@ -18,6 +18,10 @@ class CouplingError(InputError):
 class Hears:
     """What the agent perceives or is told when an event happens in the run.
 
+    It believes this from then on: nothing is taken back when what it heard of ends, and to hear it again while it is
+    believed changes nothing. Hear the end as an event of its own, whose plan removes the belief with its source,
+    `-smoke[source(percept)]`. A goal is given each time.
+
     Args:
         literal: a belief, or a goal to achieve (`!serve(cup)`). A variable in it is the value of a field of the event's
             message, or of a signal: `reading(Gaze, Pressure, Location)` has the fields `gaze`, `pressure` and

@@ -39,3 +39,8 @@ def test_code_of_each_form_runs(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_world_in_another_process(tmp_path: Path) -> None:
     assert follow("own-world.md", tmp_path) == 2
+
+
+@pytest.mark.slow
+def test_the_third_tutorial_leads_to_a_fault_that_takes_two_people(tmp_path: Path) -> None:
+    assert follow("two-people.md", tmp_path) == 1

@@ -189,3 +189,29 @@ def test_what_it_hears_needs_a_value(tmp_path: Path) -> None:
     life.said("offer", size="small")
     with pytest.raises(OnlineError, match=r"Hears\('cup\(Smoke\)'\): smoke has no value yet"):
         life.commands()
+
+
+NOSE = """
++!fetch : thirsty | curious <- press.
++cup(_).
++alarm <- leave.
++clear <- -clear[source(percept)]; !forget.
++!forget : likes_hot <- -alarm[source(percept)]; forget.
++!forget : likes_cold | loud <- keep.
+"""
+"""Leaves when there is smoke; forgets that there was some, or does not."""
+
+
+@pytest.mark.parametrize(
+    ("taste", "again"),
+    [pytest.param("likes_hot", ["leave"], id="taken back"), pytest.param("likes_cold", [], id="kept")],
+)
+def test_what_is_heard_is_believed_until_a_plan_takes_it_back(tmp_path: Path, taste: str, again: list[str]) -> None:
+    hears = (Hears("alarm", "rise(smoke)"), Hears("clear", "fall(smoke)"))
+    life = Life(role(tmp_path, NOSE, Online("person", hears)), Wish(taste=[taste]))
+    done = []
+    for smoke in (False, True, False, True):
+        life.agent.signal(life.time_s, "smoke", smoke)
+        life.time_s += 1.0
+        done.append(life.commands())
+    assert done == [["press"], ["leave"], ["forget" if again else "keep"], again]

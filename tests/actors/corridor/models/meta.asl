@@ -1,4 +1,5 @@
 // Gives each person what was chosen for them; a belief that is none of theirs changes nothing.
+// lint: percepts chosen
 !steer.
 
 +!steer

@@ -2,5 +2,3 @@
 @hurried  +!work : hurried  <- send_on; rest.
 @watchful +!work : watchful <- rest; call_out; .send(child, tell, warned); rest.
 @patient  +!work <- rest.
-
-+hurried. +watchful. +patient. +playful. +shy.
