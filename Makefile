@@ -9,18 +9,19 @@
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # make docs: the documentation as a site, docs/_build/index.html (a minute). make dist: wheel and sdist, checked, in dist/.
 # Each creates the environment in $(VENV) first, from nothing but a Python from 3.11 to 3.14, and make. With 3.11 on Linux
-# (x86-64) the simulated world has both physics engines, otherwise MuJoCo. Without make: pipx run nox -s suite, see
+# (x86-64) the simulated world has both physics engines, otherwise MuJoCo, and the tests have ROS 2. Without make: pipx run nox -s suite, see
 # noxfile.py.
 
 PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3.14 python3; do command -v $$each && break; done)
 VENV ?= .venv
 BIN = $(VENV)/bin
+ROS = $(VENV)/ros2
 # A test that hangs ends after so many seconds, with its worker: where it was is shown.
 PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
 # Hundreds of processes are started by the tests, and two workers by each suite: none should compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: suite test slow lint bench experiment agreement adequacy false-alarms engines closure campaign pictures docs dist clean
+.PHONY: suite test slow ros2 lint bench experiment agreement adequacy false-alarms engines closure campaign pictures docs dist clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
@@ -84,7 +85,17 @@ $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet --editable ".[sim]" --group dev
+	$(MAKE) --no-print-directory ros2 || echo "no ROS 2 from pip for this Python: tests that need rclpy are skipped"
 	touch $@
+
+# rclpy and a middleware in an environment of its own: what it brings (lark-parser) would take the place of lark, and each
+# Python of its environment starts twice. The tests see its modules, behind those of theirs.
+ros2:
+	$(PYTHON) -m venv --without-pip $(ROS)
+	$(BIN)/python -m pip --python $(ROS)/bin/python install --quiet --group ros
+	$(BIN)/python -m pip --python $(ROS)/bin/python uninstall --quiet --yes lark-parser
+	$(ROS)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))' \
+	  > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ros2.pth"
 
 clean:
 	rm -rf $(VENV) docs/_build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis hri-report hri-campaign hri-campaign.db* hri-experiment hri-agreement hri-adequacy hri-false-alarms hri-engines hri-closure
