@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,44 @@ class UnknownROSArgsError(RuntimeError):
     """As of the extension."""
 
 
+_TRUE = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])
+_FALSE = frozenset(["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"])
+_INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|[0-9]+)")
+_FLOAT = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|\.?(inf|nan|infinity))", re.IGNORECASE)
+_INT64 = range(-(2**63), 2**63)
+
+
+def _scalar(text: str) -> bool | int | float | str:
+    """What rcl makes of a value without quotes: YAML 1.1 has dates, too, `1:30` is 90 in it, and `1e-3` a text."""
+    if text in _TRUE or text in _FALSE:
+        return text in _TRUE
+    if _INTEGER.fullmatch(text):
+        digits = text.lstrip("+-")
+        base = (
+            16 if digits[:2] in ("0x", "0X") else 8 if digits.startswith("0") and set(digits) <= set("01234567") else 10
+        )
+        number = int(text, base)
+        if number in _INT64 and (base != 10 or digits == "0" or not digits.startswith("0")):
+            return number
+    return float(text.replace(".inf", "inf").replace(".nan", "nan")) if _FLOAT.fullmatch(text) else text
+
+
+_PLAIN = "!without-quotes"
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads YAML as rcl does."""
+
+    def resolve(self, kind: type[Any], value: Any, implicit: Any) -> Any:
+        """The tag of a node: of its own for a scalar without quotes and without a tag."""
+        if kind is yaml.ScalarNode and implicit[0]:
+            return _PLAIN
+        return super().resolve(kind, value, implicit)  # type: ignore[no-untyped-call]
+
+
+_Loader.add_constructor(_PLAIN, lambda loader, node: _scalar(str(node.value)))
+
+
 def _fault(fault: str) -> InvalidROSArgsError:
     return InvalidROSArgsError(f"Failed to parse ROS arguments: {fault}")
 
@@ -44,6 +83,8 @@ class Arguments:
     remappings: list[_Rule] = field(default_factory=list)
     parameters: list[tuple[str, str, Any]] = field(default_factory=list)
     """Pattern of the node, name of the parameter, value; later ones win."""
+    log_levels: list[tuple[str, str]] = field(default_factory=list)
+    """Name of a logger, or "" for all of them, and its level, such as "warn"; later ones win."""
     rosout: bool = True
     """Whether logs are published."""
 
@@ -81,6 +122,8 @@ def parse(arguments: Sequence[str]) -> Arguments:
             parsed.remappings.append(_rule(value))
         elif word == "--params-file":
             _add_file(parsed, value)
+        elif word == "--log-level":
+            parsed.log_levels.append(_level(value))
         elif word in ("--enable-rosout-logs", "--disable-rosout-logs"):
             parsed.rosout = word.startswith("--enable")
         elif word not in _WITH_VALUE and not _is_switch(word):
@@ -125,6 +168,17 @@ def _split(text: str) -> tuple[str, str, str]:
     return (node, inner, value) if colon else ("", name[len(scheme) :], value)
 
 
+_LEVELS = ("UNSET", "DEBUG", "INFO", "WARN", "ERROR", "FATAL")
+
+
+def _level(text: str) -> tuple[str, str]:
+    """Logger and level of `level` or `logger:=level`."""
+    logger, separator, level = text.rpartition(":=")
+    if level.upper() not in _LEVELS or (separator and not logger):
+        raise _fault(f"'{text}' is no level of a logger; levels: {', '.join(_LEVELS)}")
+    return logger, level
+
+
 def _rule(text: str) -> _Rule:
     node, source, target = _split(text)
     return _Rule(node, source, target)
@@ -133,14 +187,14 @@ def _rule(text: str) -> _Rule:
 def _add_parameter(parsed: Arguments, text: str) -> None:
     node, name, value = _split(text)
     try:
-        parsed.parameters.append((node or "/**", name, yaml.safe_load(value)))
+        parsed.parameters.append((node or "/**", name, yaml.load(value, Loader=_Loader)))  # a safe one
     except yaml.YAMLError as error:
         raise _fault(f"'{text}' is no YAML: {' '.join(str(error).split())}") from None
 
 
 def _add_file(parsed: Arguments, path: str) -> None:
     try:
-        root = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+        root = yaml.compose(Path(path).read_text(encoding="utf-8"), Loader=_Loader)
         if root is not None:
             _add_nodes(parsed, "", root, path)
     except OSError as error:
@@ -172,6 +226,6 @@ def _add_values(parsed: Arguments, node: str, above: str, values: Any, path: str
         if isinstance(value, yaml.MappingNode):
             _add_values(parsed, node, f"{above}{name}.", value, path)
         else:
-            # Of the node and not of its text: YAML has told numbers and texts apart already.
-            read = yaml.SafeLoader("").construct_object(value, deep=True)
+            # Of the node and not of its text: whether it was in quotes counts.
+            read = _Loader("").construct_object(value, deep=True)
             parsed.parameters.append((node, f"{above}{name}", read))

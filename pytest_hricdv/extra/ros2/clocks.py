@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
+from weakref import WeakSet
 
 from pytest_hricdv.extra.ros2.contexts import Context
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, running_kernel
@@ -107,6 +108,8 @@ class Clock(Destroyable):
         self._jumps: list[_Jump] = []
         self.waiting: list[Node] = []
         """Those that wait for a timer of this clock."""
+        self.timers: WeakSet[Timer] = WeakSet()
+        """Those that go by it."""
 
     def now_ns(self) -> int:
         """The time (ns since 1970, or of a steady clock since the machine was switched on).
@@ -159,6 +162,9 @@ class Clock(Destroyable):
         delta_ns = time_point.nanoseconds - (self._override_ns or 0)
         concerned = self._before_jump(ClockChange.ROS_TIME_NO_CHANGE, delta_ns)
         self._override_ns = time_point.nanoseconds
+        if delta_ns < 0:
+            for timer in self.timers:
+                timer.notice_jump()
         self._after_jump(concerned, ClockChange.ROS_TIME_NO_CHANGE, delta_ns)
 
     def add_clock_callback(self, handle: Any, on_clock_change: bool, min_forward: int, min_backward: int) -> None:
@@ -250,6 +256,7 @@ class Timer(Awaited):
         if period_nsec < 0:
             raise RCLError(f"failed to create timer: timer period must be non-negative, is {period_nsec} ns")
         self._clock = clock
+        clock.timers.add(self)
         self._period_ns = period_nsec
         self._last_ns = clock.now_ns()
         self._next_ns = self._last_ns + period_nsec
@@ -288,13 +295,17 @@ class Timer(Awaited):
         self._last_ns = now_ns
         self._next_ns += self._period_ns
         # As rcl: whole periods that were missed are skipped, so that the next call is in phase with the first.
-        if self._next_ns < now_ns:
-            behind_ns = now_ns - self._next_ns
-            skipped = -(-behind_ns // self._period_ns) if self._period_ns else 0
-            self._next_ns += skipped * self._period_ns
+        if self._next_ns <= now_ns and self._period_ns:
+            self._next_ns += ((now_ns - self._next_ns) // self._period_ns + 1) * self._period_ns
         if not self._period_ns:
             self._next_ns = now_ns + 1  # it is due as often as the machine can call it: time has to pass meanwhile
         return {"expected_call_time": expected_ns, "actual_call_time": now_ns}
+
+    def notice_jump(self) -> None:
+        """To be called when the clock was set: back before the last call, the period begins anew."""
+        now_ns = self._clock.now_ns()
+        if now_ns < self._last_ns:
+            self._last_ns, self._next_ns = now_ns, now_ns + self._period_ns
 
     def reset_timer(self) -> None:
         """Begin the period anew, also after it was cancelled."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pytest_hricdv.extra.ros2 import names
-from pytest_hricdv.extra.ros2.arguments import Arguments, parse
+from pytest_hricdv.extra.ros2.arguments import Arguments, InvalidROSArgsError, parse
 from pytest_hricdv.extra.ros2.graph import Graph, graph_of
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, running_kernel
 from pytest_hricdv.extra.ros2.messages import type_name
@@ -27,13 +27,19 @@ class Context(Destroyable):
 
     Raises:
         KernelError: made outside of a node of a simulated run.
+        RCLError: wrong ROS arguments.
+        UnknownROSArgsError: some that are not known.
     """
 
     def __init__(self, arguments: Sequence[str], domain_id: int, kernel: Kernel | None = None) -> None:
         super().__init__(kernel or running_kernel("rclpy.init"))
-        self.arguments = parse(arguments)
+        try:
+            self.arguments = parse(arguments)
+        except InvalidROSArgsError as error:
+            raise RCLError(str(error)) from None  # as rcl: the class of its own is for arguments of nodes
         self._domain = 0 if domain_id == DEFAULT_DOMAIN else domain_id
-        self._is_valid = True
+        self.is_valid = True
+        """Whether it is not shut down."""
         process = process_of(running_node())
         if process is not None:
             process.at_end.append(self._end)
@@ -50,19 +56,19 @@ class Context(Destroyable):
     def ok(self) -> bool:
         """Whether it is not shut down; counts as a poll, so that a loop that never sleeps is found."""
         self.kernel.count_poll()
-        return self._is_valid
+        return self.is_valid
 
     def shutdown(self) -> None:
         """Shut it down, once. Raises RCLError the second time."""
-        if not self._is_valid:
+        if not self.is_valid:
             raise RCLError("Context already shutdown.")
         self._end()
 
     def _end(self) -> None:
         """Let all that it has leave the graph."""
-        if not self._is_valid:
+        if not self.is_valid:
             return
-        self._is_valid = False
+        self.is_valid = False
         for entity in self.graph.entities():
             if entity.node.context is self:
                 entity.leave()
@@ -79,7 +85,7 @@ class Context(Destroyable):
         Raises:
             RCLError: it is shut down.
         """
-        if not self._is_valid:
+        if not self.is_valid:
             problem = "the given context is not valid, either rcl_init() was not called or rcl_shutdown() was called."
             raise RCLError(f"failed to {action}: {problem}")
 
@@ -176,7 +182,11 @@ class Node(Destroyable):
 
     def resolve(self, name: str) -> str:
         """The full name, remapped, of what code calls `name`. Raises ValueError for a wrong name."""
-        return self.remap(names.expand(name, self._name, self._namespace))
+        full_name = self.remap(names.expand(name, self._name, self._namespace))
+        fault = names.full_topic_name_fault(full_name)
+        if fault:
+            raise ValueError(f"topic name is invalid: {fault[0]}, at index {fault[1]}: '{full_name}'")
+        return full_name
 
     def get_parameters(self, parameter_class: Any) -> dict[str, Any]:
         """The parameters that the arguments give it, as objects of `rclpy`'s class."""

@@ -6,6 +6,7 @@ Messages are not lost on the way: there is no event for it.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Any, Protocol
@@ -90,6 +91,13 @@ class LivelinessChangedStatus(_Status):
     alive_count_change: int = 0
     not_alive_count_change: int = 0
 
+    def change(self, alive: int, not_alive: int) -> None:
+        """So many more are alive, and are not."""
+        self.alive_count += alive
+        self.alive_count_change += alive
+        self.not_alive_count += not_alive
+        self.not_alive_count_change += not_alive
+
     def changed(self) -> bool:
         """Whether one of them has changed since it was taken."""
         return self.alive_count_change != 0 or self.not_alive_count_change != 0
@@ -120,28 +128,33 @@ class EndpointEvents:
     handles: list[Awaited] = field(default_factory=list)
     """Who waits for one of them."""
 
-    def match(self, change: int) -> None:
-        """One more that matches (1), or one that does no more (-1)."""
+    def match(self, change: int, is_alive: bool = True) -> None:
+        """One more that matches (1), or one that does no more (-1), and whether it is alive."""
         if change > 0:
             self.matched.count()
         self.matched.current_count += change
         self.matched.current_count_change += change
-        self.liveliness_changed.alive_count += change
-        self.liveliness_changed.alive_count_change += change
-        self._wake()
+        self.liveliness_changed.change(change if is_alive else 0, 0 if is_alive else change)
+        self.wake()
+
+    def revive(self, change: int) -> None:
+        """One that matches is alive again (1), or not any more (-1)."""
+        self.liveliness_changed.change(change, -change)
+        self.wake()
 
     def mismatch(self, policy: int) -> None:
         """One that does not match because of a policy."""
         self.incompatible.count()
         self.incompatible.last_policy_kind = policy
-        self._wake()
+        self.wake()
 
     def differ(self) -> None:
         """One whose messages are of another type."""
         self.wrong_type.count()
-        self._wake()
+        self.wake()
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
+        """Let those that wait for one of them look again."""
         for handle in self.handles:
             handle.wake()
 
@@ -155,6 +168,61 @@ class _Endpoint(Protocol):
 
     @property
     def kernel(self) -> Kernel: ...
+
+    def leases(self) -> list[Lease]: ...
+
+
+class _Publisher(Protocol):
+    """What a lease needs of its publisher."""
+
+    events: EndpointEvents
+    profile: Profile
+
+    @property
+    def kernel(self) -> Kernel: ...
+
+    def subscriptions(self) -> Sequence[Any]: ...
+
+
+class Lease:
+    """Until when a publisher counts as alive: one that says so itself, for a time. Others are while they exist."""
+
+    def __init__(self, publisher: _Publisher) -> None:
+        self._publisher = publisher
+        profile = publisher.profile
+        self._lease_ns = profile.finite_lease_ns if profile.liveliness == MANUAL_BY_TOPIC else 0
+        self._asserted_ns: int | None = None
+        self.is_alive = True
+        """Whether it is, as far as it was looked at."""
+
+    def end_ns(self) -> int | None:
+        """When it ends (ns of the kernel's time); None: it does not, or has already."""
+        if not self._lease_ns or self._asserted_ns is None or not self.is_alive:
+            return None
+        return self._asserted_ns + self._lease_ns
+
+    def renew(self) -> None:
+        """It is alive now."""
+        if not self._lease_ns:
+            return
+        self.look()
+        self._asserted_ns = self._publisher.kernel.now_us * 1000
+        if not self.is_alive:
+            self._become(True)
+        for endpoint in (self._publisher, *self._publisher.subscriptions()):
+            endpoint.events.wake()  # who waits for the end of the lease waits longer
+
+    def look(self) -> None:
+        """See whether it has ended."""
+        end_ns = self.end_ns()
+        if end_ns is not None and end_ns <= self._publisher.kernel.now_us * 1000:
+            self._publisher.events.liveliness_lost.count()
+            self._become(False)
+
+    def _become(self, is_alive: bool) -> None:
+        self.is_alive = is_alive
+        for subscription in self._publisher.subscriptions():
+            subscription.events.revive(1 if is_alive else -1)
 
 
 _STATUS = {
@@ -187,16 +255,10 @@ class EventHandle(Awaited):
             raise UnsupportedEventTypeError(f"{event_type.name} does not happen in a simulated run")
         self._endpoint = endpoint
         self._status: _Status = getattr(endpoint.events, name)
-        self._limit_ns = self._limit(name, endpoint.profile)
+        self._of_liveliness = name in ("liveliness_lost", "liveliness_changed")
+        self._limit_ns = endpoint.profile.finite_deadline_ns if name == "deadline_missed" else 0
         self._counted_ns = -1  # up to when delays were counted
         endpoint.events.handles.append(self)
-
-    @staticmethod
-    def _limit(name: str, profile: Profile) -> int:
-        """How long nothing may come (ns); 0: for ever."""
-        if name == "deadline_missed":
-            return profile.finite_deadline_ns
-        return profile.finite_lease_ns if name == "liveliness_lost" and profile.liveliness == MANUAL_BY_TOPIC else 0
 
     def destroy(self) -> None:
         """Do not count any more."""
@@ -204,6 +266,8 @@ class EventHandle(Awaited):
 
     def due_ns(self) -> int | None:
         """When the next delay is one too long."""
+        if self._of_liveliness:
+            return min((end for lease in self._endpoint.leases() if (end := lease.end_ns()) is not None), default=None)
         last_ns = self._endpoint.last_ns
         if not self._limit_ns or last_ns is None:
             return None
@@ -211,7 +275,10 @@ class EventHandle(Awaited):
 
     def is_ready(self) -> bool:
         """Whether something has changed since it was taken."""
-        if self._limit_ns:
+        if self._of_liveliness:
+            for lease in self._endpoint.leases():
+                lease.look()
+        elif self._limit_ns:
             self._count_delays()
         return self._status.changed()
 

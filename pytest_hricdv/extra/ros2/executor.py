@@ -54,6 +54,8 @@ def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]
     def wait_for_ready_callbacks(
         self: Any, timeout_sec: Any = None, nodes: Any = None, condition: Callable[[], bool] = lambda: False
     ) -> Iterator[tuple[Any, Any, Any]]:
+        if self._context.handle is not None:
+            self._context.handle.require_valid("initialize wait set")
         end_ns = _end_ns(timeout_sec)
         has_work = False
         while not has_work and not self._is_shutdown and not condition():

@@ -240,7 +240,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_assert_liveliness": Publisher.assert_liveliness,
     "rclpy_logging_initialize": logging.reset_levels,
     "rclpy_logging_shutdown": logging.reset_levels,
-    "rclpy_logging_configure": _nothing,
+    "rclpy_logging_configure": logging.configure,
     "rclpy_logging_fini": _nothing,
     "rclpy_logging_get_separator_string": lambda: logging.SEPARATOR,
     "rclpy_logging_set_logger_level": logging.set_logger_level,

@@ -56,8 +56,8 @@ def topic_names_and_types(node: Node, no_demangle: bool) -> NamesAndTypes:
 
 
 def service_names_and_types(node: Node) -> NamesAndTypes:
-    """All services that are served."""
-    return _names_and_types([node.graph.services])
+    """All services that are served or asked."""
+    return _names_and_types([node.graph.services, node.graph.clients])
 
 
 def publishers_by_node(node: Node, no_demangle: bool, name: str, namespace: str) -> NamesAndTypes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
 from pytest_hricdv.extra.ros2.qos import Profile
@@ -67,13 +66,18 @@ def _graph() -> tuple[Transition, ...]:
     def transition(number: int, label: str, start: str, goal: str) -> Transition:
         return number, label, _NUMBERS[start], start, _NUMBERS[goal], goal
 
-    commands = [transition(*command) for command in _COMMANDS]
-    outcomes = [
-        transition(first + offset, outcome.to_label(), state, goals[offset])
+    # In the order of rcl: what leads to a state, and what comes of it.
+    return tuple(
+        each
         for first, state, goals in _OUTCOMES
-        for offset, outcome in enumerate(CallbackReturn)
-    ]
-    return (*commands, *outcomes)
+        for each in (
+            *(transition(*command) for command in _COMMANDS if command[3] == state),
+            *(
+                transition(first + offset, outcome.to_label(), state, goals[offset])
+                for offset, outcome in enumerate(CallbackReturn)
+            ),
+        )
+    )
 
 
 _GRAPH = _graph()
@@ -163,11 +167,10 @@ class LifecycleStateMachine(Destroyable):
         return transition
 
     def _go(self, transition: Transition, publish_update: bool) -> None:
-        number, label, start, start_label, goal, goal_label = transition
+        _, _, start, start_label, goal, goal_label = transition
         self._state = goal
         if publish_update and self._publisher is not None:
-            event = self._messages.TransitionEvent(timestamp=system_ns(self.kernel))
-            event.transition.id, event.transition.label = number, label
+            event = self._messages.TransitionEvent()  # rcl tells neither its time nor the transition
             event.start_state.id, event.start_state.label = start, start_label
             event.goal_state.id, event.goal_state.label = goal, goal_label
             self._publisher.publish(event)

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from pytest_hricdv.extra.ros2.contexts import Context
 from pytest_hricdv.extra.ros2.handles import node_that_runs, running_kernel
+from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.runtime.kernel import Kernel
 
 SEPARATOR = "."
@@ -43,20 +45,22 @@ class LogEntry:
 
 @dataclass
 class Log:
-    """The log of a run, and the levels of its loggers; "" is the one that all others inherit from."""
+    """The log of a run, and the levels of its loggers, of each process its own."""
 
-    levels: dict[str, int] = field(default_factory=lambda: {"": int(Severity.RCUTILS_LOG_SEVERITY_INFO)})
+    levels: dict[object, dict[str, int]] = field(default_factory=dict)
+    """Process -> name of a logger -> its level; "" is the one that all others inherit from."""
     entries: list[LogEntry] = field(default_factory=list)
     listeners: dict[str, list[Callable[[LogEntry], None]]] = field(default_factory=dict)
     """Name of a logger -> who is told what it logs: as often as it was added, the last one counts."""
 
-    def level(self, name: str) -> int:
+    def level(self, name: str, process: object) -> int:
         """The level of a logger: its own, or that of the nearest one above it that has one."""
+        levels = self.levels.get(process, {})
         while name:
-            if self.levels.get(name):
-                return self.levels[name]
+            if levels.get(name):
+                return levels[name]
             name = name.rpartition(SEPARATOR)[0]
-        return self.levels.get("", int(Severity.RCUTILS_LOG_SEVERITY_INFO))
+        return levels.get("", int(Severity.RCUTILS_LOG_SEVERITY_INFO))
 
 
 def log_of(kernel: Kernel) -> Log:
@@ -66,37 +70,46 @@ def log_of(kernel: Kernel) -> Log:
     return log
 
 
-def _log() -> Log:
-    return log_of(running_kernel("a logger of rclpy"))
+def _levels() -> dict[str, int]:
+    """Those of the process that runs."""
+    kernel = running_kernel("a logger of rclpy")
+    return log_of(kernel).levels.setdefault(process_of(kernel.current()), {})
 
 
 def reset_levels() -> None:
-    """Forget all levels that were set; outside of a run there are none."""
+    """Forget all levels that this process has set; outside of a run there are none."""
     node = node_that_runs()
     if node is not None:
-        log_of(node.kernel).levels = Log().levels
+        log_of(node.kernel).levels.pop(process_of(node), None)
+
+
+def configure(context: Context) -> None:
+    """Set the levels that the arguments of a context say."""
+    for name, level in context.arguments.log_levels:
+        set_logger_level(name, level_from_string(level))
 
 
 def set_logger_level(name: str, level: int, detailed_error: bool = False) -> None:
     """Set the level of a logger; UNSET: that of the one above it. Raises RuntimeError for a level that is none."""
     if level not in tuple(Severity):
         raise RuntimeError(f"Failed to set level for logger: {level} is no level")
-    _log().levels[name] = int(level)
+    _levels()[name] = int(level)
 
 
 def logger_level(name: str) -> int:
     """The level that was set; UNSET if none was."""
-    return _log().levels.get(name, Severity.RCUTILS_LOG_SEVERITY_UNSET)
+    return _levels().get(name, Severity.RCUTILS_LOG_SEVERITY_UNSET)
 
 
 def effective_level(name: str) -> int:
     """The level that counts."""
-    return _log().level(name)
+    kernel = running_kernel("a logger of rclpy")
+    return log_of(kernel).level(name, process_of(kernel.current()))
 
 
 def is_enabled_for(name: str, severity: int) -> bool:
     """Whether what is logged with this severity is kept."""
-    return severity >= _log().level(name)
+    return severity >= effective_level(name)
 
 
 def level_from_string(name: str) -> int:
@@ -131,7 +144,7 @@ def write(severity: int, name: str, message: str, function: str, file: str, line
     if node is None:
         return
     log = log_of(node.kernel)
-    if severity >= log.level(name):
+    if severity >= log.level(name, process_of(node)):
         entry = LogEntry(node.kernel.now_s, Severity(severity), name, message, function, file, line)
         log.entries.append(entry)
         for listener in log.listeners.get(name, ())[-1:]:

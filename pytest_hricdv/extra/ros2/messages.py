@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import array
 from collections.abc import Callable
+from ctypes import c_float
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 
@@ -34,13 +36,23 @@ _IMMUTABLE = (bool, int, float, str, bytes, type(None))
 def copy_message(message: Any) -> Any:
     """A copy that shares nothing with the message that can change, as if it had been sent.
 
-    `rosidl` generates classes with a slot for each field.
+    `rosidl` generates classes with a slot for each field. A float32 is rounded to one, which in Python it is not.
     """
     kind: Any = type(message)
     made = kind.__new__(kind)
     for slot in kind.__slots__:
         setattr_direct(made, slot, _copied(getattr(message, slot)))
+    for slot in _single_slots(kind):
+        value = getattr(made, slot)
+        if isinstance(value, float):
+            setattr_direct(made, slot, c_float(value).value)
     return made
+
+
+@cache
+def _single_slots(kind: Any) -> tuple[str, ...]:
+    """The slots of a message's float32 fields. Arrays of such numbers have their precision already."""
+    return tuple(f"_{name}" for name, of in kind.get_fields_and_field_types().items() if of == "float")
 
 
 setattr_direct: Callable[[Any, str, Any], None] = object.__setattr__

@@ -31,7 +31,7 @@ def full_topic_name_fault(name: str, kind: str = "topic name") -> NameFault | No
         return f"{kind} must not be empty", 0
     if name[0] != "/":
         return f"{kind} must be absolute, it must lead with a '/'", 0
-    if name[-1] == "/" and len(name) > 1:
+    if name[-1] == "/":
         return f"{kind} must not end with a '/'", len(name) - 1
     wrong = re.search(r"[^A-Za-z0-9_/]", name)
     if wrong:

@@ -173,13 +173,17 @@ class RmwProfile(Profile):
         return PREDEFINED[name]
 
 
-def effective(profile: Profile) -> Profile:
-    """With what is left to the system decided: reliable, volatile, keep the last, automatic."""
+def effective(profile: Profile, *, receives: bool = False) -> Profile:
+    """With what is left to the system decided as Fast DDS does it: it keeps the last, and liveliness is automatic.
+
+    Publishers are reliable, and keep messages for later ones; subscriptions (`receives`) want neither.
+    """
+    reliability, durability = (BEST_EFFORT, VOLATILE) if receives else (RELIABLE, TRANSIENT_LOCAL)
     return replace(
         Profile(**vars(profile)),
         history=KEEP_LAST if profile.history == _SYSTEM_DEFAULT else profile.history,
-        reliability=RELIABLE if profile.reliability == _SYSTEM_DEFAULT else profile.reliability,
-        durability=VOLATILE if profile.durability == _SYSTEM_DEFAULT else profile.durability,
+        reliability=reliability if profile.reliability == _SYSTEM_DEFAULT else profile.reliability,
+        durability=durability if profile.durability == _SYSTEM_DEFAULT else profile.durability,
         liveliness=AUTOMATIC if profile.liveliness == _SYSTEM_DEFAULT else profile.liveliness,
     )
 
@@ -270,12 +274,13 @@ def _longer(offered_ns: int, requested_ns: int) -> bool:
 
 def _doubts(offered: Profile, requested: Profile) -> list[str]:
     """What may not match, as one of the two leaves it to the system."""
-    undecided = (_SYSTEM_DEFAULT, _UNKNOWN)
     doubts = []
-    for name, could_be, wanted, offers, requests in (
-        ("Reliability", BEST_EFFORT, RELIABLE, offered.reliability, requested.reliability),
-        ("Durability", VOLATILE, TRANSIENT_LOCAL, offered.durability, requested.durability),
+    for name, could_be, wanted, unknown, offers, requests in (
+        ("Reliability", BEST_EFFORT, RELIABLE, _UNKNOWN, offered.reliability, requested.reliability),
+        ("Durability", VOLATILE, TRANSIENT_LOCAL, _UNKNOWN, offered.durability, requested.durability),
+        ("Liveliness", AUTOMATIC, MANUAL_BY_TOPIC, _UNKNOWN_LIVELINESS, offered.liveliness, requested.liveliness),
     ):
+        undecided = (_SYSTEM_DEFAULT, unknown)
         if (offers in undecided and requests in (wanted, *undecided)) or (offers == could_be and requests in undecided):
             doubts.append(f"{name} is left to the system, and may not match")
     return doubts

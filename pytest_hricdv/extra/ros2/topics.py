@@ -11,7 +11,7 @@ from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.contexts import Node
-from pytest_hricdv.extra.ros2.events import EndpointEvents
+from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, arrival
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.notes import note
@@ -30,6 +30,22 @@ class _Endpoint:
     events: EndpointEvents
     last_ns: int | None = None
     """When the last message was sent or came, in the kernel's time (ns)."""
+
+    def _admit(self) -> None:
+        """Ask whether the graph takes it.
+
+        Raises:
+            InputError: the testbench or another node has another type for the topic.
+            RCLError: its own process has; between two processes nothing is heard.
+        """
+        self.node.admit(self.topic, self.kind)
+        graph, own = self.node.graph, type_name(self.kind)
+        for endpoint in (*graph.publishers.get(self.topic, ()), *graph.subscriptions.get(self.topic, ())):
+            if endpoint.node.context is self.node.context and type_name(endpoint.kind) != own:
+                raise RCLError(
+                    f"Failed to create {type(self).__name__.lower()}: existing topic name {self.topic} with "
+                    f"incompatible type {type_name(endpoint.kind)}, not {own}"
+                )
 
     def get_topic_name(self) -> str:
         """The full name of its topic."""
@@ -73,10 +89,11 @@ class Publisher(_Endpoint, Destroyable):
     def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
         self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
-        node.admit(self.topic, kind)
+        self._admit()
         self.events = EndpointEvents()
+        self.lease = Lease(self)
         self._published = 0
-        self._kept: deque[tuple[Any, dict[str, int]]] = deque(maxlen=self.profile.queue_length)
+        self._kept: deque[tuple[Any, dict[str, Any]]] = deque(maxlen=self.profile.queue_length)
         node.graph.publishers.setdefault(self.topic, []).append(self)
         for subscription in node.graph.subscriptions.get(self.topic, ()):
             _match(self, subscription)
@@ -90,20 +107,25 @@ class Publisher(_Endpoint, Destroyable):
         publishers = self.node.graph.publishers[self.topic]
         if self in publishers:
             publishers.remove(self)
-            for subscription in self._subscriptions():
-                subscription.events.match(-1)
+            for subscription in self.subscriptions():
+                subscription.events.match(-1, self.lease.is_alive)
+
+    def leases(self) -> list[Lease]:
+        """Its own."""
+        return [self.lease]
 
     def assert_liveliness(self) -> None:
         """Say that it is alive, without a message."""
-        self.last_ns = self.kernel.now_us * 1000
+        self.lease.renew()
 
-    def _subscriptions(self) -> list[Subscription]:
+    def subscriptions(self) -> list[Subscription]:
+        """Those that it reaches."""
         subscriptions = self.node.graph.subscriptions.get(self.topic, ())
         return [subscription for subscription in subscriptions if self.matches(subscription)]
 
     def get_subscription_count(self) -> int:
         """How many subscriptions its messages reach."""
-        return len(self._subscriptions())
+        return len(self.subscriptions())
 
     def publish(self, message: Any) -> None:
         """Deliver a copy to each subscription that matches.
@@ -117,8 +139,16 @@ class Publisher(_Endpoint, Destroyable):
             raise TypeError(f"{self.topic}: expected a {type_name(self.kind)}, not {message!r}")
         self._published += 1
         self.last_ns = self.kernel.now_us * 1000
+        self.lease.renew()
         stamp_ns = system_ns(self.kernel)
-        info = {"source_timestamp": stamp_ns, "publication_sequence_number": self._published}
+        info = {
+            "source_timestamp": stamp_ns,
+            "publication_sequence_number": self._published,
+            "publisher_gid": {
+                "implementation_identifier": "pytest_hricdv",
+                "data": self.pointer.to_bytes(16, "big"),
+            },
+        }
         carrier = self.node.graph.carrier
         if carrier is None:
             self._deliver(message, info)
@@ -127,14 +157,14 @@ class Publisher(_Endpoint, Destroyable):
         sent, sender = copy_message(message), self.node.get_fully_qualified_name()
         carrier.carry(sender, self.topic, "", sent, partial(self._deliver, sent, info), self._is_heard)
 
-    def _deliver(self, message: Any, info: dict[str, int]) -> None:
+    def _deliver(self, message: Any, info: dict[str, Any]) -> None:
         if self.profile.is_transient_local:
             self._kept.append((copy_message(message), info))
-        for subscription in self._subscriptions():
+        for subscription in self.subscriptions():
             subscription.deliver(copy_message(message), info, self.profile.finite_lifespan_ns)
 
     def _is_heard(self) -> bool:
-        return bool(self._subscriptions())
+        return bool(self.subscriptions())
 
     def publish_raw(self, data: bytes) -> None:
         """Publish the message that these bytes are. Raises CdrError if they are none."""
@@ -172,9 +202,14 @@ class Subscription(_Endpoint, Awaited):
     ) -> None:
         super().__init__(node.kernel)
         self.set_content_filter(*(filtered or ("", ())))
-        self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
-        node.admit(self.topic, kind)
-        self._queue: deque[tuple[Any, dict[str, int], int, tuple[int, int]]] = deque(maxlen=self.profile.queue_length)
+        self.node, self.kind, self.topic, self.profile = (
+            node,
+            kind,
+            node.resolve(topic),
+            effective(profile, receives=True),
+        )
+        self._admit()
+        self._queue: deque[tuple[Any, dict[str, Any], int, tuple[int, int]]] = deque(maxlen=self.profile.queue_length)
         self.events = EndpointEvents()
         self._received = 0
         node.graph.subscriptions.setdefault(self.topic, []).append(self)
@@ -206,7 +241,7 @@ class Subscription(_Endpoint, Awaited):
         """When the oldest message did."""
         return self._queue[0][3] if self._queue else None
 
-    def _is_stale(self, info: dict[str, int], lifespan_ns: int) -> bool:
+    def _is_stale(self, info: dict[str, Any], lifespan_ns: int) -> bool:
         """Whether the lifespan of a message is over (DDS 1.4, 2.2.3.16)."""
         return lifespan_ns > 0 and info["source_timestamp"] + lifespan_ns <= system_ns(self.kernel)
 
@@ -229,7 +264,7 @@ class Subscription(_Endpoint, Awaited):
 
         return ContentFilterOptions(*self._filter)
 
-    def deliver(self, message: Any, info: dict[str, int], lifespan_ns: int = 0) -> None:
+    def deliver(self, message: Any, info: dict[str, Any], lifespan_ns: int = 0) -> None:
         """Add a message to the queue, unless its lifespan is over; the oldest one goes if there are too many."""
         if self._is_stale(info, lifespan_ns) or (self._passes is not None and not self._passes(message)):
             return
@@ -240,12 +275,17 @@ class Subscription(_Endpoint, Awaited):
         self._queue.append((message, {**info, **received}, lifespan_ns, arrival(self.kernel)))
         self.wake()
 
-    def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, int]] | None:
+    def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, Any]] | None:
         """The oldest message and when it was sent and came; None if there is none."""
         if not self.is_ready():
             return None
         message, info, _, _ = self._queue.popleft()
         return (serialize(message, kind) if raw else message), info
+
+    def leases(self) -> list[Lease]:
+        """Those of the publishers that reach it."""
+        publishers = self.node.graph.publishers.get(self.topic, ())
+        return [publisher.lease for publisher in publishers if publisher.matches(self)]
 
     def get_publisher_count(self) -> int:
         """How many publishers reach it."""

@@ -49,7 +49,7 @@ def test_what_does_not_match_says_why() -> None:
         publisher = Publisher(made, Reading, "scan", Profile(reliability=BEST_EFFORT))
         event = EventHandle(publisher, PublisherEventType.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS)
         assert astuple(event.take_event()) == (1, 1, 16)
-        Publisher(made, Point, "scan", Profile())
+        Publisher(node("other"), Point, "scan", Profile())
 
     def robot(kernel: Kernel) -> None:
         subscription = Subscription(node("robot"), Reading, "scan", Profile())

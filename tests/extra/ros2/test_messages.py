@@ -13,6 +13,7 @@ from pytest_hricdv.extra.ros2 import graph_queries
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
 from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.qos import (
+    AUTOMATIC,
     BEST_EFFORT,
     KEEP_ALL,
     RELIABLE,
@@ -102,7 +103,8 @@ def test_profiles_that_do_not_match_mean_silence(offered: Profile, requested: Pr
     result = check_compatible(offered, requested)
     assert result.compatibility is QoSCompatibility.ERROR
     assert reason in result.reason
-    assert check_compatible(requested, requested).compatibility is QoSCompatibility.OK
+    decided = replace(requested, liveliness=AUTOMATIC)
+    assert check_compatible(decided, decided).compatibility is QoSCompatibility.OK
 
 
 def test_another_type_or_domain_is_another_topic() -> None:
