@@ -1,4 +1,4 @@
-"""With the real `rclpy`, where there is one, of a ROS 2 distribution or of PyPI (`ros-rclpy`)."""
+"""With the Python of `rclpy`, where there is one: of a ROS 2 distribution, or from pip."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ import pytest
 
 from tests.docs.page import blocks, follow, run, write_files
 
-pytestmark = pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy, of a ROS 2 distribution")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy, of a ROS 2 distribution or from pip"),
+]
 
 
 def test_the_page_leads_from_a_package_to_a_generated_test(tmp_path: Path) -> None:
