@@ -67,7 +67,7 @@ def _settle(invocation: Invocation, succeeded: bool) -> bool:
         elif succeeded:
             agent.go_on(intention)
         else:
-            fail_goal(agent, intention, "+!", event[1], "goal_failed", f"goal {goal} was failed")
+            fail_goal(agent, intention, "+!", event[1], "", f"goal {goal} was failed")
     return True
 
 

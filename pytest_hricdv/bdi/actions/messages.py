@@ -64,7 +64,13 @@ def _text(invocation: Invocation, start: int = 0) -> str:
 
     A variable without a value is marked as one, as Jason does.
     """
-    return "".join(_shown(invocation.value(index)) for index in range(start, len(invocation.args)))
+    return "".join(_shown_as_written(invocation, index) for index in range(start, len(invocation.args)))
+
+
+def _shown_as_written(invocation: Invocation, index: int) -> str:
+    value, written = invocation.value(index), invocation.args[index]
+    # A variable that stands for another one without a value is known by its own name.
+    return _shown(written if isinstance(value, Variable) and isinstance(written, Variable) else value)
 
 
 def _shown(value: Term) -> str:

@@ -107,8 +107,13 @@ class Invocation:
         value = self.value(index)
         return value.value if isinstance(value, String) else str(value)
 
-    def read(self, text: str, parse: Callable[[str], Parsed]) -> Parsed:
+    def read(self, text: str, parse: Callable[[str], Parsed], kind: str = WRONG) -> Parsed:
         """What a text says.
+
+        Args:
+            text: the text.
+            parse: reads it.
+            kind: of the failure if it cannot be read.
 
         Raises:
             EvaluationError: it cannot be read.
@@ -117,7 +122,7 @@ class Invocation:
         try:
             return parse(text)
         except BdiSyntaxError as error:
-            raise EvaluationError(f'{self.call.name}: "{text}" cannot be read: {error.message}', WRONG) from None
+            raise EvaluationError(f'{self.call.name}: "{text}" cannot be read: {error.message}', kind) from None
 
     def formula(self, index: int) -> Formula:
         """An argument that is a condition, as written."""

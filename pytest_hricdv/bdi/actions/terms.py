@@ -250,7 +250,7 @@ def _upper_case(invocation: Invocation) -> Outcome:
 @internal_action("term2string", 2)
 def _term2string(invocation: Invocation) -> Outcome:
     if invocation.is_free(0):
-        return invocation.unify(0, invocation.read(invocation.text(1), parse_term))
+        return invocation.unify(0, invocation.read(invocation.text(1), parse_term, "unknown"))
     return invocation.unify(1, String(str(invocation.value(0))))
 
 
@@ -276,6 +276,11 @@ def _log(x: float) -> float:
     return -math.inf if x == 0.0 else math.log(x)
 
 
+def _std_dev(values: list[float]) -> float:
+    # Of a sample, as in Jason, where that of one number is none.
+    return statistics.stdev(values) if len(values) > 1 else math.nan
+
+
 _OF_NUMBERS: dict[str, tuple[int, Callable[..., float]]] = {
     "math.abs": (1, abs),
     "math.acos": (1, _real(math.acos)),
@@ -298,7 +303,7 @@ _OF_LISTS: dict[str, Callable[[list[float]], float]] = {
     "math.max": max,
     "math.median": statistics.median,
     "math.min": min,
-    "math.std_dev": statistics.pstdev,
+    "math.std_dev": _std_dev,
     "math.sum": math.fsum,
 }
 

@@ -52,9 +52,10 @@ def _wait(invocation: Invocation) -> Outcome:
             intention.top.unifier = solution
             return True
         wait.condition = awaited
-    if len(invocation.args) > 1:
+    # After a number of milliseconds, as in Jason, there is nothing to be said, and the rest is not looked at.
+    if len(invocation.args) > 1 and not isinstance(value, Number):
         wait.deadline = run.deadline(invocation.number(1))
-    if len(invocation.args) > 2:
+    if len(invocation.args) > 2 and not isinstance(value, Number):
         wait.elapsed = invocation.args[2]
     if wait.deadline is not None:
         run.note_deadline(wait.deadline)

@@ -133,16 +133,18 @@ def fail_goal(
         intention: the intention, taken out of whatever it was in.
         sign: the sign of the goal's event.
         literal: the goal.
-        error: Jason's name for the kind of failure.
+        error: Jason's name for the kind of failure; empty if a plan for it is not told of any, as by ``.fail_goal``.
         message: what happened, in words.
         text: the message that a plan for the failure gets, if it is a different one.
     """
-    annots: tuple[Term, ...] = (
-        Structure("error", (Structure(error),)),
-        Structure("error_msg", (String(text or message),)),
-        Structure("code", (literal,)),
-        *_place(intention.stack[-1].statement.location if intention.stack else None),
-    )
+    annots: tuple[Term, ...] = ()
+    if error:
+        annots = (
+            Structure("error", (Structure(error),)),
+            Structure("error_msg", (String(text or message),)),
+            Structure("code", (literal,)),
+            *_place(intention.stack[-1].statement.location if intention.stack else None),
+        )
     _note_failed(agent, sign, literal)
     handler = "-" + sign[1]
     if agent.library.relevant(handler, literal.key):
@@ -241,6 +243,6 @@ def drop_goal(agent: AgentState, intention: Intention, goal: Term, succeeded: bo
             if succeeded:
                 agent.go_on(intention)
             else:
-                fail_goal(agent, intention, "+!", means.literal, "goal_failed", f"goal {goal} was failed")
+                fail_goal(agent, intention, "+!", means.literal, "", f"goal {goal} was failed")
             return True
     return False

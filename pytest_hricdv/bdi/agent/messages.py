@@ -106,7 +106,7 @@ def _answered(agent: AgentState, question: Question, message: Message) -> None:
     if message.force == "untell" and question.force == "askOne":
         content = Structure("false")
     elif isinstance(content, (Structure, ListTerm)):
-        content = add_source(content, message.sender)
+        content = add_source(content, agent.name if message.sender == "self" else message.sender)
     if question.asked is not None:
         question.answers.append(content)
         if len(question.answers) < question.asked:

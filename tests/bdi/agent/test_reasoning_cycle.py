@@ -314,7 +314,7 @@ def test_kinds_of_failure_are_named_as_jason_names_them(tmp_path: Path) -> None:
         "test_goal_failed p(1)",
         "constraint_failed (1 > 2)",
         "internal_action .nth(7,[a],X)",
-        "body_var_without_value X<no-value>",
+        "body_var_without_value C<no-value>",
         "receiver_not_found .send(ghost,tell,p)",
         "no_relevant nowhere[source(self)]",
     ]
