@@ -21,7 +21,7 @@ from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.failure import KernelError
-from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.kernel import US_PER_S, running_node
 from pytest_hricdv.runtime.place import raised_at
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
@@ -74,6 +74,29 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def time(self) -> float:
         """The time of the run (s)."""
         return monotonic()
+
+    def call_at(
+        self,
+        when: float,
+        callback: Callable[[*Ts], object],
+        *args: *Ts,
+        context: Context | None = None,
+    ) -> asyncio.TimerHandle:
+        """As of asyncio's loops, which call at once what is due in less than the resolution of their clock."""
+        now_s = self.time()
+        # Later than now is a microsecond later at least, or whoever asks for a time-out again would do so for ever.
+        due_s = max(when, now_s + 1 / US_PER_S) if when > now_s else when
+        return super().call_at(due_s, callback, *args, context=context)
+
+    def call_later(
+        self,
+        delay: float,
+        callback: Callable[[*Ts], object],
+        *args: *Ts,
+        context: Context | None = None,
+    ) -> asyncio.TimerHandle:
+        """Likewise."""
+        return super().call_later(max(delay, 1 / US_PER_S) if delay > 0 else delay, callback, *args, context=context)
 
     def run_forever(self) -> None:
         """As of asyncio's loops."""

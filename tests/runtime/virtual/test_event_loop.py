@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import gc
 import inspect
 from collections.abc import AsyncIterator, Callable, Coroutine
@@ -52,6 +53,27 @@ def test_coroutines_wait_in_virtual_time() -> None:
 
     run(lambda kernel: said.append(VIRTUAL.run(main(kernel))))
     assert said == [(0.7, 0.7), (1.0, 1.0), (0.7, 1.4), (1.0, 2.0), (0.7, 2.1), 2.5, (7, 5.0, 5.0), "result"]
+
+
+@pytest.mark.parametrize(("start_s", "delay_s"), [(0.0, 1e-14), (0.0, 9e-7), (900.0, 1e-10), (900.0, 9e-7)])
+def test_time_outs_of_less_than_the_resolution_let_time_pass(start_s: float, delay_s: float) -> None:
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        for wait in (
+            lambda: asyncio.wait_for(asyncio.Event().wait(), delay_s),
+            lambda: asyncio.wait([asyncio.ensure_future(asyncio.sleep(1.0))], timeout=delay_s),
+            lambda: asyncio.sleep(delay_s),
+        ):
+            end_s = loop.time() + 1e-5
+            while loop.time() < end_s:
+                with contextlib.suppress(TimeoutError):
+                    await wait()
+
+    def body(kernel: Kernel) -> None:
+        kernel.sleep(start_s)
+        VIRTUAL.run(main())
+
+    assert run(body).now_s == pytest.approx(start_s + 3e-5, abs=1e-5)
 
 
 def test_nodes_have_loops_of_their_own_and_a_coroutine_may_block() -> None:
