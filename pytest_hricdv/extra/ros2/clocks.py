@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -311,7 +312,15 @@ class Timer(Awaited):
         """Begin the period anew, also after it was cancelled."""
         self._next_ns = self._clock.now_ns() + self._period_ns
         self._canceled = False
-        self.wake()
+        self._has_new()
+
+    def set_on_reset_callback(self, callback: Callable[[int], None]) -> None:
+        """Call it with 1 each time it is reset; since lyrical."""
+        self._call_on_new(callback, 0)
+
+    def clear_on_reset_callback(self) -> None:
+        """Call nothing any more."""
+        self._call_no_more()
 
     def cancel_timer(self) -> None:
         """Let it not be due any more."""

@@ -10,7 +10,7 @@ from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import Kernel, Node, running_node
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -118,6 +118,7 @@ class Awaited(Destroyable, ABC):
         super().__init__(kernel)
         self.waiting: list[Node] = []
         """The nodes of the kernel that wait until it is ready."""
+        self._on_new: Callable[[int], None] | None = None
 
     @abstractmethod
     def is_ready(self) -> bool:
@@ -126,6 +127,21 @@ class Awaited(Destroyable, ABC):
     def take_readiness(self) -> bool:
         """Whether it is ready, at the end of a wait; a guard condition is not any more afterwards."""
         return self.is_ready()
+
+    def _call_on_new(self, callback: Callable[[int], None], waiting: int) -> None:
+        """Call it with the number of what comes from now on, and at once with that of what waits already."""
+        self._on_new = callback
+        if waiting:
+            callback(waiting)
+
+    def _call_no_more(self) -> None:
+        self._on_new = None
+
+    def _has_new(self) -> None:
+        """One more has come."""
+        self.wake()
+        if self._on_new is not None:
+            self._on_new(1)
 
     def came(self) -> tuple[int, int] | None:
         """When what it is ready for has come, and the how manieth in the run that was; None where that is not known."""

@@ -125,7 +125,15 @@ class Service(_ServiceEndpoint):
     def deliver(self, request: Any, request_id: RequestId) -> None:
         """Add a request to the queue."""
         self._requests.append((request, request_id, system_ns(self.kernel), arrival(self.kernel)))
-        self.wake()
+        self._has_new()
+
+    def set_on_new_request_callback(self, callback: Callable[[int], None]) -> None:
+        """Call it with the number of requests that have come; since lyrical."""
+        self._call_on_new(callback, len(self._requests))
+
+    def clear_on_new_request_callback(self) -> None:
+        """Call nothing any more."""
+        self._call_no_more()
 
     def service_take_request(self, kind: type[Any]) -> tuple[Any, ServiceInfo] | tuple[None, None]:
         """The oldest request, and whose it is; (None, None) if there is none."""
@@ -227,7 +235,15 @@ class Client(_ServiceEndpoint):
         """Add a response to the queue."""
         self._answered = request_id.sequence_number
         self._responses.append((response, request_id, system_ns(self.kernel), arrival(self.kernel)))
-        self.wake()
+        self._has_new()
+
+    def set_on_new_response_callback(self, callback: Callable[[int], None]) -> None:
+        """Call it with the number of responses that have come; since lyrical."""
+        self._call_on_new(callback, len(self._responses))
+
+    def clear_on_new_response_callback(self) -> None:
+        """Call nothing any more."""
+        self._call_no_more()
 
     def is_unanswered(self) -> bool:
         """Whether the last request has no response yet."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -250,6 +250,14 @@ class Subscription(_Endpoint, Awaited):
         self._passes = content_filter(expression, parameters) if expression else None
         self._filter = (expression, list(parameters))
 
+    def set_on_new_message_callback(self, callback: Callable[[int], None]) -> None:
+        """Call it with the number of messages that have come; since lyrical."""
+        self._call_on_new(callback, len(self._queue))
+
+    def clear_on_new_message_callback(self) -> None:
+        """Call nothing any more."""
+        self._call_no_more()
+
     def is_cft_enabled(self) -> bool:
         """Whether it has a filter."""
         return self._passes is not None
@@ -273,7 +281,7 @@ class Subscription(_Endpoint, Awaited):
         stamp_ns = system_ns(self.kernel)
         received = {"received_timestamp": stamp_ns, "reception_sequence_number": self._received}
         self._queue.append((message, {**info, **received}, lifespan_ns, arrival(self.kernel)))
-        self.wake()
+        self._has_new()
 
     def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, Any]] | None:
         """The oldest message and when it was sent and came; None if there is none."""

@@ -12,12 +12,26 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, Timer
 from pytest_hricdv.extra.ros2.extension import extension
+from pytest_hricdv.extra.ros2.qos import Profile
+from pytest_hricdv.extra.ros2.services import Client, Service
+from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.runtime import Kernel
+from tests.extra.ros2.system import Grasp, Reading, node, reading, run
 
 _PINNED = Path(__file__).parent / "extension_names.json"
 """Name -> its members, of a class: those of rclpy 9.1.2 (kilted), as `python -m tests.extra.ros2.names` prints them."""
 
 _NAMES: dict[str, list[str]] = json.loads(_PINNED.read_text(encoding="utf-8"))
+
+_SINCE_LYRICAL = {
+    "Client": ["set_on_new_response_callback", "clear_on_new_response_callback"],
+    "Service": ["set_on_new_request_callback", "clear_on_new_request_callback"],
+    "Subscription": ["set_on_new_message_callback", "clear_on_new_message_callback"],
+    "Timer": ["set_on_reset_callback", "clear_on_reset_callback"],
+}
+"""What the interface file of rclpy's main branch (2026) has beside the names of kilted."""
 
 _BELOW_RCLPY = ("EventsExecutor",)
 """Classes that are made below one of `rclpy`, and only where there is one."""
@@ -38,6 +52,46 @@ def _has(kind: type[Any], member: str) -> bool:
 def test_a_name_of_the_extension_is_there_with_its_members(name: str) -> None:
     assert hasattr(_ours(), name)
     assert [member for member in _NAMES[name] if not _has(getattr(_ours(), name), member)] == []
+
+
+@pytest.mark.parametrize("name", _SINCE_LYRICAL)
+def test_what_lyrical_adds_is_there(name: str) -> None:
+    assert all(hasattr(getattr(_ours(), name), member) for member in _SINCE_LYRICAL[name])
+
+
+def test_callbacks_are_told_how_much_has_come() -> None:
+    counts: list[tuple[str, int]] = []
+
+    def robot(kernel: Kernel) -> None:
+        made = node("robot")
+        publisher, subscription = (kind(made, Reading, "scan", Profile()) for kind in (Publisher, Subscription))
+        service, client = (kind(made, Grasp, "grasp", Profile()) for kind in (Service, Client))
+        timer = Timer(Clock(ClockType.STEADY_TIME), made.context, 1000)
+        for _ in range(2):
+            publisher.publish(reading(1.0))
+        subscription.set_on_new_message_callback(lambda number: counts.append(("message", number)))
+        service.set_on_new_request_callback(lambda number: counts.append(("request", number)))
+        client.set_on_new_response_callback(lambda number: counts.append(("response", number)))
+        timer.set_on_reset_callback(lambda number: counts.append(("reset", number)))
+        publisher.publish(reading(1.0))
+        client.send_request(Grasp.Request())
+        _, info = service.service_take_request(Grasp.Request)
+        assert info is not None
+        service.service_send_response(Grasp.Response(), info.request_id)
+        timer.reset_timer()
+        for clear in (
+            subscription.clear_on_new_message_callback,
+            service.clear_on_new_request_callback,
+            client.clear_on_new_response_callback,
+            timer.clear_on_reset_callback,
+        ):
+            clear()
+        publisher.publish(reading(1.0))
+        client.send_request(Grasp.Request())
+        timer.reset_timer()
+
+    run(robot)
+    assert counts == [("message", 2), ("message", 1), ("request", 1), ("response", 1), ("reset", 1)]
 
 
 def test_a_name_that_the_extension_lacks_is_said() -> None:
