@@ -212,3 +212,37 @@ def test_the_benchmark_runs_two_nodes_faster_than_real_time() -> None:
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[3])
     assert float(done.stdout) > 50
+
+
+_CRASHING = """
+import sys
+from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
+from pytest_hricdv.runtime import Kernel, NodeError
+
+kept = []
+
+
+def main():
+    rclpy.init()
+    node = rclpy.create_node("arm")
+    kept.extend([node, node.get_logger().get_child("joint")])  # as in a module's variable, until Python ends
+    raise ValueError("a fault")
+
+
+with virtual_rclpy():
+    import rclpy
+
+    kernel = Kernel()
+    kernel.spawn("arm", main)
+    try:
+        kernel.run(1.0)
+    except NodeError as error:
+        print(error)
+"""
+
+
+def test_loggers_of_a_node_that_crashed_end_without_a_traceback() -> None:
+    command = [sys.executable, "-W", "ignore", "-c", _CRASHING]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[3])
+    assert done.stdout == "arm failed at 0.000 s: ValueError: a fault\n"
+    assert done.stderr == ""
