@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         robot = options.robot or name_like(options.folder.resolve().name)
-        skeleton = Skeleton(robot, options.person)
+        skeleton = Skeleton(robot, options.people or options.person)
         for name in skeleton.write(options.folder):
             print(visible(str(options.folder / name)))
     except SkeletonError as error:
@@ -52,6 +52,9 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument("folder", nargs="?", type=Path, default=Path(), help="where to (default: here)")
     init.add_argument("--robot", metavar="NAME", help="name of the module under test (default: that of the folder)")
     init.add_argument("--person", metavar="NAME", default="person", help="name of the person's agent (default: person)")
+    init.add_argument(
+        "--people", metavar="NAME,NAME", default="", help="names of several people's agents, who act side by side"
+    )
     return parser
 
 

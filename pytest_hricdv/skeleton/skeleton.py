@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import keyword
 import re
 from collections.abc import Iterator
@@ -12,6 +13,12 @@ from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base.message import InputError
 
 TEMPLATE = Path(__file__).parent / "template"
+
+PEOPLE = Path(__file__).parent / "people"
+"""The files that are others where there are several people."""
+
+TWO_PEOPLE = '("my_person", "my_other")'
+"""In them, the names of the people."""
 
 ROBOT, PERSON = "my_robot", "my_person"
 """The names in the template that stand for those of the project."""
@@ -31,7 +38,7 @@ class Skeleton:
 
     Args:
         robot: the name of the module under test, of the testbench, and of the host test.
-        person: the name of the agent that models the person.
+        person: the name of the agent that models the person; of several, with commas between them.
 
     Raises:
         SkeletonError: a name that cannot be one of a module and of an agent, or that is taken.
@@ -41,7 +48,8 @@ class Skeleton:
     person: str
 
     def __post_init__(self) -> None:
-        for option, name in (("robot", self.robot), ("person", self.person)):
+        option = "person" if len(self.people) == 1 else "people"
+        for option, name in (("robot", self.robot), *((option, name) for name in self.people)):
             if not _NAME.fullmatch(name) or keyword.iskeyword(name):
                 raise SkeletonError(
                     f"--{option}={name}: expected a name of small letters, digits and underscores that begins with a "
@@ -49,19 +57,28 @@ class Skeleton:
                 )
             if name in _TAKEN:
                 raise SkeletonError(f"--{option}={name}: a file of the skeleton has this name; choose another one")
-        if self.robot == self.person:
-            raise SkeletonError(f"--robot and --person: both are {self.robot}; expected two names")
+        if self.robot in self.people:
+            raise SkeletonError(f"--robot and --{option}: both are {self.robot}; expected two names")
+        if len(set(self.people)) < len(self.people):
+            raise SkeletonError(f"--people={self.person}: expected each name once")
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """The names of the agents that model people."""
+        return tuple(self.person.split(","))
 
     def files(self) -> Iterator[tuple[str, str]]:
         """Name, relative to the project's folder, and content of each file."""
-        for path in sorted(TEMPLATE.rglob("*")):
-            # Installers compile what they install, the template among it.
-            if path.is_file() and path.suffix != ".pyc":
-                name = path.relative_to(TEMPLATE).as_posix()
-                yield self._named(name), self._named(path.read_text(encoding="utf-8"))
+        templates = _files(TEMPLATE) | (_files(PEOPLE) if len(self.people) > 1 else {})
+        for name, text in sorted(templates.items()):
+            for person in self.people if PERSON in name else (self.person,):
+                yield self._named(name, person), self._named(text, person)
 
-    def _named(self, text: str) -> str:
-        return text.replace(ROBOT, self.robot).replace(PERSON, self.person)
+    def _named(self, text: str, person: str) -> str:
+        people = json.dumps(self.people).replace("[", "(").replace("]", ")")
+        agents = "; ".join(self.people)
+        named = text.replace(TWO_PEOPLE, people).replace(f"; {PERSON}; }}", f"; {agents}; }}")
+        return named.replace(ROBOT, self.robot).replace(PERSON, person)
 
     def write(self, folder: Path) -> tuple[str, ...]:
         """Write all files; returns their names.
@@ -79,6 +96,13 @@ class Skeleton:
         except OSError as error:
             raise SkeletonError(f"{folder}: cannot be written: {error.strerror or error}") from None
         return tuple(files)
+
+
+def _files(folder: Path) -> dict[str, str]:
+    """Name, relative to the folder, and text of each file in it."""
+    # Installers compile what they install, the templates among it.
+    paths = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    return {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
 def name_like(text: str) -> str:

@@ -49,6 +49,28 @@ def test_other_names(tmp_path: Path) -> None:
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and "my_" in path.read_text(encoding="utf-8")]
 
 
+def test_several_people_have_a_model_each(tmp_path: Path) -> None:
+    assert main(["init", str(tmp_path), "--robot=arm7", "--people=nurse,child,cook"]) == 0
+    models = {path.name: path.read_text(encoding="utf-8") for path in (tmp_path / "models").iterdir()}
+    assert models.keys() == {"meta.asl", "nurse.asl", "child.asl", "cook.asl", "arm7.mas2j"}
+    assert "MAS arm7 { agents: meta; nurse; child; cook; }" in models["arm7.mas2j"]
+    assert 'PEOPLE = ("nurse", "child", "cook")' in (tmp_path / "conftest.py").read_text(encoding="utf-8")
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and "my_" in path.read_text(encoding="utf-8")]
+
+
+@pytest.mark.slow
+def test_several_people_run(tmp_path: Path) -> None:
+    main(["init", str(tmp_path), "--robot=arm", "--people=nurse,child"])
+    assert run(tmp_path, "pytest_hricdv.bdi", "lint", "models/arm.mas2j").stderr == "nothing found\n"
+    for check in (["ruff", "check", "--isolated", "."], ["mypy", "--strict", "conftest.py"]):
+        done = run(tmp_path, *check)
+        assert done.returncode == 0, done.stdout
+    done = run(tmp_path, "pytest", "-p", "no:cacheprovider", "--hri-tests=6")
+    assert done.returncode == 0, done.stdout
+    report = json.loads((tmp_path / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    assert all({line.partition(":")[0] for line in test["abstract"]} == {"nurse", "child"} for test in report["tests"])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("configured", [["--isolated"], ["--config", str(CONFIGURATION)]])
 def test_ruff_finds_nothing(tmp_path: Path, configured: list[str]) -> None:
@@ -80,6 +102,8 @@ def test_it_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str
         ("--person=Ann", "such as ann"),
         ("--robot=world", "--robot=world: a file of the skeleton has this name; choose another one"),
         ("--robot=person", "--robot and --person: both are person; expected two names"),
+        ("--people=nurse,person,Ann", "--people=Ann: expected a name of small letters"),
+        ("--people=nurse,nurse", "--people=nurse,nurse: expected each name once"),
         ("--robot=class", "--robot=class: expected a name of small letters"),
     ],
 )
