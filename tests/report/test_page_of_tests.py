@@ -198,6 +198,25 @@ def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=1)
+    test = report["tests"][0]
+    lines = ["nurse: call", "child: run", "disturb slip", "nurse: go"]
+    test["abstract"], test["concrete"]["actions"] = lines, [{"command": line, "parameters": {}} for line in lines]
+    test["acted_s"], test["acted"], test["seen"] = [0.0, 1.5, 6.25], [2, 1, 3], [[2.5, "dog: bark"]]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
+    assert times[:4] == ["1.50 s", "0.00 s", "6.25 s", "not done"]
+    drawn = page.locator("#test .timeline svg").first.text_content() or ""
+    assert all(name in drawn for name in ("nurse", "child", "dog", "the test"))
+    assert "the human" not in drawn
+    assert page.get_by_text("What nurse and child do").count() == 1
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
 def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=10)
     page = watched.open(report, tmp_path, "closure")

@@ -148,7 +148,7 @@ class Pool:
         if run_values:
             values[RUN] = dict(run_values)
         beliefs = self.exploration.belief_set(test.beliefs)
-        after = _with_disturbances(self._order(beliefs), lines)
+        after = with_disturbances(self._order(beliefs), lines)
         return Draft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values, after=after)
 
     def starts(self, number: int, product: str) -> tuple[int, ...]:
@@ -170,7 +170,7 @@ class Pool:
         return {agent: tuple(sorted(labels)) for agent, labels in sorted(plans.items())}
 
 
-def _with_disturbances(after: After, lines: Sequence[str]) -> After:
+def with_disturbances(after: After, lines: Sequence[str]) -> After:
     """The order of a test between whose lines disturbances have been put: actions have other numbers then."""
     if not after:
         return NO_ORDER
