@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
@@ -21,9 +22,11 @@ from pytest_hricdv.bdi.language.syntax import (
     GoalTerm,
     If,
     InternalActionCall,
+    Rule,
     TestGoal,
     While,
 )
+from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
     PlanTerm,
@@ -104,7 +107,13 @@ def _check(agent: AgentState, intention: Intention, means: IntendedMeans, statem
 
 def _update_beliefs(agent: AgentState, intention: Intention, means: IntendedMeans, statement: BeliefUpdate) -> None:
     """A change posts an event that the intention waits for; without one, or for ``++``, the intention goes on."""
-    literal = statement.event_literal or instantiate(agent, statement.literal, means)
+    literal = statement.event_literal
+    if literal is None:
+        if (rule := _rule_of(agent, statement.literal, means)) is not None:
+            _update_rules(agent, statement, rule)
+            agent.go_on(intention)
+            return
+        literal = instantiate(agent, statement.literal, means)
     changed: Structure | None = None
     if statement.sign == "++":
         agent.believe(literal)
@@ -121,6 +130,26 @@ def _update_beliefs(agent: AgentState, intention: Intention, means: IntendedMean
     else:
         agent.run.progress += 1
         agent.post("-" if statement.sign == "-" else "+", changed, intention)
+
+
+def _rule_of(agent: AgentState, written: object, means: IntendedMeans) -> Rule | None:
+    """The rule that an update is of, ``+{ a(X) :- b(X) }``, or ``+R`` for a variable with such a value."""
+    if not isinstance(written, (Variable, PlanTerm)):
+        return None
+    value = agent.value(written, means.unifier)
+    if not isinstance(value, PlanTerm) or not isinstance(value.plan, Rule):
+        return None
+    return replace(value.plan, variables=tuple(sorted(variables_of(value.plan))))
+
+
+def _update_rules(agent: AgentState, statement: BeliefUpdate, rule: Rule) -> None:
+    if statement.sign not in ("+", "-"):
+        raise EvaluationError(f"{statement}: a rule is added with + and removed with -")
+    if statement.sign == "+":
+        agent.beliefs.add_rule(rule)
+    else:
+        agent.beliefs.remove_rule(rule)
+    agent.run.progress += 1
 
 
 def _first_match(agent: AgentState, means: IntendedMeans, literal: Structure) -> Structure | None:
@@ -148,7 +177,7 @@ def _remove_first(agent: AgentState, literal: Structure) -> None:
             return
 
 
-def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Structure:
+def instantiate(agent: AgentState, term: GoalTerm | PlanTerm, means: IntendedMeans) -> Structure:
     """A literal as it leaves its plan: bound, with a source, its free variables replaced by new ones.
 
     Raises:
@@ -171,7 +200,7 @@ def instantiate(agent: AgentState, term: GoalTerm, means: IntendedMeans) -> Stru
     return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
 
 
-def literal_of(agent: AgentState, term: GoalTerm, bindings: Bindings) -> Structure:
+def literal_of(agent: AgentState, term: GoalTerm | PlanTerm, bindings: Bindings) -> Structure:
     """A literal with the variables replaced that are bound.
 
     Raises:

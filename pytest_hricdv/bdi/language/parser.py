@@ -155,10 +155,10 @@ class _ProgramReader:
         beliefs: list[Structure | Rule] = []
         goals: list[Structure] = []
         plans: list[Plan] = []
-        warnings: list[str] = []
         from pytest_hricdv.bdi.language.plan_patterns import PlanPattern
 
-        for item in filter(None, self._items(text, file, space)):
+        items, warnings = self._items(text, file, space)
+        for item in filter(None, items):
             if isinstance(item, Plan):
                 plans.append(item)
             elif isinstance(item, PlanPattern):
@@ -179,12 +179,14 @@ class _ProgramReader:
                 beliefs.append(item)
         return Program(file, tuple(beliefs), tuple(goals), _with_automatic_labels(plans), tuple(warnings))
 
-    def _items(self, text: str, file: str, space: str) -> list[Any]:
+    def _items(self, text: str, file: str, space: str) -> tuple[list[Any], list[str]]:
+        """The parts of a source, and what its author should know."""
         items: list[Any] = _parse(text, file, "start")
         _, transformer = _grammar()
-        if space == name_spaces.DEFAULT and not transformer.has_spaces:
-            return items
-        return name_spaces.in_spaces(items, space, self._local_spaces)
+        warnings = transformer.warnings
+        if space != name_spaces.DEFAULT or transformer.has_spaces:
+            items = name_spaces.in_spaces(items, space, self._local_spaces)
+        return items, warnings
 
     def _check(self, path: Path, text: str, named_at: Location | None, naming_text: str) -> None:
         """Refuse what includes itself, or grows beyond the limits: files that include others twice double."""

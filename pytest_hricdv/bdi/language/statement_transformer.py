@@ -51,7 +51,18 @@ class StatementTransformer(TermTransformer):
 
     def believe(self, meta: Meta, items: Children) -> Statement:
         # '+<' adds what queries find first: a belief that is added always is.
-        return BeliefUpdate(str(items[0]).removesuffix("<"), items[1], self._at(meta))
+        return BeliefUpdate(str(items[0]).removesuffix("<"), self._handed_over(items[1]), self._at(meta))
+
+    def add_plan(self, meta: Meta, items: Children) -> Statement:
+        sign, _, plan, _ = items
+        place = Structure("end" if sign == "+>" else "begin")
+        return InternalActionCall(
+            Call(".add_plan", (PlanTerm(plan), Structure("self"), place), self._at(meta)), self._at(meta)
+        )
+
+    def believe_rule(self, meta: Meta, items: Children) -> Statement:
+        sign, _, rule, _ = items
+        return BeliefUpdate(str(sign), PlanTerm(rule), self._at(meta))
 
     def fork_all(self, meta: Meta, items: Children) -> Statement:
         return Fork(tuple((item,) for item in items), True, self._at(meta))

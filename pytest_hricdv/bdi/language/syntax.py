@@ -10,6 +10,7 @@ from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Call,
     Key,
+    PlanTerm,
     Qualified,
     Structure,
     Term,
@@ -66,7 +67,7 @@ GoalTerm = Structure | Variable | AnnotatedVariable | Qualified
 """What can be achieved, tested or believed: a literal, or a variable that stands for one."""
 
 
-def ground_event_literal(literal: GoalTerm) -> Structure | None:
+def ground_event_literal(literal: GoalTerm | PlanTerm) -> Structure | None:
     """The literal of the event that a statement creates, with a source; None if it has variables."""
     if not isinstance(literal, Structure) or not literal.ground:
         return None
@@ -102,10 +103,13 @@ class TestGoal:
 
 @dataclass(frozen=True, slots=True)
 class BeliefUpdate:
-    """A belief update; ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` whose plan runs in a new intention)."""
+    """An update of a belief, or of a rule, ``+{ a :- b }``.
+
+    ``sign`` is ``+``, ``-``, ``-+``, or ``++`` (``+`` whose plan runs in a new intention).
+    """
 
     sign: str
-    literal: GoalTerm
+    literal: GoalTerm | PlanTerm
     location: Location = field(compare=False)
     event_literal: Structure | None = field(init=False, compare=False, repr=False)
 

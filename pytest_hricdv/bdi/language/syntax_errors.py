@@ -31,6 +31,10 @@ _HINTS = {
 _PUNCTUATION = {"_DOT": ".", "SEMICOLON": ";", "COMMA": ",", "RPAR": ")", "RSQB": "]", "RBRACE": "}"}
 
 
+_STARTS = frozenset({"ATOM", "VARIABLE", "SPACE", "INTERNAL", "BANG", "QMARK", "IF", "FOR", "WHILE"})
+"""The tokens that statements begin with; what begins with a sign may be the rest of an expression."""
+
+
 class DepthLimit:
     """A lark postlexer that refuses text nested so deeply that parsing it would exhaust Python's stack."""
 
@@ -111,6 +115,8 @@ def _hint(token: Token, accepted: set[str], text: str) -> str:
         return "; statements side by side are single ones, joined by '|&|' alone or '|||' alone, with no blocks"
     if token.type == "BANG" and text.startswith("!=", token.start_pos):
         return "; unequal is '\\=='"
+    if in_body and str(token) not in _HINTS and token.type in _STARTS:
+        return "; a ';' is missing between two statements"
     return _HINTS.get(str(token), "")
 
 

@@ -49,6 +49,8 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         """Start a new source: errors refer to it, and the numbers of anonymous variables start again."""
         self._text = text
         self._file = file
+        self.warnings: list[str] = []
+        """What the author of the source should know, with its place."""
         self.has_spaces = False
         """Whether the source names name spaces."""
         self._functions: dict[tuple[str, int], str] = {}

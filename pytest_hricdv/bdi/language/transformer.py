@@ -55,6 +55,8 @@ class AgentSpeakTransformer(StatementTransformer):
         return plan
 
     def belief(self, meta: Meta, items: Children) -> Structure | Rule:
+        # A condition may be believed, and be asked where a variable for it is a condition.
+        self._handed_over(items[0])
         self._without_conditions()
         literal = self._computed(meta, self._of_known_space(meta, items[0]))
         free = variables_of(literal)
@@ -63,6 +65,10 @@ class AgentSpeakTransformer(StatementTransformer):
 
     def rule(self, meta: Meta, items: Children) -> Rule:
         self._without_conditions()
+        rule: Rule = items[0]
+        return rule
+
+    def rule_text(self, meta: Meta, items: Children) -> Rule:
         head, body = self._of_known_space(meta, items[0]), self._formula(meta, items[1])
         return Rule(head, body, self._at(meta), tuple(sorted(variables_of((head, body)))))
 
@@ -145,17 +151,20 @@ class AgentSpeakTransformer(StatementTransformer):
     def trigger(self, meta: Meta, items: Children) -> Trigger:
         sign = str(items[0]) + ("" if items[1] is None else str(items[1]))
         if sign == GOAL_STATE:
-            self._see_that_it_may_come(meta, items[2])
+            self._see_whether_it_may_come(meta, items[2])
         return Trigger(sign, items[2])
 
-    def _see_that_it_may_come(self, meta: Meta, goal: GoalTerm) -> None:
-        """See that an event of a goal's state names none that never comes."""
+    def _see_whether_it_may_come(self, meta: Meta, goal: GoalTerm) -> None:
+        """Warn of a plan for the event of a goal's state that never comes."""
         literal = goal.literal if isinstance(goal, Qualified) else goal
         annots = () if isinstance(literal, Variable) else literal.annots
         states = [annot.args[0] for annot in annots if isinstance(annot, Structure) and annot.key == STATE]
         for state in states:
             if not isinstance(state, Variable) and str(state) not in GOAL_STATES:
-                raise self._error(meta, f"expected {', '.join(GOAL_STATES)} or a variable as the state, found {state}")
+                self.warnings.append(
+                    f"{self._at(meta)}: the state {state} of a goal never comes here, so this plan is never executed; "
+                    f"those that come are {', '.join(GOAL_STATES)}"
+                )
 
     def context(self, meta: Meta, items: Children) -> Formula | None:
         return None if items[0] is None else self._formula(meta, items[0])

@@ -54,6 +54,12 @@ class BeliefBase:
         """Add a rule."""
         self.buckets.setdefault(rule.head.key, {})[rule] = rule
         self.open.add(rule.head.key)
+        self.version += 1
+
+    def remove_rule(self, rule: Rule) -> None:
+        """Remove a rule, if it is there."""
+        if self.bucket(rule.head.key).pop(rule, None) is not None:
+            self.version += 1
 
     def add(self, belief: Structure) -> Structure | None:
         """Add a belief, or its annotations to the belief already held.

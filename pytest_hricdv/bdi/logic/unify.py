@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from pytest_hricdv.bdi.language.collection import Collection
-from pytest_hricdv.bdi.language.errors import EvaluationError
+from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import WORK, overworked, spend
 from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, without_space
-from pytest_hricdv.bdi.language.syntax import Comparison
+from pytest_hricdv.bdi.language.syntax import TRUE, And, Comparison, Formula, Not, Or, Plan
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
+    FormulaTerm,
     ListTerm,
     Number,
+    PlanTerm,
     Qualified,
     Structure,
     Term,
@@ -221,6 +224,8 @@ def _valued(term: Term) -> Term:
 
 def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail, functions: Functions) -> bool:
     """``p(a)[b] =.. [p,[a],[b]]``, to take a literal apart or to build one; with its name space first if it has one."""
+    if isinstance(left, PlanTerm) or _is_of_plan(right, bindings):
+        return univ_of_plan(left, right, bindings, trail)
     has_space = isinstance(right, ListTerm) and len(right.items) == 4
     if isinstance(left, Structure):
         space, bare = without_space(left)
@@ -235,3 +240,35 @@ def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail, functions: 
                 built = substitute(Qualified(right.items[0], built), bindings, functions)  # type: ignore[arg-type]
             return unify(left, built, bindings, trail)
     raise EvaluationError(f"neither side of {left} =.. {right} is known")
+
+
+def _is_of_plan(right: Term, bindings: Bindings) -> bool:
+    return (
+        isinstance(right, ListTerm) and len(right.items) == 4 and isinstance(walk(right.items[3], bindings), PlanTerm)
+    )
+
+
+def univ_of_plan(left: Term, right: Term, bindings: Bindings, trail: Trail) -> bool:
+    """``P =.. [label, { +!g }, context, { body }]``, to take a plan apart or to build one."""
+    if isinstance(left, PlanTerm):
+        plan = left.plan
+        if not isinstance(plan, Plan) or not plan.has_label:  # as in Jason, one without a label is not taken apart
+            return False
+        context: Term = TRUE if plan.context is None else as_term(plan.context, plan.location)
+        event = PlanTerm(Plan("_plan", plan.trigger, None, (), plan.location))
+        parts = (Structure(plan.label, annots=plan.annots), event, context, PlanTerm(plan.body))
+        return unify(ListTerm(parts), right, bindings, trail)
+    assert isinstance(right, ListTerm)
+    label, event_term, condition, body = (walk(item, bindings) for item in right.items)
+    event_plan = event_term.plan if isinstance(event_term, PlanTerm) else None
+    if not isinstance(label, Structure) or not isinstance(event_plan, Plan) or not isinstance(body, PlanTerm):
+        raise EvaluationError(f"{right} is not [label, event, context, body] of a plan")
+    formula: Any = condition.formula if isinstance(condition, FormulaTerm) else condition
+    statements = body.plan if isinstance(body.plan, tuple) else ()
+    built = Plan(label.functor, event_plan.trigger, formula, statements, event_plan.location, label.annots)
+    return unify(left, PlanTerm(built), bindings, trail)
+
+
+def as_term(formula: Formula, place: Location) -> Term:
+    """A condition as a term: what is one already, as it is."""
+    return FormulaTerm(formula, place) if isinstance(formula, (And, Or, Not, Comparison)) else formula
