@@ -23,6 +23,7 @@ from pytest_hricdv.results.journal import (
     line,
     parse,
     read,
+    records,
 )
 
 
@@ -125,3 +126,21 @@ def test_a_lock_is_released_when_its_process_dies(tmp_path: Path) -> None:
         os._exit(0)
     os.waitpid(child, 0)
     FolderLock(tmp_path).release()
+
+
+@pytest.mark.parametrize("size", [63, 64, 65, 127, 128, 129, 1000])
+@pytest.mark.parametrize("end", [b"\n", b""])
+def test_a_line_without_end_is_no_record_and_costs_no_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int, end: bytes
+) -> None:
+    path = tmp_path / NAME
+    written(path, 1).close()
+    first = path.read_bytes()
+    longest = max(map(len, first.splitlines(keepends=True)))
+    monkeypatch.setattr("pytest_hricdv.results.journal.MAX_LINE_BYTES", longest)
+    path.write_bytes(first + b"\0" * size + end + (line(finished(2)) if end else b""))
+    journal = read(path)
+    assert {*journal.results} == ({"test[1]", "test[2]"} if end else {"test[1]"})
+    assert journal.damaged == 1
+    assert journal.size == (path.stat().st_size if end else len(first))
+    assert len(records(path)) == len(journal.results) + 1
