@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.message import InputError
+from pytest_hricdv.generate.sampler import Range
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -39,6 +40,13 @@ class Ros2:
             that nobody serves.
         interfaces: folders of packages of interfaces that are not installed, such as "third_party/nav2_msgs": their
             `.msg`, `.srv` and `.action` files are enough to import them. Paths are relative to where pytest is started.
+        delay_s: full name of a topic, service or action, or a pattern such as "/camera/*" -> how long each message is
+            on its way (s): a number, or a `Range`, from which it is drawn by the seed of the test. Names come before
+            patterns, and earlier patterns before later ones.
+        drop: likewise, the share of messages that are lost, from 0 to 1. Only best effort loses any: a name whose
+            messages are carried reliably is an error, a pattern does not mean them.
+        reorder: names and patterns of those whose messages may overtake each other, if their delays say so; otherwise
+            those of one sender stay in order. As of `drop`, reliable ones keep their order.
     """
 
     topics: Mapping[str, str] = field(default_factory=dict, hash=False)
@@ -47,6 +55,9 @@ class Ros2:
     packages: tuple[str, ...] = ()
     patience_s: float = 30.0
     interfaces: tuple[str | Path, ...] = ()
+    delay_s: Mapping[str, Range | float] = field(default_factory=dict, hash=False)
+    drop: Mapping[str, float] = field(default_factory=dict, hash=False)
+    reorder: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

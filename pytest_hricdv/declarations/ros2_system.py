@@ -163,9 +163,9 @@ class Middleware(Protocol):
         """Nodes that waited at the end of the run for what never comes, a sentence each."""
 
     def started(
-        self, kernel: Kernel, bus: Bus, measured: Callable[[Body], Body], nodes: Sequence[RosNode]
+        self, kernel: Kernel, bus: Bus, measured: Callable[[Body], Body], nodes: Sequence[RosNode], seed: int = 0
     ) -> Ros2System:
-        """Start nodes, each as if in a process of its own.
+        """Start nodes, each as if in a process of its own; the seed of the test is that of when messages arrive.
 
         Raises:
             InputError: a node cannot be started.

@@ -165,6 +165,8 @@ class Bus:
         deliver: Callable[[], None],
         is_heard: Callable[[], bool],
         source: object = None,
+        delay_s: float = 0.0,
+        is_lost: bool = False,
     ) -> None:
         """Record a message and let it be delivered, unless a fault awaits it.
 
@@ -173,6 +175,8 @@ class Bus:
             deliver: delivers it; called once for each copy that arrives.
             is_heard: whether there is anybody to deliver it to.
             source: what it is, where it is no message of this bus (see `RecordedMessage`).
+            delay_s: how long it is on its way; a fault comes in its place. It is recorded as of `disturb`.
+            is_lost: whether it never arrives; recorded as of `disturb`.
 
         Raises:
             SystemExit: the caller is in another thread than the run (see `Kernel.require_own_thread`).
@@ -184,9 +188,26 @@ class Bus:
         faults = self._faults.get(topic) if self._faults else None
         if faults:
             self._carry_with_fault(faults.popleft(), message)
-            return
-        self._record(message)
-        deliver()
+        elif is_lost:
+            self._carry_with_fault(MessageFault("lost"), message)
+        elif delay_s:
+            self._carry_later(message, delay_s)
+        else:
+            self._record(message)
+            deliver()
+
+    def _carry_later(self, message: Carried, delay_s: float) -> None:
+        by_code = self._by_code()
+        if by_code:
+            self._record(message)
+
+        def arrive() -> None:
+            self.kernel.sleep(delay_s)
+            if not by_code:
+                self._record(message)
+            message.deliver()
+
+        self.kernel.spawn(f"{message.topic} on its way", arrive)
 
     def _record(self, message: Carried) -> None:
         self.recorder.message(self.kernel.now_s, message.sender, message.topic, message.fields, message.source)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
+from pytest_hricdv.extra.ros2.delivery import Arrival, Delivery, is_timed, timing_fields
 from pytest_hricdv.extra.ros2.fields import fields_of
 from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.ros2.vocabulary import ROSOUT, requirement_name
@@ -14,6 +15,9 @@ from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.plain import Value
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+AT_ONCE = Arrival()
+"""When messages arrive where nobody has said anything else."""
 
 _PARAMETER_EVENTS = "/parameter_events"
 
@@ -42,11 +46,16 @@ class Bridge:
 
     Args:
         bus: of the run.
-        declared: names and types.
+        declared: names and types, and when messages arrive.
+        seed: of the test.
     """
 
-    def __init__(self, bus: Bus, declared: Ros2) -> None:
+    def __init__(self, bus: Bus, declared: Ros2, seed: int = 0) -> None:
         self._bus = bus
+        self.delivery = Delivery(declared, seed, lambda: bus.kernel.now_s) if is_timed(declared) else None
+        if self.delivery is not None:
+            fields = timing_fields(declared)
+            bus.recorder.disturbance(bus.kernel.now_s, "test", "timing of the middleware", fields)
         self._types = {**declared.topics, **declared.services}
         self._used: dict[tuple[int, str], tuple[str, str]] = {}
         """Domain and full name -> the node that uses it first, and its type."""
@@ -92,22 +101,39 @@ class Bridge:
         message: Any,
         deliver: Callable[[], None],
         is_heard: Callable[[], bool],
+        reliable: Callable[[], str] = lambda: "",
     ) -> None:
         """Record a message, which nobody may change any more, and deliver it.
 
         Args:
             node: the full name of the sender.
             direction: "request" or "response" of a service, "" of a topic.
+            reliable: between whom it is carried reliably, in words; empty where it may be lost.
         """
         key = (full_name, direction)
         if key not in self._routes:
             self._routes[key] = self._undeclared(full_name, direction)
         route = self._routes[key]
+        arrival = AT_ONCE if self.delivery is None else self.delivery.arrival(node, full_name, direction, reliable)
         if route is None:
-            deliver()
+            self._deliver_hidden(full_name, arrival, deliver)
             return
         source = RosMessage(full_name, direction, message)
-        self._bus.carry(node[1:], route.name, route.fields(message), deliver, is_heard, source)
+        fields = route.fields(message)
+        self._bus.carry(node[1:], route.name, fields, deliver, is_heard, source, arrival.delay_s, arrival.is_lost)
+
+    def _deliver_hidden(self, full_name: str, arrival: Arrival, deliver: Callable[[], None]) -> None:
+        """Deliver what is not recorded."""
+        kernel = self._bus.kernel
+
+        def later() -> None:
+            kernel.sleep(arrival.delay_s)
+            deliver()
+
+        if arrival.delay_s and not arrival.is_lost:
+            kernel.spawn(f"{full_name} on its way", later)
+        elif not arrival.is_lost:
+            deliver()
 
     def _undeclared(self, full_name: str, direction: str) -> Route | None:
         """Of what is none of an action that the testbench declares."""

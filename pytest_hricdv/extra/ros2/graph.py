@@ -22,6 +22,7 @@ class Carrier(Protocol):
         message: Any,
         deliver: Callable[[], None],
         is_heard: Callable[[], bool],
+        reliable: Callable[[], str] = ...,
     ) -> None: ...
 
 

@@ -77,7 +77,8 @@ class _ServiceEndpoint(Awaited):
             deliver(sent)
             return
         sender = self._node.get_fully_qualified_name()
-        carrier.carry(sender, self._full_name, direction, sent, partial(deliver, sent), is_heard)
+        reliable = "a service or an action is carried reliably"
+        carrier.carry(sender, self._full_name, direction, sent, partial(deliver, sent), is_heard, lambda: reliable)
 
     def _stop_telling(self) -> None:
         if self._introspection is not None:

@@ -12,7 +12,8 @@ from pytest_hricdv.declarations.ros2 import LaunchError, Ros2, Ros2Error, RosNod
 from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, parse
 from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
-from pytest_hricdv.extra.ros2.graph import carry_with
+from pytest_hricdv.extra.ros2.delivery import Delivery
+from pytest_hricdv.extra.ros2.graph import all_graphs, carry_with
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
 from pytest_hricdv.extra.ros2.notes import notes_of
@@ -62,10 +63,13 @@ class Ros2Overlay:
         self.modules = VirtualModules(self._packages)
         self.notes: tuple[str, ...] = ()
         """What is to be known of the run, though it fails nothing, a sentence each."""
+        self._delivery: Delivery | None = None
         self.stuck_nodes: list[str] = []
         """Nodes that wait for what never comes, a sentence each."""
 
-    def started(self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode]) -> StartedSystem:
+    def started(
+        self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode], seed: int = 0
+    ) -> StartedSystem:
         """Start nodes, each in a process of its own.
 
         Raises:
@@ -74,7 +78,9 @@ class Ros2Overlay:
         """
         for name in _USED:
             importlib.import_module(name)
-        carry_with(kernel, Bridge(bus, self._declared))
+        bridge = Bridge(bus, self._declared, seed)
+        self._delivery = bridge.delivery
+        carry_with(kernel, bridge)
         need_no_clock_topic(kernel)
         mains = [self._loaded(node) for node in nodes]
         variables = ModuleVariables(self._packages)
@@ -89,6 +95,11 @@ class Ros2Overlay:
         """To be called when a run is over, before its nodes are ended; `is_idle` where nothing could go on."""
         self.notes = notes_of(kernel)
         self.stuck_nodes = stuck_nodes(kernel, self._declared.patience_s, is_idle=is_idle)
+        if self._delivery is not None:
+            graphs = all_graphs(kernel)
+            names = [name for graph in graphs for part in (graph.publishers, graph.subscriptions) for name in part]
+            names += [name for graph in graphs for part in (graph.services, graph.clients) for name in part]
+            self.stuck_nodes += self._delivery.unused(names)
 
     @staticmethod
     def _know(variables: ModuleVariables) -> None:

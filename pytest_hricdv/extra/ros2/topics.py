@@ -15,7 +15,7 @@ from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, arrival
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.notes import note
-from pytest_hricdv.extra.ros2.qos import Profile, effective, last_policy, mismatches, policies_text
+from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, Profile, effective, last_policy, mismatches, policies_text
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -155,7 +155,16 @@ class Publisher(_Endpoint, Destroyable):
             return
         # A copy now, for the record, and one for each subscription: senders and callbacks change what they have.
         sent, sender = copy_message(message), self.node.get_fully_qualified_name()
-        carrier.carry(sender, self.topic, "", sent, partial(self._deliver, sent, info), self._is_heard)
+        deliver = partial(self._deliver, sent, info)
+        carrier.carry(sender, self.topic, "", sent, deliver, self._is_heard, self._reliable)
+
+    def _reliable(self) -> str:
+        """To whom its messages are carried reliably, in words; empty: to nobody."""
+        if self.profile.reliability == BEST_EFFORT:
+            return ""
+        readers = [other for other in self._subscriptions() if other.profile.reliability != BEST_EFFORT]
+        names = [end.node.get_fully_qualified_name() for end in (self, *readers[:1])]
+        return f"{names[0]} publishes and {names[1]} subscribes reliably" if readers else ""
 
     def _deliver(self, message: Any, info: dict[str, Any]) -> None:
         if self.profile.is_transient_local:

@@ -8,6 +8,7 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
+from pytest_hricdv.extra.ros2.delivery import check_timing
 from pytest_hricdv.extra.ros2.fields import kinds_of
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.monitor.vocabulary import Kind
@@ -23,6 +24,7 @@ def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
         Ros2Error: a name or type is none, or two have the same name in requirements.
     """
     provide_interfaces(declared.interfaces)
+    check_timing(declared)
     names: dict[str, dict[str, Kind]] = {ROSOUT: {"level": float, "name": str, "msg": str}}
     for name, kinds in _kinds(declared):
         if name in names:

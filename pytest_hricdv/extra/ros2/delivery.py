@@ -1,0 +1,165 @@
+"""When messages arrive: the timing of a middleware, drawn for each message from the seed of the test.
+
+Each message has a generator of its own, by its sender, its name and its number. So what a shorter test leaves out, as
+while it is shrunk, does not change when the other messages arrive.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
+from pytest_hricdv.generate.sampler import Range
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_WILD = frozenset("*?[")
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """When a message arrives: so long after it was sent (s), or never."""
+
+    delay_s: float = 0.0
+    is_lost: bool = False
+
+
+def is_timed(declared: Ros2) -> bool:
+    """Whether messages take time, or are lost."""
+    return bool(declared.delay_s or declared.drop or declared.reorder)
+
+
+def check_timing(declared: Ros2) -> None:
+    """Check what a testbench says of the timing of its middleware.
+
+    Raises:
+        Ros2Error: a delay is negative or endless, a share is none, or messages without a delay may overtake others.
+    """
+    for pattern, delay_s in declared.delay_s.items():
+        low_s, high_s = _bounds_s(delay_s)
+        is_of_s = not isinstance(delay_s, Range) or delay_s.unit in ("", "s")
+        if not (0.0 <= low_s <= high_s < math.inf and is_of_s):
+            raise Ros2Error(
+                f"ros2: delay_s of {pattern!r} is {delay_s}; expected seconds, as 0.01 or Range(0.0, 0.05, 's')"
+            )
+    for pattern, share in declared.drop.items():
+        if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 <= share <= 1.0:
+            raise Ros2Error(f"ros2: drop of {pattern!r} is {share!r}; expected the share of messages, from 0 to 1")
+    for pattern in declared.reorder:
+        if not any(pattern == other or fnmatchcase(pattern, other) for other in declared.delay_s):
+            raise Ros2Error(f"ros2: reorder of {pattern!r}: its messages take no time; give it a delay_s, a Range")
+
+
+def _bounds_s(delay_s: Range | float) -> tuple[float, float]:
+    if isinstance(delay_s, Range):
+        return delay_s.low, delay_s.high
+    is_number = isinstance(delay_s, int | float) and not isinstance(delay_s, bool)
+    return (float(delay_s), float(delay_s)) if is_number else (math.nan, math.nan)
+
+
+def timing_fields(declared: Ros2) -> dict[str, str]:
+    """What the record has of the timing: what it is of -> in words."""
+    words: dict[str, list[str]] = {}
+    for pattern, delay_s in declared.delay_s.items():
+        low_s, high_s = _bounds_s(delay_s)
+        words.setdefault(pattern, []).append(f"delay {low_s:g}..{high_s:g} s")
+    for pattern, share in declared.drop.items():
+        words.setdefault(pattern, []).append(f"drop {share:g}")
+    for pattern in declared.reorder:
+        words.setdefault(pattern, []).append("reorder")
+    return {pattern: ", ".join(parts) for pattern, parts in words.items()}
+
+
+class Delivery:
+    """Draws when each message arrives.
+
+    Args:
+        declared: with its timing, which was checked.
+        seed: of the test.
+        now_s: the time of the run (s).
+    """
+
+    def __init__(self, declared: Ros2, seed: int, now_s: Callable[[], float]) -> None:
+        self._declared, self._seed, self._now_s = declared, seed, now_s
+        self._numbers: dict[tuple[str, str, str], int] = {}
+        self._last_s: dict[tuple[str, str, str], float] = {}
+        """Sender, name and direction -> when the last message arrives."""
+
+    def arrival(self, sender: str, full_name: str, direction: str, reliable: Callable[[], str]) -> Arrival:
+        """When a message arrives that is sent now.
+
+        Args:
+            reliable: between whom it is carried reliably, in words; empty where it may be lost.
+
+        Raises:
+            Ros2Error: messages of this very name are to be lost or to overtake others, but are carried reliably.
+        """
+        key = (sender, full_name, direction)
+        number = self._numbers[key] = self._numbers.get(key, 0) + 1
+        draw = random.Random(f"{self._seed} {sender} {full_name} {direction} {number}")
+        name = full_name.partition("/_action/")[0]
+        delay_s = self._drawn_s(_of(name, self._declared.delay_s, 0.0), draw)
+        is_lost = draw.random() < self._share(name, reliable)
+        arrives_s = self._now_s() + delay_s
+        if not self._may_overtake(name, reliable):
+            arrives_s = max(arrives_s, self._last_s.get(key, 0.0))
+            self._last_s[key] = arrives_s
+        return Arrival(arrives_s - self._now_s(), is_lost)
+
+    @staticmethod
+    def _drawn_s(delay_s: Range | float, draw: random.Random) -> float:
+        low_s, high_s = _bounds_s(delay_s)
+        return draw.uniform(low_s, high_s)
+
+    def _share(self, name: str, reliable: Callable[[], str]) -> float:
+        """The share of messages that are lost."""
+        pattern = _pattern(name, self._declared.drop)
+        if not pattern or not self._declared.drop[pattern]:
+            return 0.0
+        return (
+            0.0
+            if self._is_kept(name, pattern, reliable, "drop", "the middleware sends it again")
+            else (self._declared.drop[pattern])
+        )
+
+    def _may_overtake(self, name: str, reliable: Callable[[], str]) -> bool:
+        pattern = _pattern(name, self._declared.reorder)
+        return bool(pattern) and not self._is_kept(name, pattern, reliable, "reorder", "the middleware keeps the order")
+
+    @staticmethod
+    def _is_kept(name: str, pattern: str, reliable: Callable[[], str], word: str, because: str) -> bool:
+        """Whether it is carried reliably. Of names that are meant by a pattern this is no error: others are meant."""
+        between = reliable()
+        if between and _WILD.isdisjoint(pattern):
+            raise Ros2Error(
+                f"ros2: {word} of {name}: {between}, so {because}; let one side be best effort, use the disturbances "
+                "Lost and Late, or delay_s"
+            )
+        return bool(between)
+
+    def unused(self, full_names: Iterable[str]) -> list[str]:
+        """Names in the timing that nobody in the graph has, a sentence each."""
+        there_are = sorted({full_name.partition("/_action/")[0] for full_name in full_names})
+        declared = self._declared
+        names = dict.fromkeys([*declared.delay_s, *declared.drop, *declared.reorder])
+        return [
+            f"Ros2 has a timing for {name!r}, but no topic, service or action has this name{nearest(name, there_are)}"
+            for name in names
+            if _WILD.isdisjoint(name) and name not in there_are
+        ]
+
+
+def _pattern(name: str, patterns: Iterable[str]) -> str:
+    """The pattern that means a name: the name itself, or else the first one that matches; empty: none."""
+    every = list(patterns)
+    return name if name in every else next((pattern for pattern in every if fnmatchcase(name, pattern)), "")
+
+
+def _of(name: str, values: Mapping[str, Range | float], default: float) -> Range | float:
+    pattern = _pattern(name, values)
+    return values[pattern] if pattern else default

@@ -1,0 +1,187 @@
+"""When messages arrive: drawn from the seed of the test, in order unless they may overtake, and never lost where reliable."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
+from pytest_hricdv.extra.ros2 import qos
+from pytest_hricdv.extra.ros2.bridge import Bridge
+from pytest_hricdv.extra.ros2.delivery import Delivery
+from pytest_hricdv.extra.ros2.graph import carry_with
+from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.vocabulary import vocabulary
+from pytest_hricdv.extra.ros2.world_client import wait_for
+from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.runtime.bus import MessageFault
+from pytest_hricdv.runtime.failure import NodeError
+from tests.extra.ros2.test_bridge import CELL, Cell, scan
+
+pytestmark = pytest.mark.usefixtures("cell_msgs")
+
+SCAN = "/cell/scan"
+
+
+def timed(seed: int = 1, **timing: Any) -> Cell:
+    """A run of the cell whose middleware takes time."""
+    run = Cell()
+    from dataclasses import replace
+
+    del run.kernel.own["ros2 carrier"]
+    carry_with(run.kernel, Bridge(run.bus, replace(CELL, **timing), seed))
+    return run
+
+
+def arrivals(run: Cell, count: int = 20, *, is_reliable: bool = False) -> list[tuple[int, float]]:
+    """Number and time (s) of the messages that come, of as many at 100 Hz."""
+    from cell_msgs.msg import Scan  # type: ignore[import-not-found, unused-ignore]
+
+    profile = qos.Profile(depth=1000) if is_reliable else qos.Profile(depth=1000, reliability=qos.BEST_EFFORT)
+    publisher = Publisher(run.node("lidar")._node, Scan, SCAN, qos.Profile())
+    hearing = Subscription(run.node("robot")._node, Scan, SCAN, profile)
+    came: list[tuple[int, float]] = []
+
+    def hear() -> None:
+        while True:
+            wait_for("subscription", hearing, None)
+            came.append((hearing.take_message(Scan, False)[0].count, run.kernel.now_s))  # type: ignore[index]
+
+    def publish() -> None:
+        for number in range(count):
+            publisher.publish(scan(count=number))
+            run.kernel.sleep(0.01)
+
+    run.kernel.spawn("hear", hear)
+    run.run(publish)
+    return came
+
+
+def test_messages_are_late_in_order_and_the_same_in_each_repeat() -> None:
+    timing = {"delay_s": {SCAN: Range(0.0, 0.05, "s")}}
+    came = arrivals(timed(**timing))
+    assert [number for number, _ in came] == list(range(20))
+    delays_s = [time_s - number * 0.01 for number, time_s in came]
+    assert all(0.0 <= delay_s <= 0.0501 for delay_s in delays_s)
+    assert len({round(delay_s, 6) for delay_s in delays_s}) > 5
+    assert arrivals(timed(**timing)) == came
+    assert arrivals(timed(seed=2, **timing)) != came
+
+
+def test_messages_overtake_each_other_where_they_may() -> None:
+    came = arrivals(timed(delay_s={"/cell/*": Range(0.0, 0.05)}, reorder=(SCAN,)))
+    numbers = [number for number, _ in came]
+    assert numbers != sorted(numbers)
+    assert sorted(numbers) == list(range(20))
+
+
+def test_a_share_of_the_messages_of_best_effort_is_lost() -> None:
+    run = timed(drop={SCAN: 0.5})
+    came = arrivals(run, count=200)
+    assert 70 <= len(came) <= 130  # 200 draws of 1/2: 100, and four standard deviations of 7
+    lost = [message for message in run.recorder.messages if message.topic == "lost cell_scan"]
+    assert len(lost) == 200 - len(came)
+    assert len(came) == sum(message.topic == "cell_scan" for message in run.recorder.messages)
+
+
+@pytest.mark.parametrize(
+    ("timing", "problem"),
+    [
+        (
+            {"drop": {SCAN: 0.1}},
+            "drop of /cell/scan: /lidar publishes and /robot subscribes reliably, so the middleware sends",
+        ),
+        (
+            {"delay_s": {SCAN: Range(0.0, 0.1)}, "reorder": (SCAN,)},
+            "reorder of /cell/scan: /lidar publishes and /robot subscribes reliably, so the middleware keeps the order",
+        ),
+    ],
+)
+def test_what_is_carried_reliably_is_neither_lost_nor_reordered(timing: dict[str, Any], problem: str) -> None:
+    with pytest.raises(NodeError, match=problem):
+        arrivals(timed(**timing), is_reliable=True)
+
+
+def test_a_pattern_does_not_mean_what_is_carried_reliably() -> None:
+    came = arrivals(timed(drop={"*": 1.0}), is_reliable=True)
+    assert len(came) == 20
+
+
+def test_services_and_actions_take_time_in_both_directions() -> None:
+    run = timed(delay_s={"/grasp": 0.5, "/fetch": 1.0})
+    run.node("gripper").serve("/grasp", "cell_msgs/srv/Grasp", lambda request, response: response)
+    client = run.node("person").client("/grasp", "cell_msgs/srv/Grasp")
+    ended_s: list[float] = []
+
+    def person() -> None:
+        client.call(5.0, force=1.0)
+        ended_s.append(run.kernel.now_s)
+
+    assert run.run(person) == [
+        "0.000 test timing of the middleware /grasp=delay 0.5..0.5 s /fetch=delay 1..1 s",
+        "0.500 person grasp_request force=1.0",
+        "1.000 gripper grasp_response held=False",
+    ]
+    assert ended_s == [1.0]
+
+
+def test_a_service_that_is_to_lose_requests_is_refused() -> None:
+    run = timed(drop={"/grasp": 0.1})
+    run.node("gripper").serve("/grasp", "cell_msgs/srv/Grasp", lambda request, response: response)
+    client = run.node("person").client("/grasp", "cell_msgs/srv/Grasp")
+    with pytest.raises(NodeError, match="drop of /grasp: a service or an action is carried reliably"):
+        run.run(lambda: client.call(5.0))
+
+
+def test_the_code_under_test_is_judged_by_when_it_speaks() -> None:
+    run = timed(delay_s={SCAN: 0.5})
+    run.bus._by_code = lambda: True
+    arrivals(run, count=1)
+    assert [message.time_s for message in run.recorder.messages if message.topic == "cell_scan"] == [0.0]
+
+
+def test_a_disturbance_comes_in_the_place_of_the_timing() -> None:
+    run = timed(delay_s={SCAN: 0.5})
+    run.bus.disturb("cell_scan", MessageFault("late", (2.0,)))
+    assert arrivals(run, count=2) == [(1, 0.51), (0, 2.0)]
+
+
+def test_when_a_message_arrives_does_not_depend_on_others() -> None:
+    """So a test is shrunk without its other messages coming at other times."""
+    declared = Ros2(delay_s={"*": Range(0.0, 1.0)}, reorder=("*",))
+    both, single = (Delivery(declared, 3, lambda: 0.0) for _ in range(2))
+    for number in range(10):
+        both.arrival("other", f"/topic_{number}", "", lambda: "")
+        assert both.arrival("lidar", SCAN, "", lambda: "") == single.arrival("lidar", SCAN, "", lambda: "")
+
+
+@pytest.mark.parametrize(
+    ("timing", "problem"),
+    [
+        ({"delay_s": {SCAN: -1.0}}, "delay_s of '/cell/scan' is -1.0; expected seconds, as 0.01 or Range"),
+        ({"delay_s": {SCAN: math.inf}}, "delay_s of '/cell/scan' is inf; expected seconds"),
+        ({"delay_s": {SCAN: "fast"}}, "delay_s of '/cell/scan' is fast; expected seconds"),
+        ({"delay_s": {SCAN: Range(1.0, 5.0, "ms")}}, "delay_s of '/cell/scan' is range .* ms; expected seconds"),
+        ({"drop": {SCAN: 1.5}}, "drop of '/cell/scan' is 1.5; expected the share of messages, from 0 to 1"),
+        ({"drop": {SCAN: True}}, "drop of '/cell/scan' is True; expected the share"),
+        ({"reorder": (SCAN,)}, "reorder of '/cell/scan': its messages take no time; give it a delay_s"),
+    ],
+)
+def test_a_mistake_is_said_before_anything_runs(timing: dict[str, Any], problem: str) -> None:
+    with pytest.raises(Ros2Error, match=problem):
+        vocabulary(Ros2(**timing))
+
+
+def test_a_name_that_nobody_has_is_said() -> None:
+    delivery = Delivery(Ros2(delay_s={"/scna": 0.1, "/camera/*": 0.1, "/fetch": 0.1}), 1, lambda: 0.0)
+    assert delivery.unused(["/scan", "/fetch/_action/send_goal"]) == [
+        "Ros2 has a timing for '/scna', but no topic, service or action has this name; nearest: /scan"
+    ]
+
+
+def test_without_a_timing_nothing_is_drawn_or_recorded() -> None:
+    run = Cell()
+    assert arrivals(run, count=3) == [(0, 0.0), (1, 0.01), (2, 0.02)]
+    assert [message.topic for message in run.recorder.messages] == ["cell_scan"] * 3
