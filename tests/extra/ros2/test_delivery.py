@@ -1,8 +1,9 @@
-"""When messages arrive: drawn from the seed of the test, in order unless they may overtake, and never lost where reliable."""
+"""When messages arrive: drawn from the seed of the test, in order unless they may overtake, never lost if reliable."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -28,8 +29,6 @@ SCAN = "/cell/scan"
 def timed(seed: int = 1, **timing: Any) -> Cell:
     """A run of the cell whose middleware takes time."""
     run = Cell()
-    from dataclasses import replace
-
     del run.kernel.own["ros2 carrier"]
     carry_with(run.kernel, Bridge(run.bus, replace(CELL, **timing), seed))
     return run
@@ -60,7 +59,7 @@ def arrivals(run: Cell, count: int = 20, *, is_reliable: bool = False) -> list[t
 
 
 def test_messages_are_late_in_order_and_the_same_in_each_repeat() -> None:
-    timing = {"delay_s": {SCAN: Range(0.0, 0.05, "s")}}
+    timing: dict[str, Any] = {"delay_s": {SCAN: Range(0.0, 0.05, "s")}}
     came = arrivals(timed(**timing))
     assert [number for number, _ in came] == list(range(20))
     delays_s = [time_s - number * 0.01 for number, time_s in came]
