@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -45,7 +45,7 @@ def _parts(made: Any, base: str) -> Iterator[tuple[str, Any]]:
 
 
 class _Finder:
-    """Finds packages of interface files, after those that are installed."""
+    """Finds packages of interface files, unless they are installed."""
 
     def __init__(self) -> None:
         self.folders: dict[str, Path] = {}
@@ -54,9 +54,17 @@ class _Finder:
     def find_spec(self, name: str, path: Sequence[str] | None = None, target: object = None) -> ModuleSpec | None:
         package, _, kind = name.partition(".")
         folder = self.folders.get(package)
-        if folder is None or not (folder / kind).is_dir():
+        if folder is None or not (folder / kind).is_dir() or not self._is_ours(package, kind):
             return None
         return ModuleSpec(name, self, is_package=not kind)  # type: ignore[arg-type]  # it has what a loader needs
+
+    def _is_ours(self, package: str, kind: str) -> bool:
+        """Whether no package of this name is installed. Its folder of interface files, on the path, is no package."""
+        if kind:
+            loaded = sys.modules.get(package)
+            return loaded is not None and getattr(loaded.__spec__, "loader", None) is self
+        installed = PathFinder.find_spec(package)
+        return installed is None or installed.origin is None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         package, _, kind = spec.name.partition(".")
@@ -79,7 +87,7 @@ def provide_interfaces(folders: Sequence[str | Path]) -> None:
         Ros2Error: a folder is none of a package of interfaces.
     """
     if folders and _FINDER not in sys.meta_path:
-        sys.meta_path.append(_FINDER)  # last: what is installed wins
+        sys.meta_path.insert(0, _FINDER)
     for named in folders:
         folder = Path(named).resolve()
         if not any((folder / kind).is_dir() for kind in FOLDERS):

@@ -138,6 +138,18 @@ def test_a_message_of_a_package_that_is_missing_names_it(made: None) -> None:
         loaded("cell_io/msg/Lacking", "msg")()
 
 
+@pytest.mark.parametrize("is_installed", [False, True])
+def test_an_installed_package_wins_and_a_folder_on_the_path_is_none(
+    interfaces: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_installed: bool
+) -> None:
+    interfaces({"bay_io/msg/Point.msg": "float64 x"})
+    (tmp_path / "elsewhere" / "bay_io" / "msg").mkdir(parents=True)
+    for folder in ("bay_io", "bay_io/msg") if is_installed else ():
+        (tmp_path / "elsewhere" / folder / "__init__.py").write_text("Point = 'installed'\n")
+    monkeypatch.syspath_prepend(tmp_path / "elsewhere")
+    assert (loaded("bay_io/msg/Point", "msg") == "installed") is is_installed
+
+
 def test_a_folder_that_is_no_package_of_interfaces_is_refused(tmp_path: Path) -> None:
     with pytest.raises(Ros2Error, match="has no folder msg, srv or action; expected the folder of a package"):
         vocabulary(Ros2(interfaces=(tmp_path,)))
