@@ -30,6 +30,9 @@ from pytest_hricdv.runtime.virtual.real_time import waiting_node
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
 from pytest_hricdv.runtime.waiting import ASYNCIO
 
+if sys.platform != "win32":
+    from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_of
+
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
@@ -45,18 +48,32 @@ _WAIT = getattr(getattr(asyncio.tasks, "_wait", None), "__code__", None)
 
 
 class _Selector(selectors.SelectSelector):
-    """Waits for time to pass, and for `wake`. It looks at no socket: nothing outside of the run may have an effect."""
+    """Waits for time to pass, for `wake`, and for keys at the terminal of its node.
+
+    It looks at no socket: nothing outside of the run may have an effect.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self._waiting = Waiting(ASYNCIO, _WHAT)
 
     def select(self, timeout: float | None = None) -> list[Any]:
-        if timeout is not None and timeout <= 0:
+        terminal = self._terminal()
+        if (timeout is not None and timeout <= 0) or (terminal is not None and terminal.is_readable):
             waiting_node(ASYNCIO, _WHAT).kernel.count_poll()
-        else:
+        elif terminal is None:
             self._waiting.wait(timeout)
-        return []
+        else:
+            with terminal.heard_by(self.wake):
+                self._waiting.wait(timeout)
+        is_ready = terminal is not None and terminal.is_readable
+        return [(self.get_map()[terminal.fd], selectors.EVENT_READ)] if terminal is not None and is_ready else []
+
+    def _terminal(self) -> Terminal | None:
+        """The terminal of the running node, if somebody has asked for its keys (`loop.add_reader`)."""
+        node = running_node()
+        terminal = terminal_of(node) if node is not None and sys.platform != "win32" else None
+        return terminal if terminal is not None and terminal.fd in self.get_map() else None
 
     def wake(self) -> None:
         self._waiting.wake()

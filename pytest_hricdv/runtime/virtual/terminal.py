@@ -10,7 +10,8 @@ import io
 import os
 import termios
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
@@ -98,6 +99,7 @@ class Terminal:
         self._is_closed = False
         self.is_blocking = True
         self._waiting: list[Node] = []
+        self._listeners: list[Callable[[], None]] = []
         self.owner: Node | None = None
         """Whom ctrl-c interrupts: the main thread of its process; else the first node that has used it."""
         self._interrupts = False
@@ -210,6 +212,17 @@ class Terminal:
         self._mirror_readiness()
         for node in self._waiting:
             node.kernel.wake(node)
+        for listener in self._listeners if self.is_readable else ():
+            listener()
+
+    @contextmanager
+    def heard_by(self, listener: Callable[[], None]) -> Iterator[None]:
+        """In the block, a function is called when something can be read."""
+        self._listeners.append(listener)
+        try:
+            yield
+        finally:
+            self._listeners.remove(listener)
 
     def _mirror_readiness(self) -> None:
         if self.is_readable and not self._is_mirrored:

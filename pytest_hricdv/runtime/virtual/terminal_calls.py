@@ -127,7 +127,9 @@ def _of_terminal(real: Callable[..., Any], virtual: Callable[..., Any]) -> Calla
     refuses = real is not os.isatty
 
     @wraps(real)
-    def call(file: Any, *arguments: Any, **keywords: Any) -> Any:
+    def call(file: Any = None, *arguments: Any, **keywords: Any) -> Any:
+        if file is None:
+            return real(*arguments, **keywords)  # os.get_terminal_size(): of the output
         meant = _meant(file, refuses)
         if meant is None and not refuses and running_node() is not None and file == 0:
             return False
@@ -272,6 +274,7 @@ _VIRTUAL: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
     (fcntl, "ioctl", _ioctl),
     (os, "read", _read),
     (os, "isatty", lambda terminal: True),
+    (os, "get_terminal_size", lambda terminal: SIZE),
     (os, "ttyname", lambda terminal: "/dev/pts/0"),
     (os, "set_blocking", _set_blocking),
     (os, "get_blocking", lambda terminal: terminal.is_blocking),

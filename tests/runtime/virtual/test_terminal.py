@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import cmd
 import fcntl
 import getpass
 import os
@@ -17,6 +19,7 @@ import pytest
 
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.failure import KernelError, NodeError
+from pytest_hricdv.runtime.virtual import event_loop
 from pytest_hricdv.runtime.virtual.outside import guarded
 from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_for
 
@@ -28,7 +31,7 @@ def run(
 ) -> Kernel:
     """Run nodes, while somebody does something at their terminal at some times (s); without a terminal for None."""
     kernel = Kernel()
-    kernel.virtual = frozenset({"time", "threading"})
+    kernel.virtual = frozenset({"time", "threading", "asyncio"})
     with guarded(kernel):
         for body in bodies:
             kernel.spawn(body.__name__, lambda body=body: body(kernel))  # type: ignore[misc]
@@ -309,3 +312,49 @@ def test_outside_of_nodes_everything_is_the_real_one() -> None:
         os.close(writing)
         with pytest.raises(KernelError):
             kernel.sleep(1.0)
+
+
+def test_an_event_loop_reads_keys() -> None:
+    seen: list[Any] = []
+
+    async def reading(kernel: Kernel) -> None:
+        loop = asyncio.get_running_loop()
+        came: asyncio.Queue[str] = asyncio.Queue()
+        loop.add_reader(sys.stdin, lambda: came.put_nowait(sys.stdin.readline()))
+        seen.append((await came.get(), kernel.now_s))
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(came.get(), 1.0)
+        seen.append(kernel.now_s)
+        loop.remove_reader(sys.stdin)
+        seen.append((await loop.run_in_executor(None, input), kernel.now_s))
+        reader = asyncio.StreamReader()
+        transport, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+        seen.append((await reader.readline(), kernel.now_s))
+        transport.close()
+
+    def node(kernel: Kernel) -> None:
+        event_loop.run(reading(kernel))
+
+    run(node, keys=[(1.0, typing("a\n")), (3.0, typing("b\n")), (4.0, typing("c\n"))])
+    assert seen == [("a\n", 1.0), 2.0, ("b", 3.0), (b"c\n", 4.0)]
+
+
+def test_a_command_loop_of_the_library_and_a_thread_that_reads() -> None:
+    seen: list[Any] = []
+
+    def node(kernel: Kernel) -> None:
+        class Shell(cmd.Cmd):
+            def do_go(self, way: str) -> None:
+                seen.append((way, kernel.now_s))
+
+            def do_quit(self, _: str) -> bool:
+                return True
+
+        Shell().cmdloop()
+        line: list[bytes] = []
+        kernel.spawn("thread", lambda: line.append(sys.stdin.buffer.readline()))
+        kernel.sleep(5.0)
+        seen.append((line[0].decode(), os.get_terminal_size(0), sys.stdin.encoding))
+
+    run(node, keys=[(1.0, typing("go home\n")), (2.0, typing("quit\n")), (3.0, typing("é\n"))])
+    assert seen == [("home", 1.0), ("é\n", (80, 24), "utf-8")]
