@@ -6,7 +6,9 @@ import asyncio
 import cmd
 import fcntl
 import getpass
+import json
 import os
+import pty
 import select
 import selectors
 import sys
@@ -22,6 +24,7 @@ from pytest_hricdv.runtime.failure import KernelError, NodeError
 from pytest_hricdv.runtime.virtual import event_loop
 from pytest_hricdv.runtime.virtual.outside import guarded
 from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_for
+from tests.runtime.virtual import terminal_program
 
 Typing = Callable[[Terminal], None]
 
@@ -358,3 +361,45 @@ def test_a_command_loop_of_the_library_and_a_thread_that_reads() -> None:
 
     run(node, keys=[(1.0, typing("go home\n")), (2.0, typing("quit\n")), (3.0, typing("é\n"))])
     assert seen == [("home", 1.0), ("é\n", (80, 24), "utf-8")]
+
+
+def at_a_real_terminal() -> list[Any]:
+    """What the program reads at a terminal of the system."""
+    child, master = pty.fork()
+    if child == 0:
+        os.execv(sys.executable, [sys.executable, terminal_program.__file__])
+    output, typed = b"", 0
+    try:
+        while b"RESULT" not in output or not output.endswith(b"\n"):
+            ready, _, _ = select.select([master], [], [], 60.0)
+            assert ready, f"nothing came after {output!r}"
+            output += os.read(master, 4096)
+            while output.count(b"READY") > typed:
+                os.write(master, terminal_program.KEYS[typed])
+                typed += 1
+    finally:
+        os.close(master)
+        os.waitpid(child, 0)
+    return list(json.loads(output.partition(b"RESULT")[2]))
+
+
+@pytest.mark.slow
+def test_programs_read_what_they_read_at_a_real_terminal() -> None:
+    seen: list[Any] = []
+    keys = iter(terminal_program.KEYS)
+
+    def node(kernel: Kernel) -> None:
+        terminal = terminal_for(kernel, "")
+
+        def announce() -> None:
+            def person() -> None:
+                kernel.sleep(0.5)
+                terminal._receive(next(keys))
+
+            kernel.spawn("typist", person)
+
+        seen.extend(terminal_program.read(announce))
+
+    run(node)
+    assert seen == at_a_real_terminal()
+    assert seen[2:4] == ["ac", "yz\n"]
