@@ -104,6 +104,7 @@ class PlanarBase:
 
     @pose.setter
     def pose(self, pose: PlanarPose) -> None:
+        """Put it there."""
         self._pose, self._posed_s = pose, self._system.kernel.now_s
 
     def _drive(self) -> None:
