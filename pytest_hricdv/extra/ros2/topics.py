@@ -162,7 +162,7 @@ class Publisher(_Endpoint, Destroyable):
         """To whom its messages are carried reliably, in words; empty: to nobody."""
         if self.profile.reliability == BEST_EFFORT:
             return ""
-        readers = [other for other in self._subscriptions() if other.profile.reliability != BEST_EFFORT]
+        readers = [other for other in self.subscriptions() if other.profile.reliability != BEST_EFFORT]
         names = [end.node.get_fully_qualified_name() for end in (self, *readers[:1])]
         return f"{names[0]} publishes and {names[1]} subscribes reliably" if readers else ""
 
