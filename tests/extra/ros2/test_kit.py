@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -297,8 +298,10 @@ def test_a_managed_node_goes_through_its_transitions(world: World) -> None:
     assert asked == ["configure", "activate", "activate", "shutdown"]
 
 
-def test_a_stand_in_names_the_package_that_is_missing(world: World) -> None:
+def test_a_stand_in_names_the_package_that_is_missing(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     interface_packages._FINDER.folders.pop("nav2_msgs")
+    for name in [module for module in sys.modules if module.partition(".")[0] == "nav2_msgs"]:
+        monkeypatch.delitem(sys.modules, name)
     with pytest.raises(
         Ros2Error, match="type 'nav2_msgs/action/NavigateToPose': there is no Python package 'nav2_msgs'"
     ):
