@@ -180,7 +180,6 @@ def guarded(kernel: Kernel) -> Iterator[None]:
 
     others = {id(_SLEEP): sleep} | {id(real): _refusing(guard, name, real) for name, real in _REFUSED.items()}
     if sys.platform != "win32":
-        others |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}
         if terminal_calls.is_of_session(sys.stdin):
             terminal_calls.STDIN.outside = sys.stdin
             put(sys, "stdin", terminal_calls.STDIN)
@@ -190,6 +189,10 @@ def guarded(kernel: Kernel) -> Iterator[None]:
             for name, value in [*vars(module).items()]:
                 if id(value) in others:
                     put(module, name, others[id(value)])
+        for module, name in _READING:
+            value = vars(module).get(name)
+            if id(value) in _TERMINAL_CALLS:
+                put(module, name, _TERMINAL_CALLS[id(value)])
         put(threading.Thread, "start", start)
         put(subprocess.Popen, "wait", wait)
         for kind in _SELECTORS:
@@ -243,8 +246,11 @@ _WAITING: dict[str, ModuleType] = {}
 _SCANNED: set[str] = set()
 _OURS = "pytest_hricdv"
 _WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values())))
+_TERMINAL_CALLS: dict[int, Callable[..., Any]] = {}
 if sys.platform != "win32":
-    _WAITS |= {id(real) for real, _ in terminal_calls.REPLACED.values()}
+    _TERMINAL_CALLS |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}
+_READING: list[tuple[ModuleType, str]] = []
+"""Where modules have what reads a terminal: it has more names than what waits, and is looked for once only."""
 
 
 def _waiting() -> list[ModuleType]:
@@ -253,6 +259,10 @@ def _waiting() -> list[ModuleType]:
         module = sys.modules[name]
         _SCANNED.add(name)
         is_others = isinstance(module, ModuleType) and name.partition(".")[0] != _OURS
-        if is_others and not _WAITS.isdisjoint(map(id, [*vars(module).values()])):
+        if not is_others:
+            continue
+        values = [*vars(module).items()]
+        if not _WAITS.isdisjoint(id(value) for _, value in values):
             _WAITING[name] = module
+        _READING.extend((module, member) for member, value in values if id(value) in _TERMINAL_CALLS)
     return [module for name, module in _WAITING.items() if sys.modules.get(name) is module]
