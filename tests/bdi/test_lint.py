@@ -183,7 +183,7 @@ def test_finding_can_be_justified_in_its_line_or_above(tmp_path: Path, source: s
     ("remark", "message"),
     [
         ("ignore unknown-belief", "expected a reason to ignore unknown-belief"),
-        ("ignore unknown-beleif why", "expected the name of a check to ignore, one of dead-timeout"),
+        ("ignore unknown-beleif why", "expected the name of a check to ignore, one of dead-failure-plan"),
         ("ignore", "expected the name of a check"),
         ("off", "expected 'lint: ignore NAME why' or 'lint: percepts name, ...'"),
         ("percepts", "expected 'lint: ignore"),

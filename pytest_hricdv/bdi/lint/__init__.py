@@ -27,6 +27,7 @@ from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
+from pytest_hricdv.bdi.lint.failure_checks import DeadFailurePlan, DeadTimeout
 from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, files_of, text_of
 from pytest_hricdv.bdi.lint.name_checks import (
@@ -37,9 +38,9 @@ from pytest_hricdv.bdi.lint.name_checks import (
     UnmatchedDeletion,
     UntestedPercept,
 )
-from pytest_hricdv.bdi.lint.plan_checks import DeadTimeout, EndlessSpin, ShadowedPlan
+from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
 from pytest_hricdv.bdi.lint.portability_checks import ForeignAction, NotPortable, NotUtf8
-from pytest_hricdv.bdi.lint.variable_checks import UnboundComparison
+from pytest_hricdv.bdi.lint.variable_checks import RepeatedAnonymous, UnboundComparison
 
 __all__ = ["CHECKS", "Check", "Finding", "external_actions", "lint"]
 
@@ -88,6 +89,7 @@ class Check(Protocol):
 
 
 CHECKS: tuple[Check, ...] = (
+    DeadFailurePlan(),
     DeadTimeout(),
     EndlessSpin(),
     ForeignAction(),
@@ -95,6 +97,7 @@ CHECKS: tuple[Check, ...] = (
     NearName(),
     NotPortable(),
     NotUtf8(),
+    RepeatedAnonymous(),
     ShadowedPlan(),
     UnboundComparison(),
     UnknownAgent(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -106,6 +107,23 @@ def declaration_of(percept: str, file: str) -> Location:
         if name is not None:
             return _location(file, remark.start() + name.start())
     return Location(file, 1, 1)
+
+
+_ANONYMOUS = re.compile(r"(?<!\w)_+[A-Za-z]\w*")
+_CLAUSE_END = re.compile(r"\.(?=\s|$)")
+
+
+def repeated_anonymous(file: str) -> Iterator[tuple[Location, str]]:
+    """The names of the form ``_name`` that are written again in a clause of a source, at their second place."""
+    code, start = _code_of(file), 0
+    for end in (*(match.end() for match in _CLAUSE_END.finditer(code)), len(code)):
+        places: dict[str, list[int]] = {}
+        for match in _ANONYMOUS.finditer(code, start, end):
+            places.setdefault(match[0], []).append(match.start())
+        for name, offsets in places.items():
+            if len(offsets) > 1:
+                yield _location(file, offsets[1]), f"{name} is another variable than the {name} before it"
+        start = end
 
 
 def _location(file: str, offset: int) -> Location:

@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.language.syntax import (
     Statement,
     While,
 )
-from pytest_hricdv.bdi.language.syntax_tree import children, parts_of, variables_of
+from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure, Term
 from pytest_hricdv.bdi.lint.model import AgentModel, System
 from pytest_hricdv.bdi.logic.substitution import Bindings, renamed_apart, substitute_only
@@ -118,49 +118,6 @@ def _same(wanted: object, candidate: object, bindings: Bindings) -> bool:
 def _frozen(term: Term) -> Term:
     """The term with its variables as constants, so that only the other side is bound."""
     return substitute_only(term, {variable: Structure(f"${variable}") for variable in variables_of(term)})
-
-
-class DeadTimeout:
-    """Plans for a time-out that no statement of the agent can have."""
-
-    name = "dead-timeout"
-    why = "The plan never runs: what it should do when nothing comes in time is never done."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each plan for a failure by ``wait_timeout`` or ``deadline_reached`` that nothing causes."""
-        for agent in system.agents:
-            if system.may_receive_plans(agent) or ".fail" in agent.actions or ".fail_goal" in agent.actions:
-                continue
-            causes = _timeouts(agent)
-            for plan in agent.plans:
-                error = _error_of(plan)
-                if plan.trigger.sign == "-!" and error in _TIMEOUTS and error not in causes:
-                    yield plan.location, f"nothing in {agent.name} fails with {error}: {_TIMEOUTS[error]}"
-
-
-_TIMEOUTS = {
-    "wait_timeout": "only .wait(event or condition, time) does, without a third argument",
-    "deadline_reached": "only a goal with hard_deadline(time) does",
-}
-
-
-def _error_of(plan: Plan) -> str:
-    """The error that a failure plan asks for by name, as in ``-!g[error(wait_timeout)]``."""
-    for annot in getattr(plan.trigger.literal, "annots", ()):
-        if isinstance(annot, Structure) and annot.functor == "error" and len(annot.args) == 1:
-            return str(annot.args[0])
-    return ""
-
-
-def _timeouts(agent: AgentModel) -> set[str]:
-    """The errors of time-outs that some statement of an agent may cause."""
-    causes: set[str] = set()
-    for part in parts_of((agent.plans, tuple(goal.literal for goal in agent.goals))):
-        if isinstance(part, Call) and part.name == ".wait" and len(part.args) == 2:
-            causes.add("wait_timeout")
-        elif isinstance(part, Structure) and part.functor == "hard_deadline":
-            causes.add("deadline_reached")
-    return causes
 
 
 class EndlessSpin:

@@ -28,7 +28,7 @@ from pytest_hricdv.bdi.language.syntax import (
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
 from pytest_hricdv.bdi.lint.model import System
-from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, location_of
+from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, files_of, location_of, repeated_anonymous
 
 Problem = tuple[Location, str]
 
@@ -47,6 +47,18 @@ class UnboundComparison:
                 yield from _BindingAnalysis(rule.location).formula(rule.body, set(variables_of(rule.head)))
             for plan in agent.plans:
                 yield from _plan(plan)
+
+
+class RepeatedAnonymous:
+    """Names that begin with ``_`` and are written twice in a plan or rule: each is another variable."""
+
+    name = "repeated-anonymous"
+    why = "As in Jason, `_name` is a variable of its own at each place: what one is bound to, the other is not."
+
+    def findings(self, system: System) -> Iterator[Problem]:
+        """One finding for each such name in each plan, rule or belief, at its second place."""
+        for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
+            yield from repeated_anonymous(file)
 
 
 def _plan(plan: Plan) -> Iterator[Problem]:
