@@ -22,7 +22,7 @@ from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
 
 if TYPE_CHECKING:
-    from pytest_hricdv.declarations.ros2 import RosNode
+    from pytest_hricdv.declarations.ros2 import Launch, RosNode
     from pytest_hricdv.declarations.ros2_system import Middleware, Ros2System
     from pytest_hricdv.runtime.virtual.terminal import Terminal
 
@@ -109,8 +109,10 @@ class Run:
         """Hand over what the handlers of disturbances are called with; to be called before `go`."""
         self._disturbed = world
 
-    def ros2(self, *nodes: RosNode) -> Ros2System:
-        """Start nodes of ROS 2 as the code under test, each as if in a process of its own; to be called before `go`.
+    def ros2(self, *nodes: RosNode | Launch) -> Ros2System:
+        """Start nodes of ROS 2, or what launch files name, as the code under test; to be called before `go`.
+
+        Each is as if in a process of its own.
 
         Returns:
             The system, for the world's side of it: `system.node("lidar").publisher("/scan", ...)`.

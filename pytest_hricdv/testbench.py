@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
 from pytest_hricdv.declarations.film import Camera, Film
-from pytest_hricdv.declarations.ros2 import Ros2, RosNode
+from pytest_hricdv.declarations.ros2 import Launch, Ros2, RosNode
 from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, lines
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
@@ -54,6 +54,7 @@ __all__ = [
     "GenerateError",
     "Hears",
     "Late",
+    "Launch",
     "Lost",
     "Model",
     "Online",

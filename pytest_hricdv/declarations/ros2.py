@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -100,3 +100,46 @@ class RosNode:
         """What its process is called in messages."""
         module, _, function = self.entry.partition(":")
         return self.name or self.executable or (module.rpartition(".")[2] if function == "main" else function)
+
+
+Process = Callable[[Any], object]
+"""What a testbench runs in the place of an executable; see `Launch.executables`."""
+
+IGNORED = "ignored"
+"""In `Launch.executables`: it is not started, and the launch file goes on as if it ran."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A launch file of ROS 2, of Python, XML or YAML, as it is: what it starts is the code under test.
+
+    Args:
+        file: its path; with a package, the name that `ros2 launch` gets, or its path in the package's share folder.
+        package: of the launch file, installed or as source; empty where `file` is a path.
+        arguments: launch arguments, name -> value.
+        executables: what runs in the place of executables that are not Python: "package/executable" -> a function, an
+            entry "package.module:main", or `IGNORED`. The function is called in a process of its own, with a
+            `LaunchedProcess` if it takes an argument. A composable node is called "package/package::Class", a command
+            that is no node, such as of `ExecuteProcess`, by its first word. `*` and `?` stand for any text.
+        workspace: folders with sources of packages, beside those around the launch file and what is installed.
+
+    Raises:
+        LaunchError: a value of `executables` is none of these.
+    """
+
+    file: str | Path
+    package: str = ""
+    arguments: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    executables: Mapping[str, Process | str] = field(default_factory=dict, hash=False)
+    workspace: Sequence[str | Path] = ()
+
+    def __post_init__(self) -> None:
+        for name, value in self.executables.items():
+            if not callable(value) and value != IGNORED and ":" not in str(value):
+                raise LaunchError(
+                    f"{self}: executables[{name!r}] is {value!r}; expected a function, an entry "
+                    f'"package.module:main", or "{IGNORED}"'
+                )
+
+    def __str__(self) -> str:
+        return f"Launch {self.package} {self.file}" if self.package else f"Launch {self.file}"

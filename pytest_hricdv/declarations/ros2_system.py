@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-from pytest_hricdv.declarations.ros2 import RosNode
+from pytest_hricdv.declarations.ros2 import Launch, RosNode
 from pytest_hricdv.runtime import Bus, Kernel
 from pytest_hricdv.runtime.virtual import VirtualModules
 
@@ -163,7 +163,12 @@ class Middleware(Protocol):
         """Nodes that waited at the end of the run for what never comes, a sentence each."""
 
     def started(
-        self, kernel: Kernel, bus: Bus, measured: Callable[[Body], Body], nodes: Sequence[RosNode], seed: int = 0
+        self,
+        kernel: Kernel,
+        bus: Bus,
+        measured: Callable[[Body], Body],
+        nodes: Sequence[RosNode | Launch],
+        seed: int = 0,
     ) -> Ros2System:
         """Start nodes, each as if in a process of its own; the seed of the test is that of when messages arrive.
 

@@ -95,6 +95,18 @@ class Arguments:
                 return rule.target
         return None
 
+    def parameters_of(self, node: str) -> dict[str, Any]:
+        """Those that a node gets, by its full name."""
+        return {name: value for pattern, name, value in self.parameters if matches_node(pattern, node)}
+
+
+def matches_node(pattern: str, node: str) -> bool:
+    """Whether a node is meant, by its full name: `*` stands for one token of it, `**` for any number."""
+    absolute = pattern if pattern.startswith("/") else f"/{pattern}"
+    # `**` first: `*` is a part of it.
+    regex = re.escape(absolute).replace(r"/\*\*", r"(/\w+)*").replace(r"/\*", r"/\w+")
+    return re.fullmatch(regex, node) is not None
+
 
 def parse(arguments: Sequence[str]) -> Arguments:
     """Read the ROS arguments among the arguments of a process.

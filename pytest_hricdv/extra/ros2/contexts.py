@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
 from pytest_hricdv.extra.ros2 import names
-from pytest_hricdv.extra.ros2.arguments import Arguments, InvalidROSArgsError, parse
+from pytest_hricdv.extra.ros2.arguments import Arguments, InvalidROSArgsError, matches_node, parse
 from pytest_hricdv.extra.ros2.graph import Graph, graph_of
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, running_kernel
 from pytest_hricdv.extra.ros2.messages import type_name
@@ -193,7 +192,7 @@ class Node(Destroyable):
         parameters = {}
         for arguments in reversed(self._arguments):  # its own last: later ones win
             for pattern, name, value in arguments.parameters:
-                if _matches(pattern, self.get_fully_qualified_name()):
+                if matches_node(pattern, self.get_fully_qualified_name()):
                     kind = parameter_class.Type.from_parameter_value(value)
                     parameters[name] = parameter_class(name, kind, value)
         return parameters
@@ -228,11 +227,3 @@ class Node(Destroyable):
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
         """All nodes of the graph, each in the enclave "/"."""
         return [(*node, "/") for node in self.get_node_names_and_namespaces()]
-
-
-def _matches(pattern: str, node: str) -> bool:
-    """Whether a node is meant: `*` stands for one token of its name, `**` for any number."""
-    absolute = pattern if pattern.startswith("/") else f"/{pattern}"
-    # `**` first: `*` is a part of it.
-    regex = re.escape(absolute).replace(r"/\*\*", r"(/\w+)*").replace(r"/\*", r"/\w+")
-    return re.fullmatch(regex, node) is not None

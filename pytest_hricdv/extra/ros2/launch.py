@@ -45,11 +45,12 @@ def _flat(node: RosNode, above: str, parameters: Mapping[str, Any]) -> list[tupl
         if isinstance(value, Mapping):
             flat += _flat(node, f"{above}{name}.", value)
         else:
-            flat.append((f"{above}{name}", _yaml(node, f"{above}{name}", value)))
+            flat.append((f"{above}{name}", yaml_text(node, f"{above}{name}", value)))
     return flat
 
 
-def _yaml(node: RosNode, name: str, value: Any) -> str:
+def yaml_text(node: RosNode, name: str, value: Any) -> str:
+    """A value of a parameter as a command line has it. Raises LaunchError for one that ROS has no type for."""
     if isinstance(value, bool):  # before int, which it is, too
         return str(value).lower()
     if isinstance(value, int):
@@ -59,7 +60,7 @@ def _yaml(node: RosNode, name: str, value: Any) -> str:
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_yaml(node, name, element) for element in value) + "]"
+        return "[" + ", ".join(yaml_text(node, name, element) for element in value) + "]"
     raise LaunchError(f"{node}: parameter {name!r} is {value!r}; expected a bool, a number, a text, or a list")
 
 
@@ -105,23 +106,36 @@ def load(node: RosNode) -> Callable[[], object]:
     Raises:
         LaunchError: there is no such module, or no such name in it.
     """
-    entry = entry_point(node)
+    return load_entry(str(node), entry_point(node), command_line(node))
+
+
+def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
+    """Import a function, or a class of nodes; what its process is to call.
+
+    Args:
+        what: that is started, for messages.
+        entry: "package.module:name".
+        argv: command line of its process.
+
+    Raises:
+        LaunchError: there is no such module, or no such name in it.
+    """
     module_name, colon, name = entry.partition(":")
     if not colon:
-        raise LaunchError(f'{node}: expected "package.module:function", not {entry!r}')
+        raise LaunchError(f'{what}: expected "package.module:function", not {entry!r}')
     try:
         with _stand_ins_as_arguments():
             module = importlib.import_module(module_name)
     except ImportError as error:
         own = isinstance(error, ModuleNotFoundError) and error.name is not None
         if own and f"{module_name}.".startswith(f"{error.name}."):
-            raise LaunchError(f"{node}: there is no module {error.name!r}; is its folder on the path?") from None
-        raise LaunchError(f"{node}: {module_name} cannot be imported: {_failed_import(error)}") from error
+            raise LaunchError(f"{what}: there is no module {error.name!r}; is its folder on the path?") from None
+        raise LaunchError(f"{what}: {module_name} cannot be imported: {_failed_import(error)}") from error
     target = vars(module).get(name)
     if not callable(target):
         callables = [member for member, value in vars(module).items() if callable(value) and not member.startswith("_")]
-        raise LaunchError(f"{node}: {module_name} has no {name!r}{nearest(name, callables)}")
-    return _spinning(target) if isinstance(target, type) else _with_arguments(target, command_line(node))
+        raise LaunchError(f"{what}: {module_name} has no {name!r}{nearest(name, callables)}")
+    return _spinning(target) if isinstance(target, type) else _with_arguments(target, argv)
 
 
 def _failed_import(error: ImportError) -> str:

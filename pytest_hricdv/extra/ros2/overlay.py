@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from pytest_hricdv.extra.ros2.clocks import whole_ns
 from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
 from pytest_hricdv.extra.ros2.extension import NAME, extension
+from pytest_hricdv.extra.ros2.tf2 import replace_tf2
 from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.virtual.modules import VirtualModules
 
@@ -77,6 +78,7 @@ def replace_extension() -> None:
         supports = ModuleType(_TYPE_SUPPORTS)
         vars(supports)["import_type_support"] = lambda package: _TypeSupport()
         sys.modules[_TYPE_SUPPORTS] = supports
+        replace_tf2()
 
 
 @contextmanager

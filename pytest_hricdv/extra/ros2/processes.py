@@ -6,13 +6,17 @@
 from __future__ import annotations
 
 import ast
+import os
+import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from greenlet import GreenletExit
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
 
@@ -64,7 +68,7 @@ class ModuleVariables:
     def __init__(self, packages: Iterable[str]) -> None:
         self._packages = frozenset(package.partition(".")[0] for package in packages)
         self._known: set[str] = set()
-        self._variables = [Variable(vars(sys), "argv", sys.argv)]
+        self._variables = [Variable(vars(sys), "argv", sys.argv), Variable(vars(os), "environ", os.environ)]
 
     def __iter__(self) -> Iterator[Variable]:
         return iter(self._variables)
@@ -94,21 +98,39 @@ class Process:
         variables: that it has values of its own of.
         arguments: its command line, `sys.argv`.
         name: of its terminal.
+        environ: its variables of the environment, `os.environ`; None: those of the session.
     """
 
-    def __init__(self, kernel: Kernel, variables: ModuleVariables, arguments: Iterable[str], name: str = "") -> None:
+    def __init__(
+        self,
+        kernel: Kernel,
+        variables: ModuleVariables,
+        arguments: Iterable[str],
+        name: str = "",
+        environ: Mapping[str, str] | None = None,
+    ) -> None:
         self._kernel = kernel
         self._name = name
         self._has_main = False
         self._variables = variables
+        own: dict[str, Any] = {"argv": list(arguments)}
+        if environ is not None:
+            own["environ"] = dict(environ)
         self._values: dict[Variable, Any] = {
-            variable: list(arguments) for variable in variables if variable.name == "argv"
+            variable: own[variable.name]
+            for variable in variables
+            if variable.name in own and variable.module in (vars(sys), vars(os))
         }
         self.at_end: list[Body] = []
         """Called when it ends: what it has in the graph ends with it."""
         self._has_ended = False
         self._going = 0
         self._daemons: list[Node] = []
+        self._nodes: list[Node] = []
+        """The main one, and its threads."""
+        self._signal: int | None = None
+        self.was_interrupted: int | None = None
+        """The signal that ended what it did; None if none has."""
 
     def running(self, body: Body, *, daemon: bool = False) -> Body:
         """A body of a node of the kernel that runs in this process; its threads do, too.
@@ -126,8 +148,11 @@ class Process:
                 self._daemons.append(node)
             wrap_thread = node.wrap_thread
             node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread, daemon=daemon), daemon)
+            # The last to go on: what it raises must not keep the others from it.
+            node.leaving.insert(0, self._interruptible)
             node.leaving.append(self._leave)
             node.own[_PROCESS] = self
+            self._nodes.append(node)
             if sys.platform != "win32":
                 sits_at(node, self._name, is_main=not self._has_main)
                 self._has_main = True
@@ -137,6 +162,7 @@ class Process:
             finally:
                 self._leave()
                 node.leaving.remove(self._leave)
+                node.leaving.remove(self._interruptible)
                 self._going -= not daemon
                 if not self._going:
                     self._end()
@@ -153,6 +179,33 @@ class Process:
                 node.leave_for_ever()
         for end in self.at_end:
             end()
+
+    def interrupt(self, number: int) -> None:
+        """Deliver a signal: what it raises is raised where the process waits, at this instant.
+
+        SIGINT raises KeyboardInterrupt in its main thread. SIGTERM, which `rclpy` handles, lets its spinning end, and
+        ends what does not use `rclpy`; SIGKILL ends it.
+        """
+        self._signal = number
+        for node in self._nodes if number == signal.SIGKILL else self._nodes[:1]:
+            if not node.ended:
+                self._kernel.wake(node)
+
+    def _interruptible(self) -> Body:
+        return self._raise_signal
+
+    def _raise_signal(self) -> None:
+        number, node = self._signal, self._kernel.running()
+        if number is None or (number != signal.SIGKILL and node is not self._nodes[0]):
+            return
+        self.was_interrupted = number
+        if number == signal.SIGKILL:
+            raise GreenletExit
+        self._signal = None
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        executors = sys.modules.get("rclpy.executors")
+        raise GreenletExit if executors is None else vars(executors)["ExternalShutdownException"]
 
     def _enter(self) -> None:
         for variable, value in self._values.items():

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import metadata
 
-from pytest_hricdv.declarations.ros2 import LaunchError, Ros2, Ros2Error, RosNode
+from pytest_hricdv.declarations.ros2 import Launch, LaunchError, Ros2, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, parse
 from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
@@ -16,6 +16,9 @@ from pytest_hricdv.extra.ros2.delivery import Delivery
 from pytest_hricdv.extra.ros2.graph import all_graphs, carry_with
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
+from pytest_hricdv.extra.ros2.launched import Processes
+from pytest_hricdv.extra.ros2.launching import PACKAGES as LAUNCH_SYSTEM
+from pytest_hricdv.extra.ros2.launching import find, launch_process, launching
 from pytest_hricdv.extra.ros2.notes import notes_of
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
@@ -59,7 +62,7 @@ class Ros2Overlay:
     def __init__(self, declared: Ros2, code: Sequence[str]) -> None:
         prepare()
         self._declared = declared
-        self._packages = (*_LIBRARIES, *code, *declared.packages)
+        self._packages = (*_LIBRARIES, *LAUNCH_SYSTEM, *code, *declared.packages)
         self.modules = VirtualModules(self._packages)
         self.notes: tuple[str, ...] = ()
         """What is to be known of the run, though it fails nothing, a sentence each."""
@@ -68,7 +71,7 @@ class Ros2Overlay:
         """Nodes that wait for what never comes, a sentence each."""
 
     def started(
-        self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode], seed: int = 0
+        self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode | Launch], seed: int = 0
     ) -> StartedSystem:
         """Start nodes, each in a process of its own.
 
@@ -82,13 +85,19 @@ class Ros2Overlay:
         self._delivery = bridge.delivery
         carry_with(kernel, bridge)
         need_no_clock_topic(kernel)
-        mains = [self._loaded(node) for node in nodes]
+        files = [find(launch) for launch in nodes if isinstance(launch, Launch)]
+        started = [(node, self._loaded(node)) for node in nodes if not isinstance(node, Launch)]
         variables = ModuleVariables(self._packages)
         self._know(variables)
         self.modules.imported.append(lambda: self._know(variables))
-        for node, main in zip(nodes, mains, strict=True):
+        for node, main in started:
             process = Process(kernel, variables, command_line(node), node.label)
             kernel.spawn(node.label, measured(process.running(_until_exit(main))))
+        for file in files:
+            kernel.virtual |= {"asyncio"}  # the launch system is a program of asyncio
+            processes = Processes(kernel, variables, self._packages, file.executables, measured)
+            body = launch_process(processes, file).running(launching(file, processes))
+            kernel.spawn(f"launch {file.path.name}", body)
         return StartedSystem(kernel)
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:
@@ -108,7 +117,7 @@ class Ros2Overlay:
 
     def _loaded(self, node: RosNode) -> Callable[[], object]:
         if not isinstance(node, RosNode):
-            raise LaunchError(f"expected RosNode(...), not {node!r}")
+            raise LaunchError(f"expected RosNode(...) or Launch(...), not {node!r}")
         try:
             parse(command_line(node))
         except (RCLError, UnknownROSArgsError) as error:

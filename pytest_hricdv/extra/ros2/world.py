@@ -49,11 +49,12 @@ class WorldNode:
         kernel: of the run.
         name: in the graph, and of the sender in the record.
         namespace: it is in.
+        context: with remappings, of a process that it stands for.
     """
 
-    def __init__(self, kernel: Kernel, name: str, namespace: str = "/") -> None:
+    def __init__(self, kernel: Kernel, name: str, namespace: str = "/", context: Context | None = None) -> None:
         self._kernel = kernel
-        self._node = Node(name, namespace, Context([], DEFAULT_DOMAIN, kernel), None, True, False)
+        self._node = Node(name, namespace, context or Context([], DEFAULT_DOMAIN, kernel), None, True, False)
 
     @property
     def graph_node(self) -> Node:

@@ -122,12 +122,12 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         try:
             super().run_forever()
         except (GreenletExit, KernelError):
-            self._abandon_tasks()
+            self.abandon_tasks()
             raise
         finally:
             node.leaving.remove(_leave)
 
-    def _abandon_tasks(self) -> None:
+    def abandon_tasks(self) -> None:
         """The run is over, at any moment: that tasks wait is no fault of theirs, so nothing is to be said of it."""
         waiting = [*asyncio.all_tasks(self)]
         self._tell_lost(waiting)

@@ -296,7 +296,7 @@ def _run() -> Run:
 @pytest.mark.parametrize(
     ("node", "message"),
     [
-        ("cell.arm:main", r"run\.ros2: expected RosNode\(\.\.\.\), not 'cell\.arm:main'"),
+        ("cell.arm:main", r"run\.ros2: expected RosNode\(\.\.\.\) or Launch\(\.\.\.\), not 'cell\.arm:main'"),
         (
             RosNode(entry="cell.arm:main", parameters=["no/arm.yaml"]),
             r"run\.ros2: RosNode cell\.arm:main: .*parameter file /.*no/arm\.yaml: No such file or directory",

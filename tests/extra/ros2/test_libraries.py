@@ -11,32 +11,6 @@ import pytest
 from tests.docs.page import blocks, run, write_files
 from tests.extra.ros2.test_examples import CONFTEST
 
-_TF2_PY = '''
-"""In the place of the C++ part of tf2, where it is not installed: transforms of a frame to its parent, at any time."""
-
-
-class TransformException(Exception):
-    pass
-
-
-class BufferCore:
-    def __init__(self, cache_time=None):
-        self._found = {}
-
-    def set_transform(self, transform, authority):
-        self._found[transform.header.frame_id, transform.child_frame_id] = transform
-
-    set_transform_static = set_transform
-
-    def can_transform_core(self, target, source, time):
-        return (target, source) in self._found, ""
-
-    def lookup_transform_core(self, target, source, time):
-        if (target, source) not in self._found:
-            raise TransformException(f"{target} is not connected to {source}")
-        return self._found[target, source]
-'''
-
 _TF2 = """
 import threading
 
@@ -144,8 +118,6 @@ def _needs(*modules: str) -> pytest.MarkDecorator:
 
 @_needs("rclpy", "tf2_ros")
 def test_transforms_are_waited_for_in_virtual_time(tmp_path: Path) -> None:
-    if find_spec("tf2_py") is None:
-        (tmp_path / "tf2_py.py").write_text(_TF2_PY)
     logged = _logged(tmp_path, _TF2, ("arm", "watcher"))
     assert [text for _, text in logged] == ["base 1.0", "no hand", "hand 2.0"]
     assert [time_s for time_s, _ in logged] == [pytest.approx(each, abs=0.03) for each in (0.0, 1.0, 2.5)]

@@ -1,0 +1,164 @@
+"""A recorded bag as a stimulus: its topics are published in simulated time, while everything else goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv.declarations.ros2 import Ros2Error
+from pytest_hricdv.extra.ros2.bag_file import BagContent, BagError, BagMessage, read_bag
+from pytest_hricdv.extra.ros2.cdr import CdrError, class_of, deserialize
+from pytest_hricdv.extra.ros2.clocks import system_ns
+from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.world import StartedSystem
+from pytest_hricdv.run import TestbenchError
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+_NS_PER_S = 10**9
+
+
+class BagPlayer:
+    """Publishes the messages of a bag of ROS 2, MCAP or SQLite, as `ros2 bag play` does, in simulated time.
+
+    Args:
+        system: of `run.ros2`.
+        path: of the bag's folder, or of a file of it; relative to the folder in which pytest is started.
+        topics: those that are published; None: all but hidden ones.
+        start_s: how much of the beginning is left out (s of the recording).
+        rate: how much faster than it was recorded.
+        loop: whether it begins again at its end.
+        delay_s: when it begins (s of simulated time from now).
+        shift_stamps: whether stamps of headers are moved with the messages, so that nodes find them as old as they were
+            when they were recorded. False: they stay in the time of the recording.
+        node: its name in the graph.
+
+    Raises:
+        BagError: the bag cannot be read, a topic is not in it, the type of one is not installed, or a number is wrong.
+    """
+
+    def __init__(
+        self,
+        system: StartedSystem,
+        path: str | Path,
+        *,
+        topics: Sequence[str] | None = None,
+        start_s: float = 0.0,
+        rate: float = 1.0,
+        loop: bool = False,
+        delay_s: float = 0.0,
+        shift_stamps: bool = True,
+        node: str = "bag",
+    ) -> None:
+        self._kernel, self._rate, self._loop, self._delay_s = system.kernel, rate, loop, delay_s
+        self._shift_stamps = shift_stamps
+        self.is_over = False
+        """Whether all has been published; never of a loop."""
+        content = read_bag(Path(path), topics)
+        self._bag = content.path
+        self._messages = self._from(content, start_s)
+        played = {message.topic for message in self._messages}
+        self._kinds = _classes(content, played)
+        world = system.node(node)
+        self._publishers = {
+            topic: world.publisher(topic, kind, latched=content.topics[topic].latched)
+            for topic, kind in self._kinds.items()
+        }
+        self._kernel.spawn(f"{node}: {Path(path).name}", self._play)
+
+    def _from(self, content: BagContent, start_s: float) -> list[BagMessage]:
+        bag = f"bag {content.path}"
+        for name, value, is_right in (
+            ("rate", self._rate, math.isfinite(self._rate) and self._rate > 0),
+            ("start_s", start_s, math.isfinite(start_s) and start_s >= 0),
+            ("delay_s", self._delay_s, math.isfinite(self._delay_s) and self._delay_s >= 0),
+        ):
+            if not is_right:
+                expected = "a number above 0" if name == "rate" else "a number of seconds, 0 or more"
+                raise BagError(f"{bag}: {name}={value!r}; expected {expected}")
+        if not content.messages:
+            raise BagError(f"{bag}: there is no message in it, of the topics that are played")
+        first_ns, last_ns = content.messages[0].time_ns, content.messages[-1].time_ns
+        from_ns = first_ns + round(start_s * _NS_PER_S)
+        if from_ns > last_ns:
+            raise BagError(f"{bag}: start_s={start_s!r}, but it is {(last_ns - first_ns) / _NS_PER_S:.3f} s long")
+        messages = [message for message in content.messages if message.time_ns >= from_ns]
+        if self._loop and messages[0].time_ns == messages[-1].time_ns:
+            raise BagError(f"{bag}: loop=True, but all messages are of one instant: a round would take no time")
+        self._from_ns = from_ns
+        return messages
+
+    def _play(self) -> None:
+        self._kernel.sleep(self._delay_s)
+        begins_s = self._kernel.now_s
+        while True:
+            begins_ns = system_ns(self._kernel)
+            for number, message in enumerate(self._messages):
+                due_s = begins_s + (message.time_ns - self._from_ns) / _NS_PER_S / self._rate
+                self._kernel.sleep(max(due_s - self._kernel.now_s, 0.0))
+                self._publishers[message.topic].publish(self._message(number, message, begins_ns))
+            if not self._loop:
+                break
+            begins_s += (self._messages[-1].time_ns - self._from_ns) / _NS_PER_S / self._rate
+        self.is_over = True
+
+    def _message(self, number: int, recorded: BagMessage, begins_ns: int) -> Any:
+        kind = self._kinds[recorded.topic]
+        try:
+            message = deserialize(recorded.data, kind)
+        except (CdrError, ValueError) as error:
+            at_s = (recorded.time_ns - self._from_ns) / _NS_PER_S
+            raise TestbenchError(
+                f"bag {self._bag}: message {number} of those that are played, {recorded.topic} at {at_s:.3f} s: "
+                f"{error}; was it recorded with another version of the type?"
+            ) from None
+        if self._shift_stamps:
+            _shift(message, lambda ns: begins_ns + round((ns - self._from_ns) / self._rate))
+        return message
+
+
+def _classes(content: BagContent, topics: set[str]) -> dict[str, Any]:
+    """The classes of the messages of topics. Raises BagError if some are not installed, with all of them."""
+    classes, missing = {}, []
+    for name in sorted(topics):
+        try:
+            classes[name] = loaded(content.topics[name].type, "msg")
+        except Ros2Error:
+            missing.append(f"{name} ({content.topics[name].type})")
+    if missing:
+        raise BagError(
+            f"bag {content.path}: messages of these types are not installed: {', '.join(missing)}; install their "
+            "packages, name the folder of their interface files in Ros2(interfaces=(...,)), or choose topics=(...)"
+        )
+    return classes
+
+
+def _shift(message: Any, moved: Callable[[int], int]) -> None:
+    """Move the stamps of all headers in a message; those that are 0 mean that there is none."""
+    for name, type_ in zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True):
+        of = getattr(type_, "value_type", type_)
+        if not hasattr(of, "namespaces") or not _has_headers(class_of(of)):
+            continue
+        value = getattr(message, name)
+        for inner in value if of is not type_ else [value]:
+            if type(inner).__name__ == "Header":
+                _shift_header(inner, moved)
+            else:
+                _shift(inner, moved)
+
+
+def _shift_header(header: Any, moved: Callable[[int], int]) -> None:
+    ns = header.stamp.sec * _NS_PER_S + header.stamp.nanosec
+    if ns:
+        header.stamp.sec, header.stamp.nanosec = divmod(max(moved(ns), 0), _NS_PER_S)
+
+
+@cache
+def _has_headers(kind: Any) -> bool:
+    if kind.__name__ == "Header":
+        return True
+    types = [getattr(type_, "value_type", type_) for type_ in kind.SLOT_TYPES]
+    return any(hasattr(of, "namespaces") and _has_headers(class_of(of)) for of in types)

@@ -1,0 +1,274 @@
+"""Processes that a launch file starts: nodes of the kernel, which its event handlers see begin, be signalled, and end.
+
+They take the place of `osrf_pycommon.process_utils.async_execute_process`, which starts processes of the system.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from inspect import signature
+from typing import Any
+
+from greenlet import GreenletExit
+
+from pytest_hricdv._base.message import InputError
+from pytest_hricdv.declarations.ros2 import IGNORED, Ros2Error, RosNode
+from pytest_hricdv.declarations.ros2 import Process as Function
+from pytest_hricdv.extra.ros2.arguments import parse, without_ros
+from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context
+from pytest_hricdv.extra.ros2.executables import Command, Executables, command, is_container
+from pytest_hricdv.extra.ros2.launch import load_entry
+from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
+from pytest_hricdv.extra.ros2.world import WorldNode
+from pytest_hricdv.runtime.kernel import Kernel, Node
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+Wrapper = Callable[[Callable[[], None]], Callable[[], None]]
+
+
+@dataclass(frozen=True)
+class LaunchedProcess:
+    """What stands for an executable is told of the process that it stands for.
+
+    Attributes:
+        name: of its node in the launch file, else the executable's.
+        namespace: of its node.
+        arguments: of its command line, without those for ROS, and without the first.
+        parameters: of its node, name -> value.
+    """
+
+    name: str
+    namespace: str
+    arguments: tuple[str, ...]
+    parameters: Mapping[str, Any]
+    _kernel: Kernel = field(repr=False)
+    _argv: tuple[str, ...] = field(repr=False)
+
+    @cached_property
+    def node(self) -> WorldNode:
+        """Its node in the graph, with the remappings of the launch file, as `run.ros2(...).node(...)` returns one."""
+        context = Context(list(self._argv), DEFAULT_DOMAIN, self._kernel)
+        return WorldNode(self._kernel, self.name, self.namespace, context)
+
+    def sleep(self, duration_s: float) -> None:
+        """Wait in simulated time."""
+        self._kernel.sleep(duration_s)
+
+
+def launched_process(kernel: Kernel, wanted: Command) -> LaunchedProcess:
+    """What a function that stands for a command is told."""
+    parsed = parse(wanted.argv)
+    name = parsed.renamed("__node", "") or wanted.name.rpartition("/")[2]
+    namespace = parsed.renamed("__ns", "") or "/"
+    parameters = parsed.parameters_of(f"{namespace.rstrip('/')}/{name}")
+    return LaunchedProcess(name, namespace, tuple(without_ros(wanted.argv[1:])), parameters, kernel, wanted.argv)
+
+
+def void(_: object) -> None:
+    """For what returns something that nobody wants."""
+
+
+@dataclass
+class Processes:
+    """Starts what a launch file names.
+
+    Args:
+        kernel: of the run.
+        variables: that each process has values of its own of.
+        packages: those that see virtual time.
+        executables: where the code of an executable is.
+        measured: wraps the body of a node of the code under test.
+    """
+
+    kernel: Kernel
+    variables: ModuleVariables
+    packages: Sequence[str]
+    executables: Executables
+    measured: Wrapper
+    failed: Callable[[Exception], None] = void
+    """Told of what cannot be started: it ends the run."""
+    _started: int = 0
+
+    def start(self, words: Sequence[str], environ: Mapping[str, str]) -> Transport:
+        """Start a process at this instant.
+
+        Args:
+            words: its command line.
+            environ: its variables of the environment.
+
+        Raises:
+            LaunchError, Ros2Error: there is no such program, or none of Python.
+        """
+        wanted = command(words)
+        target = self.executables.of(wanted)
+        self._started += 1
+        transport = Transport(self.kernel, self._started)
+        if target == IGNORED:
+            if is_container(wanted.name):
+                container = launched_process(self.kernel, wanted).node
+                container.serve("~/_container/load_node", "composition_interfaces/srv/LoadNode", self._load)
+            return transport
+        main = self._main(wanted, target)
+        name = parse(wanted.argv).renamed("__node", "") or wanted.name
+        process = Process(self.kernel, self.variables, wanted.argv, name, environ)
+        body = process.running(partial(_run_to_its_end, main, transport, process))
+        transport.process = process
+        transport.node = self.kernel.spawn(name, body if callable(target) else self.measured(body))
+        return transport
+
+    def _main(self, wanted: Command, target: Function | str) -> Callable[[], object]:
+        if not isinstance(target, str):
+            has_parameter = any(
+                parameter.default is parameter.empty for parameter in signature(target).parameters.values()
+            )
+            return partial(target, launched_process(self.kernel, wanted)) if has_parameter else partial(target)
+        what = f"{self.executables.launch}: {wanted.name}"
+        package = target.partition(":")[0].partition(".")[0]
+        if package not in self.packages:
+            raise Ros2Error(
+                f"{what}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
+                "there, so that it sees virtual time"
+            )
+        return load_entry(what, target, list(wanted.argv))
+
+    def _load(self, request: Any, response: Any) -> Any:
+        """Answer a request of `composition_interfaces/srv/LoadNode` to a container that stands for a real one."""
+        try:
+            return self._loaded(request, response)
+        except InputError as error:
+            self.failed(error)
+            response.success, response.error_message = False, str(error)
+            return response
+
+    def _loaded(self, request: Any, response: Any) -> Any:
+        target = self.executables.component(request.package_name, request.plugin_name)
+        name = request.node_name or request.plugin_name.rpartition("::")[2]
+        rules = [f"__node:={name}", f"__ns:={request.node_namespace or '/'}", *request.remap_rules]
+        argv = [request.plugin_name, "--ros-args", *(word for rule in rules for word in ("-r", rule))]
+        for parameter in request.parameters:
+            argv += ["-p", f"{parameter.name}:={_text_of(parameter.value)}"]
+        if target != IGNORED:
+            wanted = Command(f"{request.package_name}/{request.plugin_name}", tuple(argv))
+            main = self._main(wanted, target)
+            body = Process(self.kernel, self.variables, argv, name).running(lambda: void(main()))
+            self.kernel.spawn(name, body if callable(target) else self.measured(body))
+        self._started += 1
+        response.success, response.unique_id = True, self._started
+        response.full_node_name = f"{(request.node_namespace or '/').rstrip('/')}/{name}"
+        return response
+
+
+def _text_of(value: Any) -> str:
+    """A `rcl_interfaces/msg/ParameterValue` as it is written on a command line."""
+    from rclpy.parameter import parameter_value_to_python  # type: ignore[import-not-found, unused-ignore]
+
+    from pytest_hricdv.extra.ros2.launch import yaml_text
+
+    plain = parameter_value_to_python(value)
+    return yaml_text(RosNode(entry="component:parameter"), "", list(plain) if hasattr(plain, "tolist") else plain)
+
+
+class Transport:
+    """As of a subprocess of asyncio: what the launch system sees and signals."""
+
+    def __init__(self, kernel: Kernel, pid: int) -> None:
+        self._kernel = kernel
+        self._pid = pid
+        self.code: int | None = None
+        self.ended: Callable[[int], None] = void
+        self.node: Node | None = None
+        """None: an executable that is left out, and runs until it is signalled."""
+        self.process: Process | None = None
+        self.is_expected_to_fail = False
+        """Whether the launch file says what happens when it ends: then an exit code is no failure of the run."""
+
+    def get_pid(self) -> int:
+        """A number: those of a run are numbered from 1."""
+        return self._pid
+
+    def get_returncode(self) -> int | None:
+        """Its exit code; None while it runs."""
+        return self.code
+
+    def get_pipe_transport(self, number: int) -> None:
+        """It has no pipes: what it prints is printed."""
+
+    def close(self) -> None:
+        """Nothing is left open."""
+
+    def end(self, code: int) -> None:
+        """It has ended."""
+        if self.code is None:
+            self.code = code
+            self.ended(code)
+
+    def send_signal(self, number: int | signal.Signals) -> None:
+        """Interrupt it where it waits: SIGINT as Ctrl+C, SIGTERM as `rclpy` handles it, SIGKILL at once.
+
+        Raises:
+            ProcessLookupError: it has ended.
+        """
+        if self.code is not None:
+            raise ProcessLookupError
+        if self.process is None:
+            self.end(-int(number))
+        elif number == signal.SIGKILL:
+            self.kill()
+        elif number in (signal.SIGINT, signal.SIGTERM):
+            self.process.interrupt(number)
+        # Others, such as SIGUSR1, have no effect: Python's default would end it, but handlers are not simulated.
+
+    def kill(self) -> None:
+        """End it at once."""
+        if self.process is not None:
+            self.process.interrupt(signal.SIGKILL)
+        self.end(-int(signal.SIGKILL))
+
+
+def _run_to_its_end(main: Callable[[], object], transport: Transport, process: Process) -> None:
+    """The body of a process: what raises in it fails the run, but for what a signal raised."""
+
+    def ended(code: int) -> None:
+        process.at_end.append(partial(transport.end, code))  # its threads may go on
+
+    try:
+        main()
+    except SystemExit as error:
+        code = 0 if error.code is None else error.code if isinstance(error.code, int) else 1
+        if code and not transport.is_expected_to_fail:
+            raise
+        ended(code)
+    except KeyboardInterrupt:
+        if not process.was_interrupted:
+            raise
+        ended(-int(signal.SIGINT))
+    except GreenletExit:
+        if process.was_interrupted:
+            ended(-int(process.was_interrupted))
+        raise
+    else:
+        ended(0)
+
+
+def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport) -> Any:
+    """Connect the launch system's protocol with a process; `complete` is done when the process has ended."""
+    protocol = made()
+    protocol.connection_made(transport)
+
+    def ended(code: int) -> None:
+        def complete() -> None:
+            if not protocol.complete.done():
+                protocol.complete.set_result(code)
+
+        if not loop.is_closed():
+            loop.call_soon_threadsafe(complete)
+
+    transport.ended = ended
+    if transport.code is not None:
+        ended(transport.code)
+    return protocol

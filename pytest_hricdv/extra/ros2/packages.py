@@ -1,0 +1,212 @@
+"""Packages of ROS 2 as sources: where they are in a workspace, and the console scripts that they declare.
+
+A package that is not built has neither a marker in the index of packages nor scripts. `add_to_index` makes a folder of
+markers, as `colcon build --symlink-install` would, which is an entry of AMENT_PREFIX_PATH while launch files are run.
+"""
+
+from __future__ import annotations
+
+import ast
+import configparser
+import os
+import re
+import sys
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from xml.etree import ElementTree
+
+_MANIFEST = "package.xml"
+_NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "site-packages", "__pycache__"})
+"""Folders of a workspace in which colcon and Python keep what they have made."""
+_IGNORING = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
+_DEPTH = 4
+"""Of folders below a workspace in which packages are looked for. Chosen: src/repository/group/package."""
+
+_MARKERS = Path("share") / "ament_index" / "resource_index" / "packages"
+
+
+@dataclass(frozen=True)
+class SourcePackage:
+    """A folder with a package.xml."""
+
+    name: str
+    folder: Path
+
+    @property
+    def scripts(self) -> dict[str, str]:
+        """Console scripts that it declares: name -> "package.module:function"."""
+        return _scripts(self.folder)
+
+
+def packages_around(file: Path, workspace: Iterable[Path] = ()) -> dict[str, SourcePackage]:
+    """Packages whose sources are near a file: the one that it is in, its neighbours, and those of workspaces.
+
+    Args:
+        file: such as a launch file.
+        workspace: further folders; what they have comes first.
+    """
+    own = next((folder for folder in file.absolute().parents if (folder / _MANIFEST).is_file()), None)
+    roots = [*workspace, *([] if own is None else [own, *_neighbourhood(own)])]
+    packages: dict[str, SourcePackage] = {}
+    for root in roots:
+        for package in sources_in(root.absolute()):
+            packages.setdefault(package.name, package)
+    return packages
+
+
+def _neighbourhood(package: Path) -> list[Path]:
+    """The folder with the sources of a package's workspace: the nearest one called src, else the one around it."""
+    source = next((folder for folder in package.parents if folder.name == "src"), None)
+    if source is not None:
+        return [source]
+    around = package.parent
+    # A package alone in a home folder or at the root of a disk has no neighbours that anybody meant.
+    return [] if around in (Path(around.root), Path.home()) else [around]
+
+
+@cache
+def sources_in(root: Path) -> tuple[SourcePackage, ...]:
+    """The packages below a folder, and the one that it is, in the order of their paths."""
+    return tuple(_sources(root, 0))
+
+
+def _sources(folder: Path, depth: int) -> Iterator[SourcePackage]:
+    name = _name(folder / _MANIFEST)
+    if name:
+        yield SourcePackage(name, folder)
+        return  # a package has none in it
+    if depth > _DEPTH or any((folder / ignored).exists() for ignored in _IGNORING):
+        return
+    try:
+        below = sorted(entry for entry in folder.iterdir() if entry.is_dir())
+    except OSError:
+        return
+    for entry in below:
+        if not entry.name.startswith(".") and entry.name not in _NO_SOURCES:
+            yield from _sources(entry, depth + 1)
+
+
+def _name(manifest: Path) -> str:
+    """Of a package; empty if there is no manifest that can be read."""
+    try:
+        return (ElementTree.parse(manifest).getroot().findtext("name") or "").strip()
+    except (OSError, ElementTree.ParseError):
+        return ""
+
+
+@cache
+def _scripts(folder: Path) -> dict[str, str]:
+    scripts: dict[str, str] = {}
+    for read in (_of_pyproject, _of_setup_cfg, _of_setup_py):  # setuptools lets setup.py win
+        scripts |= read(folder)
+    return scripts
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return ""
+
+
+def _of_pyproject(folder: Path) -> dict[str, str]:
+    try:
+        project = tomllib.loads(_text(folder / "pyproject.toml")).get("project", {})
+    except tomllib.TOMLDecodeError:
+        return {}
+    return dict(project.get("scripts") or project.get("entry-points", {}).get("console_scripts", {}))
+
+
+def _of_setup_cfg(folder: Path) -> dict[str, str]:
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(_text(folder / "setup.cfg"))
+    except configparser.Error:
+        return {}
+    return _parsed(parser.get("options.entry_points", "console_scripts", fallback="").splitlines())
+
+
+def _of_setup_py(folder: Path) -> dict[str, str]:
+    """Of a call of `setup`, without running it: the texts below "console_scripts", with constants of the file."""
+    try:
+        tree = ast.parse(_text(folder / "setup.py"))
+    except SyntaxError:
+        return {}
+    constants = {
+        target.id: statement.value.value
+        for statement in ast.walk(tree)
+        if isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant)
+        for target in statement.targets
+        if isinstance(target, ast.Name)
+    }
+    lines: list[str] = []
+    for node in ast.walk(tree):
+        for key, value in zip(node.keys, node.values, strict=True) if isinstance(node, ast.Dict) else ():
+            if isinstance(key, ast.Constant) and key.value == "console_scripts":
+                lines += _texts(value, constants)
+        for keyword in node.keywords if isinstance(node, ast.Call) else ():
+            if keyword.arg == "console_scripts":  # dict(console_scripts=[...])
+                lines += _texts(keyword.value, constants)
+    return _parsed(lines)
+
+
+def _texts(node: ast.expr, constants: Mapping[str, object]) -> list[str]:
+    if isinstance(node, ast.List | ast.Tuple):
+        return [text for element in node.elts for text in _texts(element, constants)]
+    if isinstance(node, ast.Constant):
+        return str(node.value).splitlines()
+    if isinstance(node, ast.Name):
+        return [str(constants[node.id])] if node.id in constants else []
+    if isinstance(node, ast.JoinedStr):
+        parts = [part.value if isinstance(part, ast.FormattedValue) else part for part in node.values]
+        return ["".join("".join(_texts(part, constants)) for part in parts)]
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        left, right = _texts(node.left, constants), _texts(node.right, constants)
+        return [*left, *right] if isinstance(node.left, ast.List) else ["".join([*left, *right])]
+    return []
+
+
+_SCRIPT = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+\s*:\s*[\w.]+)")
+
+
+def _parsed(lines: Iterable[str]) -> dict[str, str]:
+    matches = [match for line in lines if (match := _SCRIPT.match(line))]
+    return {match[1]: match[2].replace(" ", "") for match in matches}
+
+
+def console_scripts(package: str, sources: Mapping[str, SourcePackage]) -> dict[str, str] | None:
+    """The console scripts of a package, as source or installed; None if there is neither."""
+    if package in sources:
+        return sources[package].scripts
+    try:
+        scripts = metadata.distribution(package).entry_points.select(group="console_scripts")
+    except metadata.PackageNotFoundError:
+        return None
+    return {script.name: script.value for script in scripts}
+
+
+def add_to_index(prefix: Path, packages: Iterable[SourcePackage]) -> None:
+    """Make a folder that tells `ament_index_python` of packages what it would know if they were installed.
+
+    Their share folders are links to the sources: files are installed from the same relative path by custom, as
+    share/PACKAGE/launch from launch.
+    """
+    (prefix / _MARKERS).mkdir(parents=True, exist_ok=True)
+    shares = {package.name: package.folder for package in packages}
+    for name, share in [*shares.items(), *_installed_by_pip()]:
+        if not (prefix / _MARKERS / name).exists():
+            (prefix / _MARKERS / name).touch()
+            (prefix / "lib" / name).mkdir(parents=True)
+            if share.is_dir():
+                (prefix / "share" / name).symlink_to(share, target_is_directory=True)
+
+
+def _installed_by_pip() -> list[tuple[str, Path]]:
+    """Packages of ROS 2 of which AMENT_PREFIX_PATH says nothing, in a virtual environment, with their share folders."""
+    share = Path(sys.prefix) / "share"
+    markers = share / "ament_index" / "resource_index" / "packages"
+    return [(name, share / name) for name in sorted(os.listdir(markers))] if markers.is_dir() else []

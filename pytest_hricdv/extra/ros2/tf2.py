@@ -1,0 +1,453 @@
+"""In the place of `tf2_py`, the C++ part of tf2, where it is not installed: `tf2_ros` for Python runs on it.
+
+Names, messages of errors and results are those of tf2's `BufferCore`; its own tests in Python are run on this one.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from types import ModuleType
+from typing import Any
+
+from pytest_hricdv.extra.ros2.transforms import (
+    NO_WAY,
+    MovingFrame,
+    NoTransformError,
+    StaticFrame,
+    Stored,
+    Transform,
+    Vector,
+    added,
+    cross,
+    inverse,
+    negated,
+    product,
+    rotated,
+    seconds,
+)
+
+__tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+NAME = "tf2_py"
+_CACHE_NS = 10 * 10**9
+"""As `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
+_TOLERANCE = 10e-3
+"""How far the squared length of a quaternion may be from 1, as `QUATERNION_NORMALIZATION_TOLERANCE` of tf2."""
+_DEEPEST = 1000
+"""As `MAX_GRAPH_DEPTH` of tf2: a longer chain of frames is a loop."""
+
+
+class TransformException(Exception):  # noqa: N818 (the names are tf2's)
+    """As of tf2."""
+
+
+class ConnectivityException(TransformException):
+    """As of tf2: two frames are in trees that are not connected."""
+
+
+class LookupException(TransformException):
+    """As of tf2: there is no such frame."""
+
+
+class ExtrapolationException(TransformException):
+    """As of tf2: nothing is known of this time."""
+
+
+class InvalidArgumentException(TransformException):
+    """As of tf2."""
+
+
+class TimeoutException(TransformException):
+    """As of tf2."""
+
+
+_EXCEPTIONS = (
+    TransformException,
+    ConnectivityException,
+    LookupException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    TimeoutException,
+)
+
+
+def _ns(time: Any) -> int:
+    """Of a time or duration, of messages or of `rclpy`. Raises TypeError for anything else."""
+    if hasattr(time, "sec") and hasattr(time, "nanosec"):
+        return int(time.sec) * 10**9 + int(time.nanosec)
+    if hasattr(time, "nanoseconds"):
+        return int(time.nanoseconds)
+    raise TypeError("time must have sec and nanosec, or nanoseconds.")
+
+
+class BufferCore:
+    """As `tf2_py.BufferCore`: the tree of frames, each with what is known of it in the course of time.
+
+    Args:
+        cache_time: how long transforms are kept, as a duration; 10 s by default.
+    """
+
+    def __init__(self, cache_time: Any = None) -> None:
+        with suppress(ModuleNotFoundError):  # as the extension: who uses it finds these in `rclpy`
+            importlib.import_module("rclpy.time")
+            importlib.import_module("rclpy.duration")
+        self._keeps_ns = _CACHE_NS if cache_time is None else _ns(cache_time)
+        self._frames: dict[str, StaticFrame | MovingFrame | None] = {}
+        """Name -> what is known of it, None of a root; in the order in which they were first named."""
+        self._authorities: dict[str, str] = {}
+
+    def clear(self) -> None:
+        """Forget all transforms but static ones; names of frames stay."""
+        for frame in self._frames.values():
+            if frame is not None:
+                frame.clear()
+
+    def set_transform(self, transform: Any, authority: str) -> None:
+        """Add a `geometry_msgs/msg/TransformStamped`. A wrong one is logged, and left out."""
+        self._set(transform, authority, is_static=False)
+
+    def set_transform_static(self, transform: Any, authority: str) -> None:
+        """Add one that holds for all times."""
+        self._set(transform, authority, is_static=True)
+
+    def _set(self, message: Any, authority: str, *, is_static: bool) -> None:
+        child = message.child_frame_id.removeprefix("/")
+        parent, moved, turned = message.header.frame_id.removeprefix("/"), *_parts(message.transform)
+        faults = list(_faults(parent, child, authority, moved, turned))
+        for fault in faults:
+            _log("error", fault)
+        if faults:
+            return
+        frame = self._frames.get(child)
+        if frame is None or frame.is_static != is_static:
+            frame = self._frames[child] = StaticFrame() if is_static else MovingFrame(self._keeps_ns)
+        self._frames.setdefault(parent, None)
+        stamp_ns = _ns(message.header.stamp)
+        if frame.insert(Stored(moved, turned, stamp_ns, parent)):
+            self._authorities[child] = authority
+        else:
+            _log(
+                "warning",
+                f"TF_OLD_DATA ignoring data from the past for frame {child} at time {seconds(stamp_ns)} according to "
+                f"authority {authority}",
+            )
+
+    def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
+        """Whether there is a transform, as 0 or 1; and why not."""
+        if target_frame == source_frame:
+            return 1, ""
+        for frame, argument in ((target_frame, "target_frame"), (source_frame, "source_frame")):
+            if fault := self._invalid(frame, f"canTransform argument {argument}"):
+                return 0, fault
+        return self._can(target_frame, source_frame, _ns(time))
+
+    def can_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> tuple[int, str]:
+        """Whether there is a transform between two times, by a frame that does not move in between; and why not."""
+        named = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
+        for argument, frame in named.items():
+            if fault := self._invalid(frame, f"canTransform argument {argument}"):
+                return 0, fault
+        result = self._can(target_frame, fixed_frame, _ns(target_time))
+        return self._can(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
+
+    def _can(self, target: str, source: str, time_ns: int) -> tuple[int, str]:
+        try:
+            self._walked(target, source, time_ns)
+        except TransformException as error:
+            return 0, str(error)
+        return 1, ""
+
+    def _invalid(self, frame: str, where: str) -> str:
+        rationale = "" if frame in self._frames else "frame does not exist"
+        if not frame:
+            rationale = "in tf2 frame_ids cannot be empty"
+        elif frame.startswith("/"):
+            rationale = "in tf2 frame_ids cannot start with a '/'"
+        return f'Invalid frame ID "{frame}" passed to {where} - {rationale}' if rationale else ""
+
+    def _require(self, frame: str, where: str) -> None:
+        for is_wrong, rationale in (
+            (not frame, "in tf2 frame_ids cannot be empty"),
+            (frame.startswith("/"), "in tf2 frame_ids cannot start with a '/'"),
+        ):
+            if is_wrong:
+                raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {where} - {rationale}')
+        if frame not in self._frames:
+            raise LookupException(f'"{frame}" passed to {where} does not exist. ')
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
+        """The transform from the source to the target frame, as a `TransformStamped`; that of time 0 is the latest.
+
+        Raises:
+            LookupException: there is no such frame.
+            ConnectivityException: no chain of frames connects them.
+            ExtrapolationException: the time is not between those that are known.
+            InvalidArgumentException: a frame without a name, or with a slash before it.
+        """
+        transform, time_ns = self._lookup(target_frame, source_frame, _ns(time))
+        return _message(target_frame, source_frame, transform, time_ns)
+
+    def lookup_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> Any:
+        """From where the source frame was at its time, to the target frame at its time. Raises as the other one."""
+        named = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
+        for argument, frame in named.items():
+            self._require(frame, f"lookupTransform argument {argument}")
+        first, _ = self._lookup(fixed_frame, source_frame, _ns(source_time))
+        second, time_ns = self._lookup(target_frame, fixed_frame, _ns(target_time))
+        return _message(target_frame, source_frame, second.after(first), time_ns)
+
+    def _lookup(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
+        if target == source:
+            frame = self._frames.get(target)
+            return Transform(), frame.latest_ns if frame is not None and time_ns == 0 else time_ns
+        self._require(target, "lookupTransform argument target_frame")
+        self._require(source, "lookupTransform argument source_frame")
+        return self._walked(target, source, time_ns)
+
+    def _walked(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
+        """The transform along the tree, and its time. Raises as `lookup_transform_core`."""
+        if target == source:
+            return Transform(), time_ns
+        if time_ns == 0:
+            time_ns = self._common_ns(target, source)
+        ending = f", when looking up transform from frame [{source}] to frame [{target}]"
+        up: dict[str, Transform] = {source: Transform()}
+        missing: NoTransformError | None = None
+        frame, so_far, depth = source, Transform(), 0
+        while (known := self._frames[frame]) is not None:
+            try:
+                stored = known.at(time_ns)
+            except NoTransformError as error:
+                missing = error  # the target may still be below
+                break
+            if frame == target:
+                break
+            so_far, frame = stored.after(so_far), stored.parent
+            up[frame], depth = so_far, depth + 1
+            self._check_depth(depth)
+            if frame == target:
+                return so_far, time_ns
+        frame, down, depth = target, Transform(), 0
+        while frame not in up and (known := self._frames[frame]) is not None:
+            try:
+                stored = known.at(time_ns)
+            except NoTransformError as error:
+                raise ExtrapolationException(f"{error}{ending}") from None
+            down, frame, depth = stored.after(down), stored.parent, depth + 1
+            self._check_depth(depth)
+        if frame in up:
+            return down.inverted().after(up[frame]), time_ns
+        if missing is not None:
+            raise ExtrapolationException(f"{missing}{ending}")
+        raise ConnectivityException(_unconnected(source, target))
+
+    def _check_depth(self, depth: int) -> None:
+        if depth > _DEEPEST:
+            raise LookupException(
+                f"The tf tree is invalid because it contains a loop.\n{self.all_frames_as_string()}\n"
+            )
+
+    def _common_ns(self, target: str, source: str) -> int:
+        """The latest time at which all transforms between two frames are known; 0 if all are static."""
+        if source == target:
+            frame = self._frames[source]
+            return 0 if frame is None else frame.latest_ns
+        chain = dict(self._latest_upwards(source, target))
+        if target in chain:
+            return _earliest(chain.values())
+        times: list[int] = []
+        for parent, latest_ns in self._latest_upwards(target, source):
+            times.append(latest_ns)
+            if parent == source:
+                return _earliest(times)
+            if parent in chain:
+                upwards = list(chain)
+                return _earliest([*times, *list(chain.values())[: upwards.index(parent) + 1]])
+        raise ConnectivityException(_unconnected(source, target))
+
+    def _latest_upwards(self, frame: str, end: str) -> Iterator[tuple[str, int]]:
+        """The parents of a frame up to `end` or the root, each with the latest time of the transform to it (ns)."""
+        for depth in range(_DEEPEST + 2):
+            self._check_depth(depth)
+            known = self._frames[frame]
+            if known is None or not known.parent:
+                return
+            latest_ns = known.latest_ns
+            frame = known.parent
+            yield frame, latest_ns
+            if frame == end:
+                return
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
+        """The latest time at which there is a transform, as a `rclpy.time.Time`. Raises as `lookup_transform_core`."""
+        from rclpy.time import Time  # type: ignore[import-not-found, unused-ignore]
+
+        self._require(target_frame, "get_latest_common_time")
+        self._require(source_frame, "get_latest_common_time")
+        return Time(nanoseconds=self._common_ns(target_frame, source_frame))
+
+    def lookupVelocityCore(  # noqa: N802 (the name is tf2's)
+        self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
+    ) -> tuple[Vector, Vector]:
+        """The velocity of a frame, linear (m/s) and angular (rad/s), over an interval around a time."""
+        return self.lookupVelocityFullCore(
+            tracking_frame, observation_frame, observation_frame, NO_WAY, tracking_frame, time, averaging_interval
+        )
+
+    def lookupVelocityFullCore(  # noqa: N802 (name and arguments are tf2's)
+        self,
+        tracking_frame: str,
+        observation_frame: str,
+        reference_frame: str,
+        reference_point: Vector,
+        reference_point_frame: str,
+        time: Any,
+        averaging_interval: Any,
+    ) -> tuple[Vector, Vector]:
+        """The same, of a point, in a frame of reference. Raises as `lookup_transform_core`."""
+        latest_s = 0.0
+        if {observation_frame, tracking_frame} <= self._frames.keys():
+            latest_s = self._common_ns(observation_frame, tracking_frame) / 1e9
+        time_ns, interval_s = _ns(time), _ns(averaging_interval) / 1e9
+        end_s = min(time_ns / 1e9 + interval_s * 0.5, latest_s)
+        start_s = max(0.00001 + interval_s, end_s) - interval_s  # as tf2: 0 would be the latest time
+        took_s = end_s - start_s
+        start, _ = self._lookup(observation_frame, tracking_frame, round(start_s * 1e9))
+        end, _ = self._lookup(observation_frame, tracking_frame, round(end_s * 1e9))
+        turned = product(inverse(start.rotation), end.rotation)
+        moved = added(end.translation, negated(start.translation))
+        twist = rotated(start.rotation, _scaled(_axis(turned), _angle(turned) / took_s))
+        to_reference, _ = self._lookup(reference_frame, tracking_frame, time_ns)
+        angular = rotated(to_reference.rotation, twist)
+        linear = added(
+            rotated(to_reference.rotation, _scaled(moved, 1.0 / took_s)), cross(to_reference.translation, angular)
+        )
+        point_to_reference, _ = self._lookup(reference_frame, reference_point_frame, time_ns)
+        delta = added(point_to_reference.of(reference_point), negated(to_reference.of(NO_WAY)))
+        # As tf2 has it: the product of the components, where a cross product was meant.
+        further = (angular[0] * delta[0], angular[1] * delta[1], angular[2] * delta[2])
+        return added(linear, further), angular
+
+    def all_frames_as_string(self) -> str:
+        """A sentence for each frame that has a parent."""
+        known = [(name, frame.parent) for name, frame in self._frames.items() if frame is not None]
+        return "".join(f"Frame {name} exists with parent {parent or 'NO_PARENT'}.\n" for name, parent in known)
+
+    def all_frames_as_yaml(self) -> str:
+        """The frames that have a parent, with how often and how lately they came."""
+        text = "" if self._frames else "[]"
+        for name, frame in self._frames.items():
+            if frame is None or not frame.parent:
+                continue
+            length_ns = frame.latest_ns - frame.oldest_ns
+            rate_hz = len(frame) * 1e9 / max(length_ns, 100_000)
+            text += (
+                f"{name}: \n  parent: '{frame.parent}'\n"
+                f"  broadcaster: '{self._authorities.get(name, 'no recorded authority')}'\n  rate: {rate_hz:.3f}\n"
+                f"  most_recent_transform: {seconds(frame.latest_ns)}\n"
+                f"  oldest_transform: {seconds(frame.oldest_ns)}\n  buffer_length: {length_ns / 1e9:.3f}\n"
+            )
+        return text
+
+    def _frameExists(self, frame_id: str) -> bool:  # noqa: N802 (the name is tf2's)
+        return frame_id in self._frames
+
+    def _getFrameStrings(self) -> list[str]:  # noqa: N802 (the name is tf2's)
+        return list(self._frames)
+
+
+def _unconnected(source: str, target: str) -> str:
+    # The words, the missing space and the order of the frames are tf2's.
+    return (
+        f"Could not find a connection between '{target}' and '{source}' because they are not part of the same tree."
+        "Tf has two or more unconnected trees."
+    )
+
+
+def _earliest(times_ns: Any) -> int:
+    """The earliest, but of what is static; 0 if all is."""
+    return min((time_ns for time_ns in times_ns if time_ns), default=0)
+
+
+def _scaled(v: Vector, by: float) -> Vector:
+    return (v[0] * by, v[1] * by, v[2] * by)
+
+
+def _axis(q: tuple[float, float, float, float]) -> Vector:
+    length_squared = 1.0 - min(1.0, q[3] * q[3])
+    if length_squared < sys.float_info.epsilon * 10:
+        return (1.0, 0.0, 0.0)  # of no rotation: any
+    return _scaled((q[0], q[1], q[2]), 1.0 / math.sqrt(length_squared))
+
+
+def _angle(q: tuple[float, float, float, float]) -> float:
+    return 2.0 * math.acos(max(-1.0, min(1.0, q[3])))
+
+
+def _parts(transform: Any) -> tuple[Vector, tuple[float, float, float, float]]:
+    t, q = transform.translation, transform.rotation
+    return (float(t.x), float(t.y), float(t.z)), (float(q.x), float(q.y), float(q.z), float(q.w))
+
+
+def _faults(
+    parent: str, child: str, authority: str, moved: Vector, turned: tuple[float, float, float, float]
+) -> Iterator[str]:
+    """What is wrong with a transform, in the words of tf2."""
+    if child == parent:
+        yield (
+            f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with frame_id and  child_frame_id '
+            f'"{child}" because they are the same'
+        )
+    if not child:
+        yield f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because child_frame_id not set '
+    if not parent:
+        yield (
+            f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}"  from authority "{authority}" because '
+            "frame_id not set"
+        )
+    of = f'Ignoring transform for child_frame_id "{child}" from authority "{authority}" because of'
+    values = [" ".join(f"{value:f}" for value in part) for part in (moved, turned)]
+    if any(math.isnan(value) for value in (*moved, *turned)):
+        yield f"TF_NAN_INPUT: {of} a nan value in the transform ({values[0]}) ({values[1]})"
+    if not abs(sum(value * value for value in turned) - 1.0) < _TOLERANCE:
+        yield f"TF_DENORMALIZED_QUATERNION: {of} an invalid quaternion in the transform ({values[1]})"
+
+
+def _log(severity: str, text: str) -> None:
+    from rclpy.logging import get_logger  # type: ignore[import-not-found, unused-ignore]
+
+    getattr(get_logger("tf2"), severity)(text)
+
+
+def _message(target: str, source: str, transform: Transform, time_ns: int) -> Any:
+    from geometry_msgs.msg import TransformStamped  # type: ignore[import-not-found, unused-ignore]
+
+    message = TransformStamped(child_frame_id=source)
+    message.header.frame_id = target
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time_ns, 10**9)
+    for part, names, values in (
+        (message.transform.translation, "xyz", transform.translation),
+        (message.transform.rotation, "xyzw", transform.rotation),
+    ):
+        for name, value in zip(names, values, strict=True):
+            setattr(part, name, value)
+    return message
+
+
+def replace_tf2() -> None:
+    """Put our module in the place of `tf2_py`, for this process, where it is not installed."""
+    if NAME in sys.modules or importlib.util.find_spec(NAME) is not None:
+        return
+    module = ModuleType(NAME, __doc__)
+    vars(module)["BufferCore"] = BufferCore
+    vars(module).update({exception.__name__: exception for exception in _EXCEPTIONS})
+    sys.modules[NAME] = module
