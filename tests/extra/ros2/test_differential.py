@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from importlib import metadata
 from importlib.util import find_spec
 from itertools import groupby
 from pathlib import Path
@@ -24,6 +25,23 @@ pytestmark = [
 
 LIMIT_S = 60.0
 
+_FOR_ALL = frozenset(
+    (
+        *("topic", "two listeners", "late listener", "incompatible", "service", "requests in a row", "nested services"),
+        *(
+            "action",
+            "cancelled action",
+            "rejected action",
+            "parameters",
+            "managed node",
+            "wait for message",
+            "timers",
+            "logs",
+        ),
+    )
+)
+"""The others use what `rclpy` has since kilted."""
+
 _QUICK = ("keep last", "error in a service", "callbacks of parameters", "lifecycle publisher", "tasks", "names")
 """Of one process each, and of what is most likely to break: the others take minutes on the middleware."""
 
@@ -33,9 +51,21 @@ DIFFERENT: dict[str, dict[str, str]] = {
 """System -> what its logs are about that differs -> why: the rows of the table in docs/ros2.md."""
 
 
+def _is_older() -> bool:
+    """Whether `rclpy` is one from before kilted."""
+    try:
+        return int(metadata.version("rclpy").partition(".")[0]) < 9
+    except metadata.PackageNotFoundError:
+        return False
+
+
 def _every(*quick: str) -> list[Any]:
-    names = [name for names in NAMES.values() for name in names]
-    return [pytest.param(name, id=name, marks=() if name in quick else pytest.mark.slow) for name in names]
+    older = pytest.mark.skipif(_is_older(), reason="written for rclpy of kilted and later")
+    found = []
+    for name in (name for names in NAMES.values() for name in names):
+        marks = [] if name in quick else [pytest.mark.slow]
+        found.append(pytest.param(name, id=name, marks=marks if name in _FOR_ALL else [*marks, older]))
+    return found
 
 
 def _by_topic(logs: Logs, *left_out: str) -> dict[str, dict[str, list[Any]]]:

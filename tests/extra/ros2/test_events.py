@@ -193,3 +193,24 @@ def test_messages_are_never_lost() -> None:
             EventHandle(subscription, SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST)
 
     run(robot)
+
+
+def test_a_publisher_whose_lease_is_over_is_not_alive_until_it_says_so() -> None:
+    seen: list[Any] = []
+
+    def robot(kernel: Kernel) -> None:
+        profile = Profile(liveliness=MANUAL_BY_TOPIC, lease_ns=100 * _MS)
+        publisher = Publisher(node("camera"), Reading, "scan", profile)
+        subscription = Subscription(node("robot"), Reading, "scan", profile)
+        changed = EventHandle(subscription, SubscriptionEventType.RCL_SUBSCRIPTION_LIVELINESS_CHANGED)
+        lost = EventHandle(publisher, PublisherEventType.RCL_PUBLISHER_LIVELINESS_LOST)
+        changed.take_event()
+        publisher.assert_liveliness()
+        assert wait("event", [changed, lost]) == [0, 1]
+        seen.extend([kernel.now_s, astuple(changed.take_event()), astuple(lost.take_event())])
+        kernel.sleep(1.0)
+        publisher.publish(reading(1.0))
+        seen.extend([astuple(changed.take_event()), astuple(lost.take_event())])
+
+    run(robot)
+    assert seen == [0.1, (0, 1, -1, 1), (1, 1), (1, 0, 1, -1), (1, 0)]

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.extra.ros2 import graph_queries
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
 from pytest_hricdv.extra.ros2.introspection import IntrospectionState
+from pytest_hricdv.extra.ros2.messages import copy_message
 from pytest_hricdv.extra.ros2.qos import (
     AUTOMATIC,
     BEST_EFFORT,
@@ -229,3 +230,21 @@ def test_a_message_whose_lifespan_is_over_is_heard_by_nobody() -> None:
 
     run(system)
     assert heard == [[3.0], [3.0]]
+
+
+class _Range:
+    """A message with a float32, as `rosidl` generates it."""
+
+    __slots__ = ("_far", "_near")
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]:
+        return {"near": "float", "far": "double"}
+
+
+def test_a_float32_is_rounded_when_it_is_sent() -> None:
+    message = _Range()
+    message._near = message._far = 0.1
+    sent = copy_message(message)
+    assert (sent._near, sent._far) == (0.10000000149011612, 0.1)
+    assert message._near == 0.1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -182,3 +183,31 @@ def test_a_logger_has_the_level_of_the_nearest_above_it() -> None:
 def test_a_name_that_the_extension_lacks_says_so() -> None:
     with pytest.raises(AttributeError, match="rclpy_fly of rclpy's extension is not simulated yet"):
         extension().rclpy_fly  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        *(
+            ("1e-3", 0.001),
+            ("1:30", "1:30"),
+            ("2020-01-01", "2020-01-01"),
+            ("1_000", "1_000"),
+            ("010", 8),
+            ("0x1F", 31),
+        ),
+        *(("'5'", "5"), ('"yes"', "yes"), ("yes", True), ("Off", False), ("-.inf", -math.inf), ("1.", 1.0), ("~", "~")),
+        *(("[1, 2.5e1]", [1, 25.0]), ("9223372036854775808", 9223372036854775808.0), ("09", 9.0), ("1.2.3", "1.2.3")),
+    ],
+)
+def test_values_are_read_as_rcl_does(text: str, value: object) -> None:
+    (parameter,) = arguments.parse(["--ros-args", "-p", f"speed:={text}"]).parameters
+    assert parameter[2] == value
+    assert type(parameter[2]) is type(value)
+
+
+@pytest.mark.parametrize(("text", "levels"), [("warn", [("", "warn")]), ("arm.left:=DEBUG", [("arm.left", "DEBUG")])])
+def test_levels_of_loggers_are_arguments(text: str, levels: list[tuple[str, str]]) -> None:
+    assert arguments.parse(["--ros-args", "--log-level", text]).log_levels == levels
+    with pytest.raises(arguments.InvalidROSArgsError, match="is no level"):
+        arguments.parse(["--ros-args", "--log-level", "loud"])

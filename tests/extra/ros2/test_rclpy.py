@@ -93,7 +93,7 @@ _CALL = (
 _ACTION = (
     (
         "from std_msgs.msg import Bool, Empty\n",
-        "from example_interfaces.action import Fibonacci\nfrom rclpy.action import ActionClient\n"
+        "from test_msgs.action import Fibonacci\nfrom rclpy.action import ActionClient\n"
         "from std_msgs.msg import Bool, Empty\n",
     ),
     ("        self.left_s = 2.0\n", '        ActionClient(self, Fibonacci, "count").wait_for_server()\n'),
