@@ -53,7 +53,9 @@ def asking(log: Log) -> None:
     until(node, lambda: node.count_publishers("/cell/server/texts") == 1 and node.count_subscribers("/orders") == 1)
     until(node, lambda: ("server", "/cell") in node.get_node_names_and_namespaces())
     until(node, lambda: node.count_clients("/elsewhere") == 1 and node.count_services("/cell/add") == 1)
-    until(node, lambda: len(get_action_names_and_types(node)) == 2 and node.count_clients("/other/_action/send_goal") == 1)
+    until(
+        node, lambda: len(get_action_names_and_types(node)) == 2 and node.count_clients("/other/_action/send_goal") == 1
+    )
     log("names", sorted(node.get_node_names()))
     log("names", sorted(node.get_node_names_and_namespaces()))
     log("names", sorted(node.get_fully_qualified_node_names()))
