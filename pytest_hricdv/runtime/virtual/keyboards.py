@@ -7,6 +7,7 @@ threads of their own. None of it is a person of the model.
 from __future__ import annotations
 
 import sys
+from functools import wraps
 from types import BuiltinFunctionType, FunctionType, ModuleType
 from typing import Any
 
@@ -56,6 +57,7 @@ def refusing(value: Any) -> Any:
     if isinstance(value, type):
         return type(value.__name__, (value,), {"__new__": _refusing_new(value), "__module__": value.__module__})
 
+    @wraps(value)
     def call(*arguments: Any, **keywords: Any) -> Any:
         _refuse(f"{value.__module__}.{value.__name__}")
         return value(*arguments, **keywords)

@@ -92,11 +92,11 @@ def test_each_process_has_a_terminal_at_which_a_person_types(
     testbench: Testbench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(system, "_USED", ())  # there may be no rclpy
-    (tmp_path / "key_node.py").write_text(KEYS)
+    (tmp_path / "typed_node.py").write_text(KEYS)
     monkeypatch.syspath_prepend(tmp_path)
 
     def run(run: Run) -> Outcome:
-        run.ros2(RosNode(entry="key_node:main", name="left"), RosNode(entry="key_node:main", name="right"))
+        run.ros2(RosNode(entry="typed_node:main", name="left"), RosNode(entry="typed_node:main", name="right"))
         left, right = run.terminal("left"), run.terminal("right")
 
         def person() -> None:
@@ -107,10 +107,10 @@ def test_each_process_has_a_terminal_at_which_a_person_types(
         run.kernel.spawn("person", person)
         return Outcome(run.go(limit_s=10.0))
 
-    bench = replace(testbench, code=("key_node",), run=run, may_end=("idle",))
+    bench = replace(testbench, code=("typed_node",), run=run, may_end=("idle",))
     result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
     assert (result.faults, result.sim_s) == ((), 4.0)
-    assert sys.modules["key_node"].pressed == ["r", "l", "interrupted", "interrupted"]
+    assert sys.modules["typed_node"].pressed == ["r", "l", "interrupted", "interrupted"]
     assert [" ".join(str(message).split()) for message in result.record.messages] == [
         "1.000 person terminal_input terminal=right text=r",
         "2.000 person terminal_input terminal=left text=l",

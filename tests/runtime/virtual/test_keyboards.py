@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -34,7 +35,7 @@ INSIDE = "def main():\n    import keyboard\n    keyboard.is_pressed('w')\n"
 
 
 @pytest.fixture
-def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Installed packages that stand for those of the package index; and a folder of code under test."""
     installed = tmp_path / "site-packages"
     (installed / "pynput").mkdir(parents=True)
@@ -43,9 +44,9 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (installed / "keyboard.py").write_text(KEYBOARD)
     for folder in (installed, tmp_path):
         monkeypatch.syspath_prepend(folder)
+    yield tmp_path
     for name in ("pynput", "pynput.keyboard", "keyboard", "key_node"):
-        monkeypatch.delitem(sys.modules, name, raising=False)
-    return tmp_path
+        sys.modules.pop(name, None)
 
 
 def run(folder: Path, source: str, *, is_imported_before: bool) -> ModuleType:
@@ -97,3 +98,9 @@ def test_outside_of_nodes_they_are_the_real_ones(packages: Path) -> None:
         module = __import__("key_node")
         module.main()
         assert module.SPACE == "space"
+
+
+def test_it_is_refused_by_its_name_in_each_further_run(packages: Path) -> None:
+    for _ in range(2):
+        with pytest.raises(NodeError, match=r"key_node.py:3: node teleop uses curses.initscr, which reads"):
+            run(packages, INITSCR, is_imported_before=False)
