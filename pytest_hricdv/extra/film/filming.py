@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import io
+import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,9 +13,12 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
+import msgspec
+
 from pytest_hricdv._base.atomic_file import replaced
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
+from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.schedule import Schedule, key_moments, schedule
@@ -54,10 +59,32 @@ class Filming:
                 "run this test alone to see it"
             )
         self.count(result.failed)
-        name = re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
+        if not hasattr(os, "fork"):
+            return self._filmed_here(result)
+        return self._in_fork(result)
+
+    def _in_fork(self, result: CaseResult) -> FilmResult:
+        """Film it in a fork: a renderer or its driver that dies takes neither the session nor the result along."""
+        process = fork()
+        if isinstance(process, InFork):
+            made = _without("not filmed: it was interrupted")
+            try:
+                made = self._filmed_here(result)
+            finally:  # whatever is raised, as by a signal, the fork is not to go on as the session
+                process.send_and_end(msgspec.json.encode(made))
+        try:
+            return msgspec.json.decode(process.message(), type=FilmResult)
+        except ForkError as error:
+            for rest in (self._folder / FOLDER).glob(f".{glob.escape(_file_name(result))}.*.part"):
+                rest.unlink(missing_ok=True)
+            return _without(f"not filmed: the process with the camera {error}")
+        finally:
+            process.close()
+
+    def _filmed_here(self, result: CaseResult) -> FilmResult:
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                return self._replay(result, inside(self._folder, f"{FOLDER}/{name}"))
+                return self._replay(result, inside(self._folder, f"{FOLDER}/{_file_name(result)}"))
         except Exception as error:
             return _without(f"not filmed: {type(error).__name__}: {error}")
 
@@ -89,6 +116,11 @@ class Filming:
             frames=film.frames,
             note="" if same else f"the replay differs from the run (record {again.record.sha256}): compare with care",
         )
+
+
+def _file_name(result: CaseResult) -> str:
+    """Of its film, without the suffix."""
+    return re.sub(r"[^A-Za-z0-9._-]", "_", result.test.id)
 
 
 def _counted(failed: Sequence[str]) -> Sequence[str]:

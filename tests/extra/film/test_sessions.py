@@ -184,6 +184,26 @@ def test_a_camera_that_fails_costs_the_film_and_not_the_report(filmed: pytest.Py
     assert list((filmed.path / "hri-report" / "films").iterdir()) == []
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", [("-p", "no:xdist"), ("-n", "1")], ids=["without xdist", "on a worker"])
+@pytest.mark.parametrize(
+    ("death", "how"),
+    [
+        ("os.kill(os.getpid(), 11)", "ended by SIGSEGV"),
+        ("os.abort()", "ended by SIGABRT"),
+        ("os.kill(os.getpid(), 9)", "ended by SIGKILL"),
+    ],
+)
+def test_a_renderer_that_dies_costs_the_film_and_not_the_session(
+    filmed: pytest.Pytester, death: str, how: str, mode: tuple[str, ...]
+) -> None:
+    change(filmed.path, "conftest.py", "        shade = ", f"        import os\n        {death}\n        shade = ")
+    result = filmed.runpytest_subprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT, *mode)
+    assert result.ret == 0
+    assert films(filmed.path)[BRIGHT]["note"] == f"not filmed: the process with the camera {how}"
+    assert list((filmed.path / "hri-report" / "films").iterdir()) == []
+
+
 @pytest.mark.parametrize("mode", [(), ("-n", "2")], ids=["plain", "on two workers"])
 def test_what_cannot_be_filmed_is_refused_before_the_run(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-film", *mode)
