@@ -70,6 +70,11 @@ class FreshSession:
     nodeids: tuple[str, ...]
 
 
+_RERUNNING = ("rerunfailures",)
+"""Plugins that run a failing test again until it passes: here a test runs once, and they ask for a server that only the
+controller of a session with workers has."""
+
+
 class FreshPytest:
     """Configures pytest; a plugin of the pytest that is started in the process. Others do something with the tests.
 
@@ -95,6 +100,9 @@ class FreshPytest:
         setattr(config, "workerinput", handed)  # noqa: B010  as xdist does
         config.args = [os.path.join(config.rootpath, nodeid) for nodeid in self.start.nodeids]
         config.args_source = pytest.Config.ArgsSource.ARGS
+        for name in _RERUNNING:
+            if (plugin := config.pluginmanager.get_plugin(name)) is not None:
+                config.pluginmanager.unregister(plugin)
 
 
 def without_editor(arguments: Sequence[str]) -> tuple[str, ...]:

@@ -70,6 +70,15 @@ def test_code_that_repeats_gets_no_word(audited: pytest.Pytester, options: Seque
     assert audit["hash_seed"] != audit["session_hash_seed"]
 
 
+@pytest.mark.slow
+def test_a_plugin_that_runs_failures_again_asks_for_no_server_of_a_controller(audited: pytest.Pytester) -> None:
+    asks = "def pytest_configure(config):\n    getattr(config, 'workerinput', {'sock_port': 0})['sock_port']\n"
+    (audited.path / "rerunfailures.py").write_text(asks, encoding="utf-8")
+    result = audited.runpytest_subprocess(*RUN, "-p", "rerunfailures")
+    assert result.ret == 0
+    assert len(project.report(audited.path)["audit"]["tests"]) == 3
+
+
 @pytest.mark.parametrize(
     "way", [pytest.param(way, marks=() if way == "list of a module" else pytest.mark.slow) for way in state.WAYS]
 )
