@@ -369,7 +369,8 @@ def is_ground(term: Term) -> bool:
 def holds_collection(term: Term | None) -> bool:
     """Whether a set, map or queue is in a term, so that its text may change."""
     if isinstance(term, Structure):
-        return any(map(holds_collection, term.args + term.annots))
+        # Of what has none, the text is kept: that of its parts was made just before.
+        return term._text is None and any(map(holds_collection, term.args + term.annots))
     if isinstance(term, ListTerm):
         return holds_collection(term.tail) or any(map(holds_collection, term.items))
     return isinstance(term, Collection)

@@ -289,7 +289,7 @@ class BufferCore:
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
         """The latest time at which there is a transform, as a `rclpy.time.Time`. Raises as `lookup_transform_core`."""
-        from rclpy.time import Time  # type: ignore[import-not-found, unused-ignore]
+        from rclpy.time import Time
 
         self._require(target_frame, "get_latest_common_time")
         self._require(source_frame, "get_latest_common_time")
@@ -423,13 +423,13 @@ def _faults(
 
 
 def _log(severity: str, text: str) -> None:
-    from rclpy.logging import get_logger  # type: ignore[import-not-found, unused-ignore]
+    from rclpy.logging import get_logger
 
     getattr(get_logger("tf2"), severity)(text)
 
 
 def _message(target: str, source: str, transform: Transform, time_ns: int) -> Any:
-    from geometry_msgs.msg import TransformStamped  # type: ignore[import-not-found, unused-ignore]
+    from geometry_msgs.msg import TransformStamped
 
     message = TransformStamped(child_frame_id=source)
     message.header.frame_id = target
