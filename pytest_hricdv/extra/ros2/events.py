@@ -1,6 +1,6 @@
 """Events of quality of service (DDS 1.4, 2.2.4.1): who matches, who does not, and who is late.
 
-Messages are not lost on the way: there is no event for it.
+A message that was lost is noticed by the next one of its publisher that arrives, as a reader of DDS notices it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pytest_hricdv.runtime.kernel import Kernel
 
 
 class UnsupportedEventTypeError(RCLError):
-    """As of the extension: this middleware does not have such events."""
+    """As of the extension, whose users catch it: this middleware has all events."""
 
 
 class SubscriptionEventType(IntEnum):
@@ -69,10 +69,10 @@ class CountStatus(_Status):
         """Whether it happened since it was taken."""
         return self.total_count_change != 0
 
-    def count(self) -> None:
-        """It happened once more."""
-        self.total_count += 1
-        self.total_count_change += 1
+    def count(self, times: int = 1) -> None:
+        """It happened once more, or so often."""
+        self.total_count += times
+        self.total_count_change += times
 
 
 @dataclass
@@ -125,6 +125,7 @@ class EndpointEvents:
     liveliness_changed: LivelinessChangedStatus = field(default_factory=LivelinessChangedStatus)
     deadline_missed: CountStatus = field(default_factory=CountStatus)
     liveliness_lost: CountStatus = field(default_factory=CountStatus)
+    message_lost: CountStatus = field(default_factory=CountStatus)
     handles: list[Awaited] = field(default_factory=list)
     """Who waits for one of them."""
 
@@ -151,6 +152,11 @@ class EndpointEvents:
     def differ(self) -> None:
         """One whose messages are of another type."""
         self.wrong_type.count()
+        self.wake()
+
+    def lose(self, count: int) -> None:
+        """So many messages did not arrive."""
+        self.message_lost.count(count)
         self.wake()
 
     def wake(self) -> None:
@@ -225,14 +231,15 @@ class Lease:
             subscription.events.revive(1 if is_alive else -1)
 
 
-_STATUS = {
+_STATUS: dict[IntEnum, str] = {
     SubscriptionEventType.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: "deadline_missed",
     SubscriptionEventType.RCL_SUBSCRIPTION_LIVELINESS_CHANGED: "liveliness_changed",
     SubscriptionEventType.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: "incompatible",
+    SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST: "message_lost",
     SubscriptionEventType.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: "wrong_type",
     SubscriptionEventType.RCL_SUBSCRIPTION_MATCHED: "matched",
 }
-_PUBLISHER_STATUS = {
+_PUBLISHER_STATUS: dict[IntEnum, str] = {
     PublisherEventType.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: "deadline_missed",
     PublisherEventType.RCL_PUBLISHER_LIVELINESS_LOST: "liveliness_lost",
     PublisherEventType.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: "incompatible",
@@ -242,17 +249,12 @@ _PUBLISHER_STATUS = {
 
 
 class EventHandle(Awaited):
-    """As `rcl_event_t`. Raises UnsupportedEventTypeError for a type that never happens here."""
+    """As `rcl_event_t`."""
 
     def __init__(self, endpoint: _Endpoint, event_type: SubscriptionEventType | PublisherEventType) -> None:
         super().__init__(endpoint.kernel)
-        name = (
-            _STATUS.get(event_type)
-            if isinstance(event_type, SubscriptionEventType)
-            else _PUBLISHER_STATUS.get(event_type)
-        )
-        if name is None:
-            raise UnsupportedEventTypeError(f"{event_type.name} does not happen in a simulated run")
+        of_subscription = isinstance(event_type, SubscriptionEventType)
+        name = _STATUS[event_type] if of_subscription else _PUBLISHER_STATUS[event_type]
         self._endpoint = endpoint
         self._status: _Status = getattr(endpoint.events, name)
         self._of_liveliness = name in ("liveliness_lost", "liveliness_changed")

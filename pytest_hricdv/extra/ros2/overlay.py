@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import inspect
 import sys
-from collections.abc import Callable, Hashable, Iterable, Iterator, MutableSet
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, MutableSet
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, TypeVar
@@ -100,6 +102,7 @@ def adapt_rclpy() -> None:
     for name in [module for module in sys.modules if module.partition(".")[0] == "rclpy"]:
         vars(sys.modules[name])["__tracebackhide__"] = True
     _round_up()
+    _let_asyncio_await()
     if "rclpy.executors" in sys.modules:
         check_entities_when_waiting(sys.modules["rclpy.executors"])
 
@@ -144,3 +147,52 @@ def _order_sets() -> None:
     for name in _VISITING_SETS:
         if name in sys.modules:
             vars(sys.modules[name])["set"] = OrderedSet
+
+
+_LOOKS_S = 0.001
+"""How often a task of asyncio looks at what it awaits of `rclpy`: chosen, as `EventsExecutor` looks here."""
+
+_SUSPENDED = inspect.CO_COROUTINE | inspect.CO_GENERATOR | inspect.CO_ITERABLE_COROUTINE | inspect.CO_ASYNC_GENERATOR
+
+
+def _let_asyncio_await() -> None:
+    """Let tasks of asyncio await futures of `rclpy`.
+
+    `rclpy` yields until there is a result, so that asyncio would look again and again without time passing.
+    """
+    future = getattr(sys.modules.get("rclpy.task"), "Future", None)  # it may be in the middle of its import
+    if future is not None and not hasattr(future, _AWAITED):
+        future.__await__ = _awaiting(future.__await__)
+        setattr(future, _AWAITED, True)
+
+
+_AWAITED = "_is_awaited_by_asyncio"
+
+
+def _awaiting(original: Callable[..., Generator[Any, Any, Any]]) -> Callable[[Any], Generator[Any, Any, Any]]:
+    """How a future is awaited by whoever awaits it."""
+
+    def __await__(self: Any) -> Generator[Any, Any, Any]:  # noqa: N807 (it takes its place)
+        if _is_awaited_by_asyncio():
+            while not self.done():
+                yield from asyncio.sleep(_LOOKS_S).__await__()
+        return (yield from original(self))
+
+    return __await__
+
+
+def _is_awaited_by_asyncio() -> bool:
+    """Whether a task of asyncio runs the coroutine that is called; an executor that it spins may run another one."""
+    try:
+        task = asyncio.current_task()
+    except RuntimeError:  # no event loop runs here
+        return False
+    coroutine = task.get_coro() if task is not None else None
+    outermost = getattr(coroutine, "cr_frame", None) or getattr(coroutine, "gi_frame", None)
+    frame = inspect.currentframe()
+    frame = frame.f_back if frame is not None else None
+    while frame is not None and frame.f_code.co_flags & _SUSPENDED:
+        if frame is outermost:
+            return True
+        frame = frame.f_back
+    return False

@@ -221,6 +221,8 @@ class Subscription(_Endpoint, Awaited):
         self._queue: deque[tuple[Any, dict[str, Any], int, tuple[int, int]]] = deque(maxlen=self.profile.queue_length)
         self.events = EndpointEvents()
         self._received = 0
+        self._last_numbers: dict[bytes, int] = {}
+        """Publisher -> the number of its last message that came."""
         node.graph.subscriptions.setdefault(self.topic, []).append(self)
         for publisher in node.graph.publishers.get(self.topic, ()):
             _match(publisher, self)
@@ -283,6 +285,7 @@ class Subscription(_Endpoint, Awaited):
 
     def deliver(self, message: Any, info: dict[str, Any], lifespan_ns: int = 0) -> None:
         """Add a message to the queue, unless its lifespan is over; the oldest one goes if there are too many."""
+        self._notice_lost(info)
         if self._is_stale(info, lifespan_ns) or (self._passes is not None and not self._passes(message)):
             return
         self._received += 1
@@ -291,6 +294,14 @@ class Subscription(_Endpoint, Awaited):
         received = {"received_timestamp": stamp_ns, "reception_sequence_number": self._received}
         self._queue.append((message, {**info, **received}, lifespan_ns, arrival(self.kernel)))
         self._has_new()
+
+    def _notice_lost(self, info: dict[str, Any]) -> None:
+        """A reader of DDS sees by the numbers of messages that some before this one are missing."""
+        publisher, number = info["publisher_gid"]["data"], info["publication_sequence_number"]
+        last = self._last_numbers.get(publisher, number - 1)  # who comes later has missed nothing
+        if number > last + 1:
+            self.events.lose(number - last - 1)
+        self._last_numbers[publisher] = max(number, last)
 
     def take_message(self, kind: type[Any], raw: bool) -> tuple[Any, dict[str, Any]] | None:
         """The oldest message and when it was sent and came; None if there is none."""

@@ -16,6 +16,9 @@ from pytest_hricdv.runtime.place import raised_at
 
 ROSOUT = "rosout"
 
+_TERMINAL = "terminal_input"
+"""What `run.terminal` records when keys are pressed."""
+
 
 def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
     """What requirements can name of a declared system: name in requirements -> its fields with their types.
@@ -25,7 +28,10 @@ def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
     """
     provide_interfaces(declared.interfaces)
     check_timing(declared)
-    names: dict[str, dict[str, Kind]] = {ROSOUT: {"level": float, "name": str, "msg": str}}
+    names: dict[str, dict[str, Kind]] = {
+        ROSOUT: {"level": float, "name": str, "msg": str},
+        _TERMINAL: {"terminal": str, "text": str},
+    }
     for name, kinds in _kinds(declared):
         if name in names:
             raise Ros2Error(f"ros2: two topics or services are called {name!r} in requirements; rename one of them")

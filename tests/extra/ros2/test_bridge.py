@@ -95,6 +95,7 @@ def test_requirements_name_nested_fields_lengths_services_and_actions() -> None:
     assert names.kind("fetch_answer.accepted") is bool
     assert names.kind("fetch_result.status") is float
     assert names.kind("rosout.msg") is str
+    assert names.kind("terminal_input.text") is str
     assert "fetch_cancel" in names.messages
 
 

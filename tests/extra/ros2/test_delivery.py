@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 import pytest
@@ -12,6 +12,7 @@ from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2 import qos
 from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.delivery import Delivery
+from pytest_hricdv.extra.ros2.events import EventHandle, SubscriptionEventType
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.vocabulary import vocabulary
@@ -184,3 +185,26 @@ def test_without_a_timing_nothing_is_drawn_or_recorded() -> None:
     run = Cell()
     assert arrivals(run, count=3) == [(0, 0.0), (1, 0.01), (2, 0.02)]
     assert [message.topic for message in run.recorder.messages] == ["cell_scan"] * 3
+
+
+def test_a_subscription_hears_by_the_next_message_of_how_many_were_lost() -> None:
+    from cell_msgs.msg import Scan  # type: ignore[import-not-found, unused-ignore]
+
+    run = timed(drop={SCAN: 0.5})
+    best_effort = qos.Profile(depth=1000, reliability=qos.BEST_EFFORT)
+    publisher = Publisher(run.node("lidar")._node, Scan, SCAN, best_effort)
+    hearing = Subscription(run.node("robot")._node, Scan, SCAN, best_effort)
+    lost = EventHandle(hearing, SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST)
+    came: list[int] = []
+
+    def publish() -> None:
+        for number in range(20):
+            publisher.publish(scan(count=number))
+        while (taken := hearing.take_message(Scan, False)) is not None:
+            came.append(taken[0].count)
+
+    run.run(publish)
+    missing = came[-1] - came[0] + 1 - len(came)
+    assert 0 < missing < 15
+    assert astuple(lost.take_event()) == (missing, missing)
+    assert not lost.is_ready()

@@ -43,7 +43,7 @@ NAMES = {
         *("errors in callbacks", "errors in threads", "order of callbacks", "one thread"),
         *("threads, one exclusive group", "threads, two exclusive groups", "threads, a reentrant group"),
         *("one by one", "time-outs", "tasks", "coroutines", "guard conditions", "nodes of executors"),
-        *("executors in threads", "asyncio"),
+        *("executors in threads", "asyncio", "futures in asyncio"),
     ),
     "contexts": (*("several contexts", "the end of a context", "before and after", "the end from outside", "logs"),),
     "graph": (*("graph", "wait for nodes"),),

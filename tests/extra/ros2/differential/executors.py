@@ -351,6 +351,42 @@ def with_asyncio(log: Log) -> None:
     log("numbers", heard)
 
 
+def awaited_by_asyncio(log: Log) -> None:
+    """Futures of `rclpy` that tasks of `asyncio` await: with a result, an error, too late; a task of an executor."""
+    rclpy.init()
+    node = Node("node")
+    executor = together(node)
+    late, failing = Future(), Future()
+    node.create_timer(0.1, lambda: failing.done() or failing.set_exception(ValueError("no result")))
+
+    async def inner() -> str:
+        return str(await later)
+
+    later = Future()
+    node.create_timer(0.2, lambda: later.done() or later.set_result("later"))
+    task = executor.create_task(inner)
+
+    async def spin() -> None:
+        while True:
+            executor.spin_once(timeout_sec=0.01)
+            await asyncio.sleep(0.001)
+
+    async def talk() -> None:
+        spinning = asyncio.ensure_future(spin())
+        try:
+            await failing
+        except ValueError as error:
+            log("error", str(error))
+        log("results", await asyncio.gather(later, task))
+        try:
+            await asyncio.wait_for(late, 0.1)
+        except TimeoutError:
+            log("late", late.done())
+        spinning.cancel()
+
+    asyncio.run(asyncio.wait_for(talk(), PATIENCE_S))
+
+
 SYSTEMS = {
     "errors in callbacks": alone(raising),
     "errors in threads": alone(raising_in_threads),
@@ -367,4 +403,5 @@ SYSTEMS = {
     "nodes of executors": alone(adding),
     "executors in threads": alone(threaded),
     "asyncio": alone(with_asyncio),
+    "futures in asyncio": alone(awaited_by_asyncio),
 }
