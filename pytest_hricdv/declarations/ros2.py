@@ -40,7 +40,7 @@ class Ros2:
             that nobody serves.
         interfaces: folders of packages of interfaces that are not installed, such as "third_party/nav2_msgs": their
             `.msg`, `.srv` and `.action` files are enough to import them. Paths are relative to where pytest is started.
-        delay_s: full name of a topic, service or action, or a pattern such as "/camera/*" -> how long each message is
+        delay_s: full name of a topic, service or action, or a pattern such as `"/camera/*"` -> how long each message is
             on its way (s): a number, or a `Range`, from which it is drawn by the seed of the test. Names come before
             patterns, and earlier patterns before later ones.
         drop: likewise, the share of messages that are lost, from 0 to 1. Only best effort loses any: a name whose
