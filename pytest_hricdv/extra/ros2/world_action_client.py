@@ -54,16 +54,19 @@ class SentGoal:
         """
         if self._response is not None:
             return self._response
-        if self._asked is None:
-            self._asked = self._client("get_result", self._types.GetResultService)
-            request = self._types.GetResultService.Request()
-            request.goal_id.uuid = self._goal_id
-            self._asked.send_request(request)
+        assert self._asked is not None, "who is accepted has asked"
         wait_for("client", self._asked, timeout_s)
         _, self._response = self._asked.take_response(self._asked.kind.Response)
         if self._response is not None:
             self._asked.destroy_when_not_in_use()
         return self._response
+
+    def ask(self) -> None:
+        """Ask for the result, which comes when the goal is over."""
+        self._asked = self._client("get_result", self._types.GetResultService)
+        request = self._types.GetResultService.Request()
+        request.goal_id.uuid = self._goal_id
+        self._asked.send_request(request)
 
     def cancel(self, timeout_s: float) -> bool:
         """Ask to cancel it; whether the server will. It is over when there is a result."""
@@ -116,4 +119,7 @@ class ActionCaller:
             setattr(request.goal, name, value)
         goal = SentGoal(self._node, self._names, self._types, request.goal_id.uuid, feedback)
         response = answer(self._goal, request, timeout_s)
-        return goal if response is not None and response.accepted else None
+        if response is None or not response.accepted:
+            return None
+        goal.ask()  # at once, as clients do: the result is in the record when it is there, also if nobody takes it
+        return goal
