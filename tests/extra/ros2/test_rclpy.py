@@ -172,6 +172,15 @@ def test_a_mistake_is_said_in_a_line(cell: Path, file: str, edits: tuple[tuple[s
     assert message in " ".join(printed.split())
 
 
+def test_a_callback_may_wait_for_keys_as_long_as_a_person_likes(cell: Path) -> None:
+    _edit(cell / "arm_control" / "arm_node.py", ("        self.left_s = 2.0\n", "        input()\n"))
+    _edit(cell / "conftest.py", ("    for each in (scanner", "    run.terminal()\n    for each in (scanner"))
+    status, printed = run("pytest -x", cell)
+    assert status == 1
+    assert "A request is answered within 30 s" in printed
+    assert "arm_node waits" not in printed
+
+
 _OTHER = """
 class Other(Node):
     def __init__(self):
