@@ -138,13 +138,18 @@ def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
     return _spinning(target) if isinstance(target, type) else _with_arguments(target, argv)
 
 
+_OF_MESSAGES = ("_msgs", "_interfaces", "_srvs")
+"""How names of packages of interfaces end, as a rule."""
+
+
 def _failed_import(error: ImportError) -> str:
     """Which import failed, where, and what to do."""
     where = raised_at(error)
     if isinstance(error, ModuleNotFoundError) and error.name:
-        return (
-            f"{where} imports {error.name!r}, which is not installed; install it, or source the workspace that has it"
-        )
+        missing = f"{where} imports {error.name!r}, which is not installed"
+        files = "; of messages, the folder of their interface files is enough: Ros2(interfaces=(...,))"
+        hint = files if error.name.endswith(_OF_MESSAGES) else ""
+        return f"{missing}; install it, or source the workspace that has it{hint}"
     return f"{where}: {error}"
 
 

@@ -127,6 +127,9 @@ def test_a_console_script_is_found_by_package_and_executable(tmp_path: Path, mon
     needy = r"cell_robot\.needy cannot be imported: .*needy\.py:1 imports 'cv_not_there', which is not installed"
     with pytest.raises(LaunchError, match=needy):
         load(RosNode(entry="cell_robot.needy:main"))
+    (tmp_path / "cell_robot" / "talks.py").write_text("from arm_msgs_not_there_msgs.msg import Arm\n")
+    with pytest.raises(LaunchError, match=r"the folder of their interface files is enough: Ros2\(interfaces="):
+        load(RosNode(entry="cell_robot.talks:main"))
     (tmp_path / "cell_robot" / "wrong.py").write_text("\nfrom cell_robot.grasper import nothing\n")
     with pytest.raises(LaunchError, match=r"cell_robot\.wrong cannot be imported: .*wrong\.py:2: cannot import name"):
         load(RosNode(entry="cell_robot.wrong:main"))
