@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
@@ -20,6 +19,7 @@ from pytest_hricdv.lanes import Lanes
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
+from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import Launch, RosNode
@@ -143,9 +143,9 @@ class Run:
         Raises:
             TestbenchError: on Windows, which has no such terminals.
         """
-        if sys.platform == "win32":
+        if not HAS_TERMINALS:
             raise TestbenchError(
-                "run.terminal: Windows has no terminals of POSIX, which it simulates; use Linux or macOS"
+                "run.terminal: this system has no terminals of POSIX, which it simulates; use Linux or macOS"
             )
         from pytest_hricdv.runtime.virtual.terminal import terminal_for
 

@@ -95,7 +95,7 @@ def test_options(lamps: pytest.Pytester, mode: tuple[str, ...], options: list[st
             "models/visitor.asl",
             "<- greet; set_lamp(level, 100)",
             "<- greet set_lamp(level, 100)",
-            "visitor.asl:4:39: expected '.' or ';', found 'set_lamp'\n"
+            "visitor.asl:4:39: expected '.' or ';', found 'set_lamp'; a ';' is missing between two statements\n"
             "    @v3 +!wish : polite & bright <- greet set_lamp(level, 100); .send(guide, tell, asked).\n"
             "                                          ^",
         ),

@@ -21,7 +21,7 @@ import signal
 import sys
 
 del os.fork, os.killpg, signal.SIGALRM, signal.SIGVTALRM, signal.setitimer, signal.getitimer
-sys.modules["resource"] = sys.modules["fcntl"] = None
+sys.modules["resource"] = sys.modules["fcntl"] = sys.modules["termios"] = None
 '''
 
 

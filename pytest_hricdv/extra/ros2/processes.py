@@ -19,8 +19,9 @@ from typing import Any
 from greenlet import GreenletExit
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
+from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 
-if sys.platform != "win32":
+if HAS_TERMINALS:
     from pytest_hricdv.runtime.virtual.terminal import sits_at
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -153,7 +154,7 @@ class Process:
             node.leaving.append(self._leave)
             node.own[_PROCESS] = self
             self._nodes.append(node)
-            if sys.platform != "win32":
+            if HAS_TERMINALS:
                 sits_at(node, self._name, is_main=not self._has_main)
                 self._has_main = True
             self._enter()

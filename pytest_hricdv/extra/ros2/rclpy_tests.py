@@ -105,6 +105,9 @@ def run_file(file: Path, result: Path, deselected: Sequence[str]) -> None:
         except KernelError as error:
             why = str(error)
     results = list(collector.results.values())
+    if not results and ended not in ([pytest.ExitCode.OK], [pytest.ExitCode.NO_TESTS_COLLECTED]):
+        why = f"pytest ended with {ended[0]!r} before any test" if ended else why
+        results.append(RclpyTestResult(file.name, "failed", why))
     if not ended and collector.running is not None:
         results.append(RclpyTestResult(collector.running, _STOPPED, why))
     written = [vars(test) for test in results]

@@ -93,7 +93,7 @@ class BufferCore:
     """
 
     def __init__(self, cache_time: Any = None) -> None:
-        with suppress(ModuleNotFoundError):  # as the extension: who uses it finds these in `rclpy`
+        with suppress(ImportError):  # as the extension: who uses it finds these in `rclpy`, where that can be loaded
             importlib.import_module("rclpy.time")
             importlib.import_module("rclpy.duration")
         self._keeps_ns = _CACHE_NS if cache_time is None else _ns(cache_time)

@@ -26,11 +26,12 @@ from pytest_hricdv.runtime.place import raised_at
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.locks import Waiting
+from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 from pytest_hricdv.runtime.virtual.real_time import waiting_node
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
 from pytest_hricdv.runtime.waiting import ASYNCIO
 
-if sys.platform != "win32":
+if HAS_TERMINALS:
     from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_of
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -72,7 +73,7 @@ class _Selector(selectors.SelectSelector):
     def _terminal(self) -> Terminal | None:
         """The terminal of the running node, if somebody has asked for its keys (`loop.add_reader`)."""
         node = running_node()
-        terminal = terminal_of(node) if node is not None and sys.platform != "win32" else None
+        terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
         return terminal if terminal is not None and terminal.fd in self.get_map() else None
 
     def wake(self) -> None:

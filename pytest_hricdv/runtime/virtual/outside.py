@@ -25,10 +25,11 @@ from typing import Any, NoReturn
 from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import Kernel, running_node
 from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 from pytest_hricdv.runtime.waiting import real_wait
 
-if sys.platform != "win32":
+if HAS_TERMINALS:
     from pytest_hricdv.runtime.virtual import terminal_calls
     from pytest_hricdv.runtime.virtual.terminal import terminal_of, terminals_of
 
@@ -128,7 +129,7 @@ class _Guard:
     def _waited_for_terminal(selector: Any, timeout: float | None) -> bool:
         """Wait for the terminal of the running node, in virtual time, if the selector has nothing else."""
         node = running_node()
-        terminal = terminal_of(node) if node is not None and sys.platform != "win32" else None
+        terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
         if terminal is None or [*selector.get_map()] != [terminal.fd]:
             return False
         terminal.wait_readable(timeout)
@@ -179,10 +180,9 @@ def guarded(kernel: Kernel) -> Iterator[None]:
         guard.exit(status)
 
     others = {id(_SLEEP): sleep} | {id(real): _refusing(guard, name, real) for name, real in _REFUSED.items()}
-    if sys.platform != "win32":
-        if terminal_calls.is_of_session(sys.stdin):
-            terminal_calls.STDIN.outside = sys.stdin
-            put(sys, "stdin", terminal_calls.STDIN)
+    if HAS_TERMINALS and terminal_calls.is_of_session(sys.stdin):
+        terminal_calls.STDIN.outside = sys.stdin
+        put(sys, "stdin", terminal_calls.STDIN)
     try:
         put(os, "_exit", leave)
         for module in _waiting():
@@ -203,7 +203,7 @@ def guarded(kernel: Kernel) -> Iterator[None]:
     finally:
         for restore in reversed(undo):
             restore()
-        if sys.platform != "win32":
+        if HAS_TERMINALS:
             for terminal in terminals_of(kernel).values():
                 terminal.hang_up()
 
@@ -247,7 +247,7 @@ _SCANNED: set[str] = set()
 _OURS = "pytest_hricdv"
 _WAITS = frozenset(map(id, (_SLEEP, *_REFUSED.values())))
 _TERMINAL_CALLS: dict[int, Callable[..., Any]] = {}
-if sys.platform != "win32":
+if HAS_TERMINALS:
     _TERMINAL_CALLS |= {id(real): virtual for real, virtual in terminal_calls.REPLACED.values()}
 _READING: list[tuple[ModuleType, str]] = []
 """Where modules have what reads a terminal: it has more names than what waits, and is looked for once only."""
