@@ -44,7 +44,7 @@ class DiagnosisView(View):
         commands = {cause.id: _replay(cause, report.rerun.options) for cause in causes}
         values = {"causes": causes, "nodeids": nodeids, "commands": commands, "basis": _basis(report)}
         return PageSection(
-            "causes", "Causes", "diagnosis/causes.html.jinja", values, place="first", headline=headline(causes)
+            "causes", "Causes", "diagnosis/causes.html.jinja", values, place="after suites", headline=headline(causes)
         )
 
     def markdown(self, report: Report) -> Iterator[str]:
