@@ -42,8 +42,8 @@ class Subject:
     def of(cls, report: Report) -> Subject:
         """All that a report tells."""
         tests = {test.nodeid: test for test in report.tests if test.timeline is not None}
-        known = {} if report.strict else report.known_violations
-        failures = tuple(failure for test in tests.values() for failure in failures_of(test, report.state, known))
+        declared = {} if report.strict else report.known_violations
+        failures = tuple(failure for test in tests.values() for failure in failures_of(test, report.state, declared))
         bits = {name: measured for name, test in tests.items() if (measured := Bits.of(test.code)) is not None}
         return cls(report, tests, failures, Spectra(CodeMap.of(report.code_under_test), bits))
 

@@ -1,8 +1,9 @@
 """Experiments: a failing test is run again without what it is thought to fail for.
 
-What passes then has failed for that; what fails all the same has another cause. So hypotheses are confirmed or refuted,
-the groups are made anew, and the next experiment is about the largest group of which least is known. Experiments are
-counted, not timed, so the same report leads to the same ones.
+First it runs as it was: what does not fail then, outside of its test function, fails for what a fixture does, and shows
+nothing. What passes without it has failed for that; what fails all the same has another cause. So hypotheses are
+confirmed or refuted, the groups are made anew, and the next experiment is about the largest group of which least is
+known. Experiments are counted, not timed, so the same report leads to the same ones.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ class Experiments:
     confirmed: dict[tuple[str, str], Change] = field(default_factory=dict)
     refuted: dict[tuple[str, str], set[Change]] = field(default_factory=dict)
     _tried: set[tuple[str, Change]] = field(default_factory=set)
+    _controls: dict[str, frozenset[str]] = field(default_factory=dict)
+    """Node id -> what the test violates as it was."""
 
     @property
     def evidence(self) -> Evidence:
@@ -51,7 +54,7 @@ class Experiments:
         groups = self.grouping(self.evidence)
         try:
             while (wanted := self._next(groups)) is not None:
-                if self.used >= self.budget:
+                if self.used + (1 if wanted[0] in self._controls else 2) > self.budget:
                     self.ended = "runs"
                     break
                 self._try(*wanted)
@@ -81,16 +84,22 @@ class Experiments:
 
     def _try(self, nodeid: str, group: Group) -> None:
         self._tried.add((nodeid, group.change))
-        self.used += 1
-        violated = self.run(without(self.tests[nodeid], group.change))
+        if nodeid not in self._controls:
+            self._controls[nodeid] = self._violated(self.tests[nodeid]) or frozenset()
+        again = [failure for failure in _of_test(group, nodeid) if failure.requirement in self._controls[nodeid]]
+        violated = self._violated(without(self.tests[nodeid], group.change)) if again else None
         if violated is None:
             return
-        for failure in _of_test(group, nodeid):
+        for failure in again:
             key = nodeid, failure.requirement
             if failure.requirement in violated:
                 self.refuted.setdefault(key, set()).add(group.change)
             else:
                 self.confirmed[key] = group.change
+
+    def _violated(self, test: ConcreteTest) -> frozenset[str] | None:
+        self.used += 1
+        return self.run(test)
 
 
 def _of_test(group: Group, nodeid: str) -> Iterator[Failure]:

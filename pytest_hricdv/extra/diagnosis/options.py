@@ -26,4 +26,4 @@ class DiagnosisOptions:
         Args:
             session_runs: of all tests, and of what generated them.
         """
-        return max(1, int(SHARE * session_runs)) if self.runs is None else self.runs
+        return max(2, int(SHARE * session_runs)) if self.runs is None else self.runs

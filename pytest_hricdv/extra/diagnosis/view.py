@@ -60,10 +60,10 @@ VIEW = DiagnosisView()
 def headline(causes: Sequence[Cause]) -> str:
     """`24 tests fail for 3 causes`, and how many of them are known."""
     tests = {test for cause in causes for test in cause.tests}
-    known = sum(cause.is_known for cause in causes)
+    declared = sum(cause.is_known for cause in causes)
     verb = "fails" if len(tests) == 1 else "fail"
     text = f"{plural(len(tests), 'test')} {verb} for {plural(len(causes), 'cause')}"
-    return f"{text}, {known} of them known" if known else text
+    return f"{text}, {declared} of them known" if declared else text
 
 
 def _lines(number: int, cause: Cause, options: Sequence[str]) -> Iterator[Line]:

@@ -55,7 +55,7 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     surge, wish = written["causes"]
     assert (surge["change"], surge["requirements"], len(surge["tests"]), surge["confirmed"]) == ("surge", ["R2"], 3, 3)
     assert (wish.get("change"), wish["requirements"], len(wish["tests"])) == (None, ["R2"], 2)
-    assert written["diagnosis"] == {"runs": 3, "budget": 9, "ended": "done"}
+    assert written["diagnosis"] == {"runs": 6, "budget": 9, "ended": "done"}
     result.stdout.fnmatch_lines(
         [
             "5 tests fail for 2 causes",
@@ -72,7 +72,7 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
 def test_the_budget_and_zero(surging: pytest.Pytester) -> None:
     surging.runpytest_inprocess(*SUITE)
     written = report(surging.path)
-    assert written["diagnosis"] == {"runs": 1, "budget": 1, "ended": "runs"}
+    assert written["diagnosis"] == {"runs": 2, "budget": 2, "ended": "runs"}
     surging.runpytest_inprocess(*SUITE, "--hri-diagnose=0")
     assert "causes" not in report(surging.path)
 

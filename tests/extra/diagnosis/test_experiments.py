@@ -39,9 +39,15 @@ def test_a_refuted_change_gives_way_to_the_next() -> None:
 
 
 def test_the_budget_ends_them() -> None:
-    experiments = Experiments(groups_of, TESTS, robot, budget=1)
+    experiments = Experiments(groups_of, TESTS, robot, budget=2)
     experiments.groups()
-    assert (experiments.used, experiments.ended) == (1, "runs")
+    assert (experiments.used, experiments.ended) == (2, "runs")
+
+
+def test_what_does_not_fail_again_as_it_was_shows_nothing() -> None:
+    experiments = Experiments(groups_of, TESTS, lambda test: frozenset(), budget=10)
+    experiments.groups()
+    assert (experiments.used, experiments.confirmed, experiments.refuted) == (2, {}, {})
 
 
 def test_what_runs_to_no_end_shows_nothing() -> None:
@@ -56,7 +62,7 @@ def test_ctrl_c_keeps_what_was_shown() -> None:
 
     def run(test: ConcreteTest) -> frozenset[str]:
         runs.append(test)
-        if len(runs) == 2:
+        if len(runs) == 3:
             raise KeyboardInterrupt
         return robot(test)
 
