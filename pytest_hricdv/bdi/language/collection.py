@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -11,7 +12,7 @@ READING = 50
 """Units of work to read a collection of any size (chosen: 20 us for a small one): sets in sets can be read for ever."""
 
 
-class Collection:
+class Collection(ABC):
     """A set, map or queue of terms.
 
     Two of them are the same value only if they are the same object: what is in them changes while they are parts of
@@ -20,20 +21,21 @@ class Collection:
 
     __slots__ = ()
 
+    @abstractmethod
     def __len__(self) -> int:
-        raise NotImplementedError
+        """How many terms are in it."""
 
+    @abstractmethod
     def items(self) -> tuple[Any, ...]:
         """The terms in it, in the order in which they are found; of a map, the keys."""
-        raise NotImplementedError
 
     def matches(self, other: object) -> bool:
         """Whether it unifies with another term."""
         return self is other
 
+    @abstractmethod
     def copy(self) -> Collection:
         """Another one with the same terms."""
-        raise NotImplementedError
 
 
 class SetTerm(Collection):

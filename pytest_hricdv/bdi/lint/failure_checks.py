@@ -134,8 +134,8 @@ class _Goals:
             return len(call.args) == 2 or isinstance(call.args[0], Variable)
         if call.name == ".send" and len(call.args) == 3:
             receiver, force, _ = call.args
-            told = isinstance(force, Structure) and force.functor in _TELLING
-            return not (told and isinstance(receiver, Structure) and receiver.functor in self._agents)
+            is_telling = isinstance(force, Structure) and force.functor in _TELLING
+            return not (is_telling and isinstance(receiver, Structure) and receiver.functor in self._agents)
         return True
 
 

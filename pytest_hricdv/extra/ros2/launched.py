@@ -127,14 +127,14 @@ class Processes:
                 parameter.default is parameter.empty for parameter in signature(target).parameters.values()
             )
             return partial(target, launched_process(self.kernel, wanted)) if has_parameter else partial(target)
-        what = f"{self.executables.launch}: {wanted.name}"
+        node = f"{self.executables.launch}: {wanted.name}"
         package = target.partition(":")[0].partition(".")[0]
         if package not in self.packages:
             raise Ros2Error(
-                f"{what}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
+                f"{node}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
                 "there, so that it sees virtual time"
             )
-        return load_entry(what, target, list(wanted.argv))
+        return load_entry(node, target, list(wanted.argv))
 
     def _load(self, request: Any, response: Any) -> Any:
         """Answer a request of `composition_interfaces/srv/LoadNode` to a container that stands for a real one."""

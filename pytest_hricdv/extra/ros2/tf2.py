@@ -278,11 +278,11 @@ class BufferCore:
         """The parents of a frame up to `end` or the root, each with the latest time of the transform to it (ns)."""
         for depth in range(_DEEPEST + 2):
             self._check_depth(depth)
-            known = self._frames[frame]
-            if known is None or not known.parent:
+            history = self._frames[frame]
+            if history is None or not history.parent:
                 return
-            latest_ns = known.latest_ns
-            frame = known.parent
+            latest_ns = history.latest_ns
+            frame = history.parent
             yield frame, latest_ns
             if frame == end:
                 return
@@ -339,8 +339,8 @@ class BufferCore:
 
     def all_frames_as_string(self) -> str:
         """A sentence for each frame that has a parent."""
-        known = [(name, frame.parent) for name, frame in self._frames.items() if frame is not None]
-        return "".join(f"Frame {name} exists with parent {parent or 'NO_PARENT'}.\n" for name, parent in known)
+        parents = [(name, frame.parent) for name, frame in self._frames.items() if frame is not None]
+        return "".join(f"Frame {name} exists with parent {parent or 'NO_PARENT'}.\n" for name, parent in parents)
 
     def all_frames_as_yaml(self) -> str:
         """The frames that have a parent, with how often and how lately they came."""
