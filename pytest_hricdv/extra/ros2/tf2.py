@@ -14,11 +14,9 @@ from contextlib import suppress
 from types import ModuleType
 from typing import Any
 
+from pytest_hricdv.extra.ros2.frame_tree import EXCEPTIONS, FrameTree
 from pytest_hricdv.extra.ros2.transforms import (
     NO_WAY,
-    MovingFrame,
-    NoTransformError,
-    StaticFrame,
     Stored,
     Transform,
     Vector,
@@ -38,42 +36,6 @@ _CACHE_NS = 10 * 10**9
 """As `tf2::BUFFER_CORE_DEFAULT_CACHE_TIME`."""
 _TOLERANCE = 10e-3
 """How far the squared length of a quaternion may be from 1, as `QUATERNION_NORMALIZATION_TOLERANCE` of tf2."""
-_DEEPEST = 1000
-"""As `MAX_GRAPH_DEPTH` of tf2: a longer chain of frames is a loop."""
-
-
-class TransformException(Exception):  # noqa: N818 (the names are tf2's)
-    """As of tf2."""
-
-
-class ConnectivityException(TransformException):
-    """As of tf2: two frames are in trees that are not connected."""
-
-
-class LookupException(TransformException):
-    """As of tf2: there is no such frame."""
-
-
-class ExtrapolationException(TransformException):
-    """As of tf2: nothing is known of this time."""
-
-
-class InvalidArgumentException(TransformException):
-    """As of tf2."""
-
-
-class TimeoutException(TransformException):
-    """As of tf2."""
-
-
-_EXCEPTIONS = (
-    TransformException,
-    ConnectivityException,
-    LookupException,
-    ExtrapolationException,
-    InvalidArgumentException,
-    TimeoutException,
-)
 
 
 def _ns(time: Any) -> int:
@@ -96,16 +58,11 @@ class BufferCore:
         with suppress(ImportError):  # as the extension: who uses it finds these in `rclpy`, where that can be loaded
             importlib.import_module("rclpy.time")
             importlib.import_module("rclpy.duration")
-        self._keeps_ns = _CACHE_NS if cache_time is None else _ns(cache_time)
-        self._frames: dict[str, StaticFrame | MovingFrame | None] = {}
-        """Name -> what is known of it, None of a root; in the order in which they were first named."""
-        self._authorities: dict[str, str] = {}
+        self._tree = FrameTree(_CACHE_NS if cache_time is None else _ns(cache_time))
 
     def clear(self) -> None:
         """Forget all transforms but static ones; names of frames stay."""
-        for frame in self._frames.values():
-            if frame is not None:
-                frame.clear()
+        self._tree.clear()
 
     def set_transform(self, transform: Any, authority: str) -> None:
         """Add a `geometry_msgs/msg/TransformStamped`. A wrong one is logged, and left out."""
@@ -123,14 +80,8 @@ class BufferCore:
             _log("error", fault)
         if faults:
             return
-        frame = self._frames.get(child)
-        if frame is None or frame.is_static != is_static:
-            frame = self._frames[child] = StaticFrame() if is_static else MovingFrame(self._keeps_ns)
-        self._frames.setdefault(parent, None)
         stamp_ns = _ns(message.header.stamp)
-        if frame.insert(Stored(moved, turned, stamp_ns, parent)):
-            self._authorities[child] = authority
-        else:
+        if not self._tree.insert(child, Stored(moved, turned, stamp_ns, parent), authority, is_static=is_static):
             _log(
                 "warning",
                 f"TF_OLD_DATA ignoring data from the past for frame {child} at time {seconds(stamp_ns)} according to "
@@ -142,9 +93,9 @@ class BufferCore:
         if target_frame == source_frame:
             return 1, ""
         for frame, argument in ((target_frame, "target_frame"), (source_frame, "source_frame")):
-            if fault := self._invalid(frame, f"canTransform argument {argument}"):
+            if fault := self._tree.invalid(frame, f"canTransform argument {argument}"):
                 return 0, fault
-        return self._can(target_frame, source_frame, _ns(time))
+        return self._tree.connects(target_frame, source_frame, _ns(time))
 
     def can_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
@@ -152,35 +103,10 @@ class BufferCore:
         """Whether there is a transform between two times, by a frame that does not move in between; and why not."""
         named = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
         for argument, frame in named.items():
-            if fault := self._invalid(frame, f"canTransform argument {argument}"):
+            if fault := self._tree.invalid(frame, f"canTransform argument {argument}"):
                 return 0, fault
-        result = self._can(target_frame, fixed_frame, _ns(target_time))
-        return self._can(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
-
-    def _can(self, target: str, source: str, time_ns: int) -> tuple[int, str]:
-        try:
-            self._walked(target, source, time_ns)
-        except TransformException as error:
-            return 0, str(error)
-        return 1, ""
-
-    def _invalid(self, frame: str, where: str) -> str:
-        rationale = "" if frame in self._frames else "frame does not exist"
-        if not frame:
-            rationale = "in tf2 frame_ids cannot be empty"
-        elif frame.startswith("/"):
-            rationale = "in tf2 frame_ids cannot start with a '/'"
-        return f'Invalid frame ID "{frame}" passed to {where} - {rationale}' if rationale else ""
-
-    def _require(self, frame: str, where: str) -> None:
-        for is_wrong, rationale in (
-            (not frame, "in tf2 frame_ids cannot be empty"),
-            (frame.startswith("/"), "in tf2 frame_ids cannot start with a '/'"),
-        ):
-            if is_wrong:
-                raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {where} - {rationale}')
-        if frame not in self._frames:
-            raise LookupException(f'"{frame}" passed to {where} does not exist. ')
+        result = self._tree.connects(target_frame, fixed_frame, _ns(target_time))
+        return self._tree.connects(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
         """The transform from the source to the target frame, as a `TransformStamped`; that of time 0 is the latest.
@@ -191,7 +117,7 @@ class BufferCore:
             ExtrapolationException: the time is not between those that are known.
             InvalidArgumentException: a frame without a name, or with a slash before it.
         """
-        transform, time_ns = self._lookup(target_frame, source_frame, _ns(time))
+        transform, time_ns = self._tree.lookup(target_frame, source_frame, _ns(time))
         return _message(target_frame, source_frame, transform, time_ns)
 
     def lookup_transform_full_core(
@@ -200,100 +126,18 @@ class BufferCore:
         """From where the source frame was at its time, to the target frame at its time. Raises as the other one."""
         named = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
         for argument, frame in named.items():
-            self._require(frame, f"lookupTransform argument {argument}")
-        first, _ = self._lookup(fixed_frame, source_frame, _ns(source_time))
-        second, time_ns = self._lookup(target_frame, fixed_frame, _ns(target_time))
+            self._tree.require(frame, f"lookupTransform argument {argument}")
+        first, _ = self._tree.lookup(fixed_frame, source_frame, _ns(source_time))
+        second, time_ns = self._tree.lookup(target_frame, fixed_frame, _ns(target_time))
         return _message(target_frame, source_frame, second.after(first), time_ns)
-
-    def _lookup(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
-        if target == source:
-            frame = self._frames.get(target)
-            return Transform(), frame.latest_ns if frame is not None and time_ns == 0 else time_ns
-        self._require(target, "lookupTransform argument target_frame")
-        self._require(source, "lookupTransform argument source_frame")
-        return self._walked(target, source, time_ns)
-
-    def _walked(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
-        """The transform along the tree, and its time. Raises as `lookup_transform_core`."""
-        if target == source:
-            return Transform(), time_ns
-        if time_ns == 0:
-            time_ns = self._common_ns(target, source)
-        ending = f", when looking up transform from frame [{source}] to frame [{target}]"
-        up: dict[str, Transform] = {source: Transform()}
-        missing: NoTransformError | None = None
-        frame, so_far, depth = source, Transform(), 0
-        while (known := self._frames[frame]) is not None:
-            try:
-                stored = known.at(time_ns)
-            except NoTransformError as error:
-                missing = error  # the target may still be below
-                break
-            if frame == target:
-                break
-            so_far, frame = stored.after(so_far), stored.parent
-            up[frame], depth = so_far, depth + 1
-            self._check_depth(depth)
-            if frame == target:
-                return so_far, time_ns
-        frame, down, depth = target, Transform(), 0
-        while frame not in up and (known := self._frames[frame]) is not None:
-            try:
-                stored = known.at(time_ns)
-            except NoTransformError as error:
-                raise ExtrapolationException(f"{error}{ending}") from None
-            down, frame, depth = stored.after(down), stored.parent, depth + 1
-            self._check_depth(depth)
-        if frame in up:
-            return down.inverted().after(up[frame]), time_ns
-        if missing is not None:
-            raise ExtrapolationException(f"{missing}{ending}")
-        raise ConnectivityException(_unconnected(source, target))
-
-    def _check_depth(self, depth: int) -> None:
-        if depth > _DEEPEST:
-            raise LookupException(
-                f"The tf tree is invalid because it contains a loop.\n{self.all_frames_as_string()}\n"
-            )
-
-    def _common_ns(self, target: str, source: str) -> int:
-        """The latest time at which all transforms between two frames are known; 0 if all are static."""
-        if source == target:
-            frame = self._frames[source]
-            return 0 if frame is None else frame.latest_ns
-        chain = dict(self._latest_upwards(source, target))
-        if target in chain:
-            return _earliest(chain.values())
-        times: list[int] = []
-        for parent, latest_ns in self._latest_upwards(target, source):
-            times.append(latest_ns)
-            if parent == source:
-                return _earliest(times)
-            if parent in chain:
-                upwards = list(chain)
-                return _earliest([*times, *list(chain.values())[: upwards.index(parent) + 1]])
-        raise ConnectivityException(_unconnected(source, target))
-
-    def _latest_upwards(self, frame: str, end: str) -> Iterator[tuple[str, int]]:
-        """The parents of a frame up to `end` or the root, each with the latest time of the transform to it (ns)."""
-        for depth in range(_DEEPEST + 2):
-            self._check_depth(depth)
-            history = self._frames[frame]
-            if history is None or not history.parent:
-                return
-            latest_ns = history.latest_ns
-            frame = history.parent
-            yield frame, latest_ns
-            if frame == end:
-                return
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
         """The latest time at which there is a transform, as a `rclpy.time.Time`. Raises as `lookup_transform_core`."""
         from rclpy.time import Time
 
-        self._require(target_frame, "get_latest_common_time")
-        self._require(source_frame, "get_latest_common_time")
-        return Time(nanoseconds=self._common_ns(target_frame, source_frame))
+        self._tree.require(target_frame, "get_latest_common_time")
+        self._tree.require(source_frame, "get_latest_common_time")
+        return Time(nanoseconds=self._tree.common_ns(target_frame, source_frame))
 
     def lookupVelocityCore(  # noqa: N802 (the name is tf2's)
         self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
@@ -315,23 +159,23 @@ class BufferCore:
     ) -> tuple[Vector, Vector]:
         """The same, of a point, in a frame of reference. Raises as `lookup_transform_core`."""
         latest_s = 0.0
-        if {observation_frame, tracking_frame} <= self._frames.keys():
-            latest_s = self._common_ns(observation_frame, tracking_frame) / 1e9
+        if {observation_frame, tracking_frame} <= set(self._tree.names):
+            latest_s = self._tree.common_ns(observation_frame, tracking_frame) / 1e9
         time_ns, interval_s = _ns(time), _ns(averaging_interval) / 1e9
         end_s = min(time_ns / 1e9 + interval_s * 0.5, latest_s)
         start_s = max(0.00001 + interval_s, end_s) - interval_s  # as tf2: 0 would be the latest time
         took_s = end_s - start_s
-        start, _ = self._lookup(observation_frame, tracking_frame, round(start_s * 1e9))
-        end, _ = self._lookup(observation_frame, tracking_frame, round(end_s * 1e9))
+        start, _ = self._tree.lookup(observation_frame, tracking_frame, round(start_s * 1e9))
+        end, _ = self._tree.lookup(observation_frame, tracking_frame, round(end_s * 1e9))
         turned = product(inverse(start.rotation), end.rotation)
         moved = added(end.translation, negated(start.translation))
         twist = rotated(start.rotation, _scaled(_axis(turned), _angle(turned) / took_s))
-        to_reference, _ = self._lookup(reference_frame, tracking_frame, time_ns)
+        to_reference, _ = self._tree.lookup(reference_frame, tracking_frame, time_ns)
         angular = rotated(to_reference.rotation, twist)
         linear = added(
             rotated(to_reference.rotation, _scaled(moved, 1.0 / took_s)), cross(to_reference.translation, angular)
         )
-        point_to_reference, _ = self._lookup(reference_frame, reference_point_frame, time_ns)
+        point_to_reference, _ = self._tree.lookup(reference_frame, reference_point_frame, time_ns)
         delta = added(point_to_reference.of(reference_point), negated(to_reference.of(NO_WAY)))
         # As tf2 has it: the product of the components, where a cross product was meant.
         further = (angular[0] * delta[0], angular[1] * delta[1], angular[2] * delta[2])
@@ -339,43 +183,17 @@ class BufferCore:
 
     def all_frames_as_string(self) -> str:
         """A sentence for each frame that has a parent."""
-        parents = [(name, frame.parent) for name, frame in self._frames.items() if frame is not None]
-        return "".join(f"Frame {name} exists with parent {parent or 'NO_PARENT'}.\n" for name, parent in parents)
+        return self._tree.all_frames_as_string()
 
     def all_frames_as_yaml(self) -> str:
         """The frames that have a parent, with how often and how lately they came."""
-        text = "" if self._frames else "[]"
-        for name, frame in self._frames.items():
-            if frame is None or not frame.parent:
-                continue
-            length_ns = frame.latest_ns - frame.oldest_ns
-            rate_hz = len(frame) * 1e9 / max(length_ns, 100_000)
-            text += (
-                f"{name}: \n  parent: '{frame.parent}'\n"
-                f"  broadcaster: '{self._authorities.get(name, 'no recorded authority')}'\n  rate: {rate_hz:.3f}\n"
-                f"  most_recent_transform: {seconds(frame.latest_ns)}\n"
-                f"  oldest_transform: {seconds(frame.oldest_ns)}\n  buffer_length: {length_ns / 1e9:.3f}\n"
-            )
-        return text
+        return self._tree.all_frames_as_yaml()
 
     def _frameExists(self, frame_id: str) -> bool:  # noqa: N802 (the name is tf2's)
-        return frame_id in self._frames
+        return frame_id in self._tree.names
 
     def _getFrameStrings(self) -> list[str]:  # noqa: N802 (the name is tf2's)
-        return list(self._frames)
-
-
-def _unconnected(source: str, target: str) -> str:
-    # The words, the missing space and the order of the frames are tf2's.
-    return (
-        f"Could not find a connection between '{target}' and '{source}' because they are not part of the same tree."
-        "Tf has two or more unconnected trees."
-    )
-
-
-def _earliest(times_ns: Any) -> int:
-    """The earliest, but of what is static; 0 if all is."""
-    return min((time_ns for time_ns in times_ns if time_ns), default=0)
+        return self._tree.names
 
 
 def _scaled(v: Vector, by: float) -> Vector:
@@ -449,5 +267,5 @@ def replace_tf2() -> None:
         return
     module = ModuleType(NAME, __doc__)
     vars(module)["BufferCore"] = BufferCore
-    vars(module).update({exception.__name__: exception for exception in _EXCEPTIONS})
+    vars(module).update({exception.__name__: exception for exception in EXCEPTIONS})
     sys.modules[NAME] = module

@@ -16,13 +16,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.ros2 import tf2
-from pytest_hricdv.extra.ros2.tf2 import (
-    BufferCore,
+from pytest_hricdv.extra.ros2.frame_tree import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
 )
+from pytest_hricdv.extra.ros2.tf2 import BufferCore
 from pytest_hricdv.extra.ros2.transforms import Quaternion, Transform, inverse, product, rotated, slerp
 
 _TURN = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
@@ -62,7 +62,7 @@ def _buffer(*transforms: Any, static: tuple[Any, ...] = ()) -> BufferCore:
 
 
 def _looked_up(buffer: BufferCore, target: str, source: str, time_s: float) -> Transform:
-    return buffer._lookup(target, source, round(time_s * 1e9))[0]
+    return buffer._tree.lookup(target, source, round(time_s * 1e9))[0]
 
 
 def test_a_transform_between_two_times_is_interpolated() -> None:
@@ -86,7 +86,7 @@ def test_time_0_is_the_latest_that_all_have() -> None:
         *[_moved("map", "odom", time_s, time_s) for time_s in (1.0, 2.0, 3.0)],
         *[_moved("odom", "base", time_s, 10.0) for time_s in (1.0, 2.0)],
     )
-    assert buffer._lookup("map", "base", 0) == (Transform((12.0, 0.0, 0.0)), 2 * 10**9)
+    assert buffer._tree.lookup("map", "base", 0) == (Transform((12.0, 0.0, 0.0)), 2 * 10**9)
     assert _looked_up(_buffer(static=(_moved("a", "b", 9.0, 1.0),)), "a", "b", 0.0).translation == (1.0, 0.0, 0.0)
 
 
