@@ -1,0 +1,129 @@
+"""Driving from place to place: turn on the spot, drive straight, slow down near others, and find a way around them."""
+
+from __future__ import annotations
+
+import asyncio
+from math import atan2, copysign, hypot, pi
+
+from carebot.config import Config
+from carebot.flatmap import FlatMap
+from carebot.messages import Pose, Velocity
+from carebot.ports import Base
+from carebot.watching import Seen, is_in_the_way, unknown
+from carebot.wayfinding import Point, Wayfinder, length_m
+
+STAND = Velocity(0.0, 0.0)
+ARRIVED_M = 0.05
+"""At a goal (chosen: a third of the published 0.15 m at the charger)."""
+
+CORNER_M = 0.15
+"""At a corner of the way (chosen)."""
+
+TURNED_RAD = 0.1
+"""It turns on the spot until it faces the next corner by this much (published)."""
+
+OFF_COURSE_RAD = 0.5
+"""Further off, it stops to turn (chosen)."""
+
+EITHER_X_M, EITHER_Y_M = 0.1, 0.02
+"""The published test for the end of a drive, of which one was enough."""
+
+LOOK_AGAIN_S = 2.0
+"""So long until a way is looked for once more, where there was none (chosen)."""
+
+
+class BlockedError(Exception):
+    """No way to the goal within the time that the robot may take."""
+
+
+class Driver:
+    """Drives the base on the map."""
+
+    def __init__(self, base: Base, flat: FlatMap, config: Config) -> None:
+        self._base = base
+        self._flat = flat
+        self._config = config
+        self._wayfinder = Wayfinder(flat)
+        self._turning = False
+
+    async def drive_to(self, goal: Point) -> None:
+        """Drive there; the base stands when this returns.
+
+        Raises:
+            BlockedError: somebody or something has been in the way for too long.
+        """
+        loop = asyncio.get_running_loop()
+        way = self._way(goal, ())
+        limit_s = self._limit_s(way)
+        ends_s = loop.time() + limit_s
+        try:
+            while not self._has_arrived(goal):
+                if not self._config.faults.waits_for_ever and loop.time() > ends_s:
+                    raise BlockedError(f"no way within {limit_s:.0f} s")
+                way = await self._step(way) or await self._around(goal, way)
+        finally:
+            self._base.drive(STAND)
+
+    def _limit_s(self, way: list[Point]) -> float:
+        pose = self._base.pose()
+        return self._config.give_up_s + 2 * length_m((pose.x, pose.y), way) / self._config.speed_m_s
+
+    def _way(self, goal: Point, others: tuple[Point, ...]) -> list[Point]:
+        """The way to the goal; where others leave none, none."""
+        pose = self._base.pose()
+        return self._wayfinder.way((pose.x, pose.y), goal, others) or []
+
+    def _has_arrived(self, goal: Point) -> bool:
+        pose = self._base.pose()
+        dx, dy = abs(goal[0] - pose.x), abs(goal[1] - pose.y)
+        if self._config.faults.stops_on_either:
+            return dx <= EITHER_X_M or dy <= EITHER_Y_M
+        return hypot(dx, dy) <= ARRIVED_M
+
+    async def _step(self, way: list[Point]) -> list[Point]:
+        """Drive for one period; what is left of the way then, nothing where somebody is in it."""
+        if not way:
+            return []
+        pose = self._base.pose()
+        if len(way) > 1 and hypot(way[0][0] - pose.x, way[0][1] - pose.y) < CORNER_M:
+            way = way[1:]
+        velocity = self._velocity(pose, way[0], self._seen(pose))
+        if velocity is None:
+            return []
+        self._base.drive(velocity)
+        await asyncio.sleep(self._config.period_s)
+        return way
+
+    def _velocity(self, pose: Pose, corner: Point, seen: list[Seen]) -> Velocity | None:
+        """Towards a corner of the way; None where somebody is in the way."""
+        bearing, distance_m = atan2(corner[1] - pose.y, corner[0] - pose.x), _distance_m(pose, corner)
+        error = (bearing - pose.heading + pi) % (2 * pi) - pi
+        if self._config.faults.waits_for_ever and any(other.distance_m < self._config.near_m / 2 for other in seen):
+            return None
+        if self._turning or abs(error) > OFF_COURSE_RAD:
+            self._turning = abs(error) > TURNED_RAD
+            # The last piece is as slow as it has to be, so that it is not turned too far.
+            return Velocity(0.0, copysign(min(self._config.turn_rad_s, abs(error) / self._config.period_s), error))
+        if any(is_in_the_way(other, self._config.stop_m) for other in seen):
+            return None
+        speed_m_s = self._config.near_speed_m_s if seen else self._config.speed_m_s
+        forward = min(speed_m_s, distance_m / self._config.period_s)
+        return Velocity(forward, max(-self._config.turn_rad_s, min(2 * error, self._config.turn_rad_s)))
+
+    def _seen(self, pose: Pose) -> list[Seen]:
+        return unknown(self._base.scan(), pose, self._flat, self._config.near_m)
+
+    async def _around(self, goal: Point, way: list[Point]) -> list[Point]:
+        """Stand, give others the time to leave, and find a way around those that stay."""
+        self._base.drive(STAND)
+        if self._config.faults.waits_for_ever:
+            await asyncio.sleep(self._config.period_s)
+            return self._way(goal, ())
+        await asyncio.sleep(self._config.patience_s if way else LOOK_AGAIN_S)
+        self._turning = False
+        pose = self._base.pose()
+        return self._way(goal, tuple((other.x, other.y) for other in self._seen(pose)))
+
+
+def _distance_m(pose: Pose, point: Point) -> float:
+    return hypot(point[0] - pose.x, point[1] - pose.y)

@@ -1,0 +1,127 @@
+"""The way from here to there: A* on a grid of the map, then its corners only. All lengths in m."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from heapq import heappop, heappush
+from itertools import pairwise
+from math import ceil, hypot
+
+from carebot.flatmap import HULL_M, FlatMap
+
+CELL_M = 0.25
+"""Chosen: the narrowest place, in front of the kitchen unit, is 0.35 m from its goal, which need not be on the grid."""
+
+MARGIN_M = 0.06
+"""Between hull and map (chosen: at the sink there are 7.5 cm)."""
+
+AROUND_M = 0.35
+"""Between hull and what is not in the map (chosen: more than the room that the robot leaves ahead of it)."""
+
+STEPS = tuple((dx, dy, hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
+
+Point = tuple[float, float]
+Cell = tuple[int, int]
+
+
+class Wayfinder:
+    """Finds ways on the map, around what else is seen."""
+
+    def __init__(self, flat: FlatMap) -> None:
+        self._flat = flat
+        self._free: dict[Cell, bool] = {}
+
+    def way(self, start: Point, goal: Point, others: Sequence[Point] = ()) -> list[Point] | None:
+        """The corners of a way, without its start and with its goal; None where there is none.
+
+        Args:
+            start: where the robot is: it may leave from wherever it stands.
+            goal: where it is to go.
+            others: points that are not in the map, to keep away from.
+        """
+        if self._is_clear(start, goal, others):
+            return [goal]
+        if any(hypot(goal[0] - x, goal[1] - y) < HULL_M + AROUND_M for x, y in others):
+            return None
+        cells = self._search(_cell(start), _cell(goal), others)
+        if cells is None:
+            return None
+        return self._corners([start, *(map(_centre, cells[1:-1])), goal], others)
+
+    def _search(self, start: Cell, goal: Cell, others: Sequence[Point]) -> list[Cell] | None:
+        costs, came_from = {start: 0.0}, {start: start}
+        open_cells, closed = [(0.0, start)], set()
+        while open_cells:
+            _, cell = heappop(open_cells)
+            if cell == goal:
+                return _traced(came_from, goal)
+            if cell in closed:
+                continue
+            closed.add(cell)
+            for neighbour, length in self._neighbours(cell, goal, others):
+                cost = costs[cell] + length
+                if cost < costs.get(neighbour, float("inf")):
+                    costs[neighbour], came_from[neighbour] = cost, cell
+                    rest = hypot(goal[0] - neighbour[0], goal[1] - neighbour[1])
+                    heappush(open_cells, (cost + rest, neighbour))
+        return None
+
+    def _neighbours(self, cell: Cell, goal: Cell, others: Sequence[Point]) -> Iterator[tuple[Cell, float]]:
+        for dx, dy, length in STEPS:
+            neighbour = cell[0] + dx, cell[1] + dy
+            if neighbour == goal or self._is_free(neighbour, others):
+                yield neighbour, length
+
+    def _is_free(self, cell: Cell, others: Sequence[Point]) -> bool:
+        centre = _centre(cell)
+        free = self._free.get(cell)
+        if free is None:
+            free = self._free[cell] = self._flat.clearance_m(*centre) >= HULL_M + MARGIN_M
+        return free and not _is_near(centre, others)
+
+    def _corners(self, points: list[Point], others: Sequence[Point]) -> list[Point]:
+        """Leaves out what a straight line can do without."""
+        way, at = [], 0
+        while at < len(points) - 1:
+            ahead = len(points) - 1
+            while ahead > at + 1 and not self._is_clear(points[at], points[ahead], others):
+                ahead -= 1
+            way.append(points[ahead])
+            at = ahead
+        return way
+
+    def _is_clear(self, start: Point, end: Point, others: Sequence[Point]) -> bool:
+        """Whether the robot can drive straight; it can leave and reach a place that is narrower than the rest."""
+        length_m = hypot(end[0] - start[0], end[1] - start[1])
+        pieces = max(ceil(length_m / CELL_M), 1)
+        for piece in range(1, pieces):
+            part = piece / pieces
+            point = start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
+            if self._flat.clearance_m(*point) < HULL_M + MARGIN_M or _is_near(point, others):
+                return False
+        return not _is_near(end, others)
+
+
+def length_m(start: Point, way: Sequence[Point]) -> float:
+    """How long a way is."""
+    corners = [start, *way]
+    return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(corners))
+
+
+def _is_near(point: Point, others: Sequence[Point]) -> bool:
+    return any(hypot(point[0] - x, point[1] - y) < HULL_M + AROUND_M for x, y in others)
+
+
+def _cell(point: Point) -> Cell:
+    return round(point[0] / CELL_M), round(point[1] / CELL_M)
+
+
+def _centre(cell: Cell) -> Point:
+    return cell[0] * CELL_M, cell[1] * CELL_M
+
+
+def _traced(came_from: dict[Cell, Cell], goal: Cell) -> list[Cell]:
+    cells = [goal]
+    while came_from[cells[-1]] != cells[-1]:
+        cells.append(came_from[cells[-1]])
+    return cells[::-1]
