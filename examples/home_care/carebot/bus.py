@@ -19,17 +19,9 @@ class Inbox(Generic[M]):
         """Add a message; called by the bus."""
         self._queue.put_nowait(message)
 
-    async def get(self, timeout_s: float | None = None) -> M | None:
-        """The oldest message that was not taken yet; None where there is none within `timeout_s`."""
-        try:
-            async with asyncio.timeout(timeout_s):
-                return await self._queue.get()
-        except TimeoutError:
-            return None
-
-    def poll(self) -> M | None:
-        """The oldest message that was not taken yet; None if there is none now."""
-        return None if self._queue.empty() else self._queue.get_nowait()
+    async def get(self) -> M:
+        """The oldest message that was not taken yet; waits for one where there is none."""
+        return await self._queue.get()
 
 
 class Bus:

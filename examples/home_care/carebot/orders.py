@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 
 from carebot.bus import Bus
 from carebot.config import Config
@@ -17,36 +18,45 @@ class OrderDesk:
         self._bus = bus
         self._config = config
         self._inbox = bus.subscribe(Order)
-        self._waiting: asyncio.Queue[str] = asyncio.Queue()
-        self._has_served = False
+        self._waiting: deque[str] = deque()
+        self._some = asyncio.Event()
         self.busy = False
         """Whether an order is carried out now."""
 
     async def serve(self) -> None:
         """Answer orders, for as long as the robot works."""
         while True:
-            order = await self._inbox.get()
-            if order is not None:
-                self._answer(order.kind)
+            self._answer((await self._inbox.get()).kind)
 
-    async def following(self) -> str | None:
-        """The next order that waits; None if none comes until the robot is idle."""
-        faulty = self._config.faults.never_idle_first and not self._has_served
-        try:
-            async with asyncio.timeout(None if faulty else self._config.idle_after_s):
-                order = await self._waiting.get()
-        except TimeoutError:
-            return None
-        self._has_served = True
+    @property
+    def has_some(self) -> bool:
+        """Whether an order waits."""
+        return bool(self._waiting)
+
+    async def some(self) -> None:
+        """Wait until an order waits."""
+        await self._some.wait()
+
+    def take(self) -> str:
+        """The order that has waited for the longest time. Raises IndexError where there is none."""
+        order = self._waiting.popleft()
+        if not self._waiting:
+            self._some.clear()
         return order
 
     def _answer(self, order: str) -> None:
-        if order not in TASKS and order != ENDED:
+        if order == ENDED:
+            self._keep(order)
+        elif order not in TASKS:
             self._bus.publish(Refused(order, "I cannot do that"))
         elif self._config.faults.loses_orders and self.busy:
             pass
-        elif self._waiting.qsize() >= self._config.queue:
+        elif len(self._waiting) >= self._config.queue:
             self._bus.publish(Refused(order, "too many orders"))
         else:
             self._bus.publish(Accepted(order))
-            self._waiting.put_nowait(order)
+            self._keep(order)
+
+    def _keep(self, order: str) -> None:
+        self._waiting.append(order)
+        self._some.set()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Coroutine
 from math import hypot
 
 from carebot.bus import Bus
@@ -13,7 +14,7 @@ from carebot.hand import GripperError, Hand
 from carebot.messages import Completed, Docked, Idle, Refused, State
 from carebot.orders import OrderDesk
 from carebot.ports import Base, Battery, Gripper
-from carebot.tasks import CHARGING, DRIVING, DROP, ENDED, GRAB, PUT_DOWN_AT, READY, TASKS
+from carebot.tasks import CHARGING, DRIVING, DROP, ENDED, GRAB, HOME, OFF, PUT_DOWN_AT, READY, TASKS
 
 CHARGE_CHECK_S = 5.0
 """How often it looks how full the battery is (chosen)."""
@@ -40,30 +41,57 @@ class Carebot:
         self._desk = OrderDesk(bus, config)
         self._driver = Driver(base, FlatMap(), config)
         self._hand = Hand(gripper, bus, config)
+        self._has_served = False
 
     async def run(self) -> None:
         """Work until somebody says that there are no more orders."""
         self._enter(READY)
-        desk = asyncio.create_task(self._desk.serve())
+        answering = asyncio.create_task(self._desk.serve())
         try:
-            while (order := await self._desk.following()) != ENDED:
-                if order is None:
-                    self._bus.publish(Idle())
-                    await self._rest()
-                else:
-                    await self._serve(order)
-            self._bus.publish(Completed(ENDED))
+            while (order := await self._following()) != ENDED:
+                await self._serve(order)
         finally:
-            desk.cancel()
+            answering.cancel()
+        self._enter(OFF)
+
+    async def _following(self) -> str:
+        """The next order. Without one for a while the robot is idle, and goes to its charger."""
+        while not await self._is_ordered_in_time():
+            self._bus.publish(Idle())
+            await self._unless_ordered(self._go_home())
+        return self._desk.take()
+
+    async def _is_ordered_in_time(self) -> bool:
+        faulty = self._config.faults.never_idle_first and not self._has_served
+        try:
+            async with asyncio.timeout(None if faulty else self._config.idle_after_s):
+                await self._desk.some()
+        except TimeoutError:
+            return False
+        return True
 
     async def _serve(self, order: str) -> None:
-        self._desk.busy = True
+        self._desk.busy = self._has_served = True
         await self._carry_out(order)
         if self._hand.holds:
             await self._put_down()
         if self._battery.level() < self._config.battery_low:
-            await self._rest()
+            await self._go_home()
+            await self._charge()
+        elif not self._desk.has_some:
+            await self._unless_ordered(self._go_home())
         self._desk.busy = False
+
+    async def _unless_ordered(self, deed: Coroutine[None, None, None]) -> None:
+        """Do something that the next order ends."""
+        doing, hearing = asyncio.create_task(deed), asyncio.create_task(self._desk.some())
+        await asyncio.wait((doing, hearing), return_when=asyncio.FIRST_COMPLETED)
+        for task in (doing, hearing):
+            task.cancel()
+        await asyncio.wait((doing, hearing))
+        if not doing.cancelled():
+            await doing  # what it raised
+        self._enter(READY)
 
     async def _carry_out(self, order: str) -> None:
         try:
@@ -95,15 +123,18 @@ class Carebot:
             break
         self._enter(READY)
 
-    async def _rest(self) -> None:
-        """Go to the charger, and stay there until the battery is not low any more."""
+    async def _go_home(self) -> None:
+        """Go to the charger; where there is no way, stay."""
         try:
-            await self._do("Recharge")
+            await self._do(HOME)
         except BlockedError:
             self._enter(READY)
-            return
-        self._bus.publish(Docked())
-        while self._battery.level() < self._config.battery_enough and self._is_at_charger():
+        else:
+            self._bus.publish(Docked())
+
+    async def _charge(self) -> None:
+        """Stay at the charger until the battery is not low any more."""
+        while self._is_at_charger() and self._battery.level() < self._config.battery_enough:
             self._enter(CHARGING)
             await asyncio.sleep(CHARGE_CHECK_S)
         self._enter(READY)

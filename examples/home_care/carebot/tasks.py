@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from carebot.flatmap import CHARGER, FRIDGE, SINK, TABLE
 
-READY, GRAB, DROP, CHARGING = "Ready", "Grab", "Drop", "Charging"
-DRIVING = {"Fridge": FRIDGE, "Sink": SINK, "Human": TABLE, "Recharge": CHARGER}
+READY, GRAB, DROP, CHARGING, OFF = "Ready", "Grab", "Drop", "Charging", "Off"
+HOME = "Recharge"
+DRIVING = {"Fridge": FRIDGE, "Sink": SINK, "Human": TABLE, HOME: CHARGER}
 """States in which it drives, and where to. The human sits at the table."""
 
-STATES = (READY, *DRIVING, GRAB, DROP, CHARGING)
+STATES = (READY, *DRIVING, GRAB, DROP, CHARGING, OFF)
 
 ENDED = "ended"
 """The order after which the program ends."""
 
 TASKS = {
-    "fridge": ("Fridge", "Recharge"),
-    "sink": ("Sink", "Recharge"),
-    "feed": ("Fridge", GRAB, "Human", DROP, "Recharge"),
-    "clean": ("Human", GRAB, "Sink", DROP, "Recharge"),
+    "fridge": ("Fridge",),
+    "sink": ("Sink",),
+    "feed": ("Fridge", GRAB, "Human", DROP),
+    "clean": ("Human", GRAB, "Sink", DROP),
 }
-"""What each order takes (published)."""
+"""What each order takes (published); after that, it goes home where no other order waits."""
 
 PUT_DOWN_AT = ("Sink", "Human")
 """Where it puts down what it could not take to its place: nowhere else does it open its gripper."""
@@ -27,7 +30,7 @@ PUT_DOWN_AT = ("Sink", "Human")
 
 def transitions() -> tuple[tuple[str, str], ...]:
     """Which state comes after which, if nothing goes wrong."""
-    pairs = {(READY, "Recharge"), ("Recharge", READY), ("Recharge", CHARGING), (CHARGING, READY)}
+    pairs = {(READY, HOME), (HOME, READY), (HOME, CHARGING), (CHARGING, READY), (READY, OFF)}
     for states in TASKS.values():
-        pairs |= set(zip((READY, *states), states, strict=False))
+        pairs |= set(pairwise((READY, *states, READY)))
     return tuple(sorted(pairs))

@@ -8,6 +8,9 @@ from math import cos, hypot, pi, sin
 from carebot.flatmap import HULL_M, FlatMap
 from carebot.messages import Pose, Scan
 
+THINNED = 4
+"""Each fourth ray is looked at (chosen): at 1.2 m they are 5 cm apart, and the least that walks here is 15 cm wide."""
+
 BESIDE_M = 0.12
 """On either side of the hull the way has to be free so far (chosen: a person's step in half a period)."""
 
@@ -36,8 +39,8 @@ class Seen:
 
 def unknown(scan: Scan, pose: Pose, flat: FlatMap, within_m: float) -> list[Seen]:
     """What is seen within so many metres and is not in the map."""
-    seen, step_rad = [], 2 * pi / len(scan.ranges)
-    for number, range_m in enumerate(scan.ranges):
+    seen, step_rad = [], THINNED * 2 * pi / len(scan.ranges)
+    for number, range_m in enumerate(scan.ranges[::THINNED]):
         if range_m < within_m:
             bearing = number * step_rad - pi
             ahead_m, left_m = range_m * cos(bearing), range_m * sin(bearing)
