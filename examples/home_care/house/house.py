@@ -1,0 +1,259 @@
+"""The world of a run: time, the robot and its sensors, the person, the dog, and what requirements see of them."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+
+from carebot.messages import GripperCommand, GripperState, Pose, Scan, Velocity
+
+from house.base import FREE, Base, Mechanics
+from house.battery import Battery
+from house.flat import BOXES, at_charger, in_reach
+from house.gripper import Gripper
+from house.laser import PERIOD_US, Disc, Laser, TurnedBox
+from house.planar import Planar
+from house.shapes import Point, gap_to_box
+from house.walkers import DOG_SIZE_M, PERSON_RADIUS_M, Dog, Person
+from pytest_hricdv.runtime import Kernel, Node, Recorder
+
+STEP_US = 50_000
+"""Between two looks at what moves: at 0.25 m/s the robot has come 12.5 mm (chosen). Motion itself is exact."""
+
+US_PER_S = 1_000_000
+
+SIGNALS: dict[str, type[bool] | type[float] | type[str]] = {
+    "x": float,
+    "y": float,
+    "heading": float,
+    "speed": float,
+    "turning": float,
+    "distance_to_person": float,
+    "distance_to_dog": float,
+    "distance_to_obstacle": float,
+    "contact": str,
+    "contact_force": float,
+    "food_held": bool,
+    "food_dropped": bool,
+    "gripper_opening": float,
+    "at": str,
+    "at_charger": bool,
+    "battery": float,
+    "person_walking": bool,
+    "person_seated": bool,
+    "dog_moving": bool,
+}
+"""What the house records. `at` is what the gripper reaches; distances are between surfaces; the rest says itself."""
+
+UNITS = {
+    "x": "m",
+    "y": "m",
+    "heading": "rad",
+    "speed": "m/s",
+    "turning": "rad/s",
+    "distance_to_person": "m",
+    "distance_to_dog": "m",
+    "distance_to_obstacle": "m",
+    "contact_force": "N",
+}
+
+VALUES = {
+    "contact": ("nothing", "wall", "furniture", "person", "dog"),
+    "at": ("nothing", "fridge", "sink", "table"),
+}
+
+DIGITS = 4
+"""Of numbers that are recorded: 0.1 mm. The last bits of a sine differ between machines, and say nothing."""
+
+
+class HouseError(Exception):
+    """Something impossible was asked of the flat; the text says what and when."""
+
+
+class House:
+    """The flat with all that moves in it; `kernel.world`, and what the robot's code is handed as its ports.
+
+    It is `carebot.ports.Base` (`pose`, `scan`, `drive`); `gripper_port` and `battery_port` are the other two.
+
+    Args:
+        kernel: its time; `kernel.world` is set by the caller.
+        recorder: of the signals, which are `SIGNALS`.
+        seed: of the laser's noise.
+        mechanics: how the base moves; `house.planar.Planar` where none is given.
+        battery: its level in the beginning, 0 to 1.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        recorder: Recorder,
+        seed: int,
+        mechanics: Mechanics | None = None,
+        battery: float = 1.0,
+    ) -> None:
+        self._kernel, self._recorder = kernel, recorder
+        self.base, self.mechanics = Base(), mechanics or Planar()
+        self.person, self.dog = Person(), Dog()
+        self.gripper, self.battery = Gripper(), Battery(battery)
+        self.gripper_port, self.battery_port = GripperPort(self), BatteryPort(self)
+        self.contact = FREE
+        self.skipped_us = 0
+        """Of simulated time, how much was not stepped, as nothing moved."""
+        self._laser = Laser(random.Random(f"{seed} laser").getrandbits(32))
+        self._scan: Scan | None = None
+        self._scanned_us = 0
+        self._us = kernel.now_us
+        self._recorded: dict[str, float | bool | str] = {}
+        self._watches: list[tuple[Callable[[], bool], Node]] = []
+        self.observe()
+
+    # --- the kernel's world
+
+    def advance(self, target_us: int) -> int:
+        """Make one step at most, or jump where nothing moves; returns the time reached (us)."""
+        if self.still:
+            reached_us = min(target_us, self._us + self._jump_us())
+            self.skipped_us += reached_us - self._us
+            self.battery.step((reached_us - self._us) / US_PER_S)
+        else:
+            reached_us = min(target_us, (self._us // STEP_US + 1) * STEP_US)
+            self._step((reached_us - self._us) / US_PER_S)
+        self._us = reached_us
+        return reached_us
+
+    def observe(self) -> None:
+        """Record what has changed, and let nodes go on that wait for it."""
+        self._record()
+        happened = [watch for watch in self._watches if watch[0]()] if self._watches else []
+        for watch in happened:
+            self._watches.remove(watch)
+            self._kernel.wake(watch[1])
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing moves, so that time may jump."""
+        quiet = self.base.resting and not self.gripper.moving and self.contact is FREE
+        return quiet and not self.person.restless and not self.dog.restless
+
+    # --- the robot's base
+
+    def pose(self) -> Pose:
+        """Where the robot is: its localization is exact."""
+        return Pose(*self.base.at, self.base.heading_rad)
+
+    def scan(self) -> Scan:
+        """The last turn of the laser, which is at most `PERIOD_US` old."""
+        if self._scan is None or self._us - self._scanned_us >= PERIOD_US:
+            person = Disc(self.person.at, PERSON_RADIUS_M)
+            dog = TurnedBox(self.dog.at, self.dog.heading_rad, DOG_SIZE_M)
+            ranges = self._laser.ranges(self.base.at, self.base.heading_rad, (person,), (dog,))
+            self._scan, self._scanned_us = Scan(tuple(ranges.tolist())), self._us
+        return self._scan
+
+    def drive(self, velocity: Velocity) -> None:
+        """Go on with this velocity, until told otherwise.
+
+        Raises:
+            HouseError: it is no velocity.
+        """
+        if not (math.isfinite(velocity.forward) and math.isfinite(velocity.turn)):
+            raise HouseError(f"{velocity!r} at {self._kernel.now_s:.3f} s: expected finite numbers, m/s and rad/s")
+        self.base.told(velocity.forward, velocity.turn)
+
+    # --- what people and dogs do
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        """Block the calling node until a condition on the world holds; whether it did within the time.
+
+        >>> house.person.sit(1.0) and house.wait(lambda: not house.person.walking, 60.0)  # doctest: +SKIP
+        """
+        if condition():
+            return True
+        watch = (condition, self._kernel.current())
+        self._watches.append(watch)
+        woken = self._kernel.block(timeout_s)
+        if not woken and watch in self._watches:
+            self._watches.remove(watch)
+        return woken or condition()
+
+    def take_food(self) -> None:
+        """The person takes what the gripper holds."""
+        self.gripper.hand_over()
+
+    # --- within
+
+    def _jump_us(self) -> int:
+        until_s = self.battery.changes_in_s()
+        return max(1, math.ceil(until_s * US_PER_S)) if math.isfinite(until_s) else 2**62
+
+    def _step(self, duration_s: float) -> None:
+        self.person.step(duration_s, self.base)
+        self.dog.step(duration_s, self.base)
+        self.contact = self.mechanics.step(self.base, self.person, self.dog, duration_s)
+        self.gripper.step(duration_s, self.base.at)
+        self.battery.step(duration_s)
+        self.battery.charging = at_charger(self.base.at)
+
+    def _record(self) -> None:
+        base, person, dog = self.base, self.person, self.dog
+        at = base.at
+        self._signal("x", round(at[0], DIGITS))
+        self._signal("y", round(at[1], DIGITS))
+        self._signal("heading", round(base.heading_rad, DIGITS))
+        self._signal("speed", round(base.speed_m_s, DIGITS))
+        self._signal("turning", round(base.turning_rad_s, DIGITS))
+        self._signal("distance_to_person", _shown(person.gap_to(at, base.radius_m).width_m))
+        self._signal("distance_to_dog", _shown(dog.gap_to(at, base.radius_m).width_m))
+        self._signal("distance_to_obstacle", _shown(_to_obstacle(at, base.radius_m)))
+        self._signal("contact", self.contact.with_what)
+        self._signal("contact_force", round(self.contact.force_n, 1))
+        self._signal("food_held", self.gripper.holds)
+        self._signal("food_dropped", self.gripper.dropped)
+        self._signal("gripper_opening", round(self.gripper.opening, DIGITS))
+        self._signal("at", in_reach(at) or "nothing")
+        self._signal("at_charger", at_charger(at))
+        self._signal("battery", self.battery.shown)
+        self._signal("person_walking", person.walking)
+        self._signal("person_seated", person.seated)
+        self._signal("dog_moving", dog.velocity != (0.0, 0.0))
+
+    def _signal(self, name: str, value: float | bool | str) -> None:
+        if self._recorded.get(name) != value:
+            self._recorded[name] = value
+            self._recorder.signal(self._us / US_PER_S, name, value)
+
+
+def _shown(width_m: float) -> float:
+    """A gap as it is recorded: none where both touch."""
+    return round(max(0.0, width_m), DIGITS)
+
+
+def _to_obstacle(at: Point, radius_m: float) -> float:
+    return min(gap_to_box(at, radius_m, box).width_m for box in BOXES)
+
+
+class GripperPort:
+    """The gripper as the robot's code sees it: `carebot.ports.Gripper`."""
+
+    def __init__(self, house: House) -> None:
+        self._house = house
+
+    def command(self, command: GripperCommand) -> None:
+        """Begin to close or to open."""
+        self._house.gripper.command(close=command.close, at=self._house.base.at)
+
+    def state(self) -> GripperState:
+        """How far it is open now."""
+        return GripperState(self._house.gripper.opening)
+
+
+class BatteryPort:
+    """The battery as the robot's code sees it: `carebot.ports.Battery`."""
+
+    def __init__(self, house: House) -> None:
+        self._house = house
+
+    def level(self) -> float:
+        """How full it is now, 0 to 1."""
+        return self._house.battery.level

@@ -1,0 +1,100 @@
+"""The ways of people and dogs: the shortest one around walls and furniture, by a visibility graph.
+
+The robot has a way-finding of its own, in its code.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from functools import cache
+from typing import NamedTuple
+
+from house.flat import BOXES, INSIDE
+from house.shapes import Box, Point, box_around, distance_to_segment, gap_to_box
+
+SPARE_M = 0.02
+"""Ways keep this far from what they must not touch: more than rounding, less than any passage leaves (chosen)."""
+
+_EIGHTH = tuple((math.cos(corner * math.pi / 4.0), math.sin(corner * math.pi / 4.0)) for corner in range(8))
+
+
+class Around(NamedTuple):
+    """Something round to go around: its middle (m), and how near to it a middle may come (m)."""
+
+    middle: Point
+    keeps_m: float
+
+
+def route(start: Point, end: Point, clearance_m: float, around: Around | None = None) -> tuple[Point, ...]:
+    """The corners of the shortest way, without its start and with its end; empty where there is none.
+
+    Args:
+        start: where it begins. Who stands nearer to something than allowed goes no nearer.
+        end: where it is to end.
+        clearance_m: radius of who goes.
+        around: what else is in the way, such as the robot.
+    """
+    blocked = tuple(box.grown(clearance_m) for box in BOXES)
+    if any(box.contains(end) for box in blocked):
+        return ()
+    if around is not None and math.dist(end, around.middle) < around.keeps_m:
+        return ()
+    points = [start, end, *_corners(clearance_m)]
+    if around is not None:
+        far_m = (around.keeps_m + SPARE_M) / math.cos(math.pi / 8.0)
+        ring = [(around.middle[0] + far_m * x, around.middle[1] + far_m * y) for x, y in _EIGHTH]
+        points += [point for point in ring if not any(box.contains(point) for box in blocked)]
+        around = Around(around.middle, min(around.keeps_m, math.dist(start, around.middle) - 1e-6))
+    return _shortest(points, tuple(_shrunk(box, start, clearance_m) for box in BOXES), blocked, around)
+
+
+def _shrunk(box: Box, start: Point, clearance_m: float) -> Box:
+    """A box grown by the clearance, or by less, so that the start is not inside."""
+    near = box.nearest(start)
+    far_m = max(abs(start[0] - near[0]), abs(start[1] - near[1]))
+    if far_m == 0.0:  # in the box itself, as a person on the sofa: it is no obstacle
+        return box_around(start, (0.0, 0.0))
+    return box.grown(min(clearance_m, far_m - 1e-9))
+
+
+@cache
+def _corners(clearance_m: float) -> tuple[Point, ...]:
+    """Where ways may bend: the corners of grown boxes, where nothing else is."""
+    inside = INSIDE.grown(-clearance_m)
+    corners = (corner for box in BOXES for corner in box.grown(clearance_m + SPARE_M).corners)
+    return tuple(
+        corner
+        for corner in corners
+        if inside.contains(corner) and all(gap_to_box(corner, clearance_m, box).width_m > 0.0 for box in BOXES)
+    )
+
+
+def _shortest(
+    points: list[Point], for_start: tuple[Box, ...], blocked: tuple[Box, ...], around: Around | None
+) -> tuple[Point, ...]:
+    """From point 0 to point 1, by Dijkstra's algorithm; segments are checked when they are needed."""
+    best = {0: 0.0}
+    queue: list[tuple[float, int, tuple[int, ...]]] = [(0.0, 0, ())]
+    done: set[int] = set()
+    while queue:
+        length_m, here, way = heapq.heappop(queue)
+        if here == 1:
+            return tuple(points[corner] for corner in way)
+        if here in done:
+            continue
+        done.add(here)
+        for there in range(1, len(points)):
+            total_m = length_m + math.dist(points[here], points[there])
+            if there not in done and total_m < best.get(there, math.inf):
+                boxes = blocked if here else for_start
+                if _is_free(points[here], points[there], boxes, around):
+                    best[there] = total_m
+                    heapq.heappush(queue, (total_m, there, (*way, there)))
+    return ()
+
+
+def _is_free(start: Point, end: Point, boxes: tuple[Box, ...], around: Around | None) -> bool:
+    if around is not None and distance_to_segment(around.middle, start, end) < around.keeps_m:
+        return False
+    return not any(box.crosses(start, end) for box in boxes)
