@@ -1,0 +1,8 @@
+"""Who is in the flat with the robot, and what they do there.
+
+- `ranges`: the commands of a test, and from what their parameters are drawn
+- `person`: the node of the person, who enacts a test
+- `dog`: the bystander, and its node
+
+It imports the robot's messages, the world, and the plugin's testbench.
+"""

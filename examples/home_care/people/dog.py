@@ -1,0 +1,77 @@
+"""The dog: a bystander that roams about the living room, follows the robot, or lies where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from house.flat import DOG_AREA, STANDS
+from house.house import House
+
+from pytest_hricdv.testbench import Bystander, Range, Run
+
+REST_OF_RUN_S = 10_000.0
+"""Longer than any run."""
+
+_TROTS = {"speed_m_s": Range(0.3, 1.0, "m/s")}  # chosen: a dog indoors, slower and faster than the robot
+
+DOG = Bystander(
+    "dog",
+    {
+        "lie_down": {},
+        "roam": {
+            # Its area as published, without the robot's way through the opening of the wall: there it comes by itself.
+            "x_m": Range(DOG_AREA.x1, DOG_AREA.x2, "m"),
+            "y_m": Range(DOG_AREA.y1, -1.2, "m"),
+            **_TROTS,
+        },
+        # From middle to middle: the robot's hull and the dog's length leave about 0.1 m of 0.6 m.
+        "follow": {"near_m": Range(0.6, 1.2, "m"), "for_s": Range(10.0, 120.0, "s"), **_TROTS},
+    },
+    most=4,
+    pause_s=Range(0.0, 60.0, "s"),
+)
+
+
+BESIDE_PERSON = STANDS
+"""Where it lies down when it is called: before the sofa."""
+
+
+@dataclass(frozen=True)
+class DogCalled:
+    """The person calls the dog."""
+
+
+COMES_M_S = 0.8
+"""When it is called (chosen)."""
+
+
+def spawn_dog(run: Run, house: House) -> None:
+    """Start the dog's nodes: one for its own acts, one by which it comes when it is called."""
+    called = run.bus.port("dog").subscribe(DogCalled)
+    calls = 0
+
+    def live() -> None:
+        for action in run.actions(DOG.name):
+            if action.command == "lie_down":
+                house.dog.stay()
+            elif action.command == "roam":
+                house.dog.go((action.parameters["x_m"], action.parameters["y_m"]), action.parameters["speed_m_s"])
+            else:
+                follow(action.parameters)
+
+    def follow(how: Mapping[str, float]) -> None:
+        before = calls
+        house.dog.follow(lambda: house.base.at, how["near_m"], how["speed_m_s"])
+        run.kernel.sleep(how["for_s"])
+        if calls == before:
+            house.dog.stay()
+
+    def hear() -> None:
+        nonlocal calls
+        while called.wait(REST_OF_RUN_S) is not None:
+            calls += 1
+            house.dog.go(BESIDE_PERSON if house.person.seated else house.person.at, COMES_M_S)
+
+    run.kernel.spawn("dog", live)
+    run.kernel.spawn("dog hears", hear)
