@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pytest_hricdv._base import own_json as json
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
 from pytest_hricdv.disturbance import PREFIX
-from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.extra.diagnosis.decisions import Decisions
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
-from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure, failures_of
+from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis, SuspiciousPlace
-from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Decision, Diagnosis, SuspiciousPlace
+from pytest_hricdv.extra.diagnosis.runs import runner
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.part import PartSession
-from pytest_hricdv.session.replaying import named
 
 MOST_PLACES = 5
 """So many places are named of each cause. Chosen: who looks at more reads the code anyway."""
+
+FIRST_TESTS = 2
+"""So many tests of each cause are run without its disturbance before it is looked for what decides: one may be odd."""
 
 
 @dataclass(frozen=True)
@@ -69,61 +67,20 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
         limit = f"in at most {plural(budget, 'run')}"
         session.say("")
         session.say(f"hricdv: looking for the causes of {plural(len(failing), 'failing test')}, {limit} ...")
+    cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     experiments = Experiments(
-        subject.groups,
-        {name: chosen[name].concrete for name in sorted(failing) if name in chosen},
-        _runner(session),
-        budget,
+        subject.groups, {name: case.concrete for name, case in cases.items()}, runner(session.rerunning), budget
     )
+    decisions = Decisions(experiments, {name: case.ranges for name, case in cases.items()})
+    decisions.decide(experiments.groups(enough=FIRST_TESTS))
     groups = experiments.groups()
     session.interrupted |= experiments.ended == "interrupted"
-    made = tuple(_cause(subject, group, experiments.evidence) for group in groups)
+    made = tuple(_cause(subject, group, experiments.evidence, decisions.of(group)) for group in groups)
     report = CAUSES.put(report, made)
     return DIAGNOSIS.put(report, Diagnosis(runs=experiments.used, budget=budget, ended=experiments.ended))
 
 
-def _runner(session: PartSession) -> Callable[[ConcreteTest], frozenset[str] | None]:
-    """Runs a test in a fork, where there is one: whatever it does to its process, the session's results are safe."""
-    rerunning = session.rerunning
-
-    def run_here(test: ConcreteTest) -> frozenset[str] | None:
-        result = rerunning.run(named(test, "experiment"))
-        return None if result is None else _wrong(result)
-
-    def run(test: ConcreteTest) -> frozenset[str] | None:
-        if not hasattr(os, "fork"):
-            return run_here(test)
-        process = fork()
-        if isinstance(process, InFork):
-            message = _message(None)
-            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
-                message = _message(run_here(test))
-            process.send_and_end(message)
-        try:
-            with rerunning.let_through():
-                return _wrong_of(process.message())
-        except ForkError:
-            return None
-        finally:
-            process.close()
-
-    return run
-
-
-def _message(violated: frozenset[str] | None) -> bytes:
-    return json.dumps(None if violated is None else sorted(violated)).encode()
-
-
-def _wrong_of(message: bytes) -> frozenset[str] | None:
-    violated = json.loads(message)
-    return None if violated is None else frozenset(violated)
-
-
-def _wrong(result: CaseResult) -> frozenset[str]:
-    return frozenset((*result.failed, *((FAULT,) if result.faults else ())))
-
-
-def _cause(subject: Subject, group: Group, evidence: Evidence) -> Cause:
+def _cause(subject: Subject, group: Group, evidence: Evidence, decision: Decision | None) -> Cause:
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
     )
@@ -141,19 +98,22 @@ def _cause(subject: Subject, group: Group, evidence: Evidence) -> Cause:
         minimal=shortest.abstract,
         replay=shortest.replay,
         places=_places(subject, group),
-        decides=_decides(group, len(confirmed)),
+        decides=_decides(group, len(confirmed), decision),
+        decision=decision,
         confirmed=len(confirmed),
         is_known=group.is_known,
     )
 
 
-def _decides(group: Group, confirmed: int) -> str:
+def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
+    decided = "" if decision is None else f"passes {decision.words}" if decision.kind else decision.words
     if not group.change:
-        return ""
+        return decided
     if not confirmed:
-        return f"comes with the disturbance {group.change}; no run has confirmed it"
+        return decided or f"comes with the disturbance {group.change}; no run has confirmed it"
     tests = plural(len(group.nodeids), "test")
-    return f"passes without the disturbance {group.change}: {confirmed} of {tests} were run without it"
+    decided = decided or f"passes without the disturbance {group.change}"
+    return f"{decided}: {confirmed} of {tests} were run without it"
 
 
 def _places(subject: Subject, group: Group) -> tuple[SuspiciousPlace, ...]:

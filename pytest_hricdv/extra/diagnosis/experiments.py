@@ -8,17 +8,16 @@ known. Experiments are counted, not timed, so the same report leads to the same 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, Evidence, Group
 from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd
+from pytest_hricdv.extra.diagnosis.runs import Ran, Run
+from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteTest
-
-Run = Callable[[ConcreteTest], frozenset[str] | None]
-"""Runs a test: the requirements that it violates, `failures.FAULT` among them; None where the run came to no end."""
 
 
 @dataclass
@@ -40,21 +39,26 @@ class Experiments:
     ended: DiagnosisEnd = "done"
     confirmed: dict[tuple[str, str], Change] = field(default_factory=dict)
     refuted: dict[tuple[str, str], set[Change]] = field(default_factory=dict)
+    controls: dict[str, Ran | None] = field(default_factory=dict)
+    """Node id -> the run of the test as it was."""
+    without: dict[tuple[str, Change], Ran | None] = field(default_factory=dict)
+    """Node id and disturbance -> the run of the test without it."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)
-    _controls: dict[str, frozenset[str]] = field(default_factory=dict)
-    """Node id -> what the test violates as it was."""
 
     @property
     def evidence(self) -> Evidence:
         """What they have shown."""
         return Evidence(self.confirmed, self.refuted)
 
-    def groups(self) -> tuple[Group, ...]:
-        """The groups, after all experiments."""
+    def groups(self, enough: float = math.inf) -> tuple[Group, ...]:
+        """The groups, after experiments with all of their tests, or with `enough` of each."""
         groups = self.grouping(self.evidence)
+        if self.ended == "interrupted":
+            return groups
+        self.ended = "done"
         try:
-            while (wanted := self._next(groups)) is not None:
-                if self.used + (1 if wanted[0] in self._controls else 2) > self.budget:
+            while (wanted := self._next(groups)) is not None and self._confirmed(wanted[1]) < enough:
+                if self.used + (1 if wanted[0] in self.controls else 2) > self.budget:
                     self.ended = "runs"
                     break
                 self._try(*wanted)
@@ -84,28 +88,31 @@ class Experiments:
 
     def _try(self, nodeid: str, group: Group) -> None:
         self._tried.add((nodeid, group.change))
-        if nodeid not in self._controls:
-            self._controls[nodeid] = self._violated(self.tests[nodeid]) or frozenset()
-        again = [failure for failure in _of_test(group, nodeid) if failure.requirement in self._controls[nodeid]]
-        violated = self._violated(without(self.tests[nodeid], group.change)) if again else None
-        if violated is None:
+        control = self.control(nodeid)
+        violated = () if control is None else control.violated
+        again = [failure for failure in _of_test(group, nodeid) if failure.requirement in violated]
+        result = self.ran(without(self.tests[nodeid], group.change)) if again else None
+        self.without[nodeid, group.change] = result
+        if result is None:
             return
         for failure in again:
             key = nodeid, failure.requirement
-            if failure.requirement in violated:
+            if failure.requirement in result.violated:
                 self.refuted.setdefault(key, set()).add(group.change)
             else:
                 self.confirmed[key] = group.change
 
-    def _violated(self, test: ConcreteTest) -> frozenset[str] | None:
+    def control(self, nodeid: str) -> Ran | None:
+        """The run of a test as it was."""
+        if nodeid not in self.controls:
+            self.controls[nodeid] = self.ran(self.tests[nodeid])
+        return self.controls[nodeid]
+
+    def ran(self, test: ConcreteTest) -> Ran | None:
+        """A further run, which is counted."""
         self.used += 1
         return self.run(test)
 
 
 def _of_test(group: Group, nodeid: str) -> Iterator[Failure]:
     return (failure for failure in group.failures if failure.nodeid == nodeid)
-
-
-def without(test: ConcreteTest, change: Change) -> ConcreteTest:
-    """The test without a disturbance, wherever it comes."""
-    return replace(test, actions=tuple(action for action in test.actions if action.command != PREFIX + change))

@@ -31,6 +31,37 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
     text: str = ""
 
 
+class ShownEvent(PlainRecord, frozen=True, kw_only=True):
+    """An event of a run: when (s), and what happened."""
+
+    time_s: NotNegative
+    text: str
+
+
+class Decision(PlainRecord, frozen=True, kw_only=True):
+    """What decides between failing and passing: a failing test, and its nearest neighbour that passes.
+
+    Args:
+        words: what the neighbour has otherwise, as they follow "passes"; where no neighbour passes, why that is.
+        kind: in what it differs: `disturbance`, `order`, `value`, `command` or `action`; empty where none passes.
+        test: id of the test that fails.
+        runs: how many runs it took.
+        failing: some events of the failing run, from before both part.
+        passing: the same of the neighbour.
+        parts_at: which of these events is the first that differs, from 0; None where none does.
+        concrete: the actions of the neighbour, with their parameters.
+    """
+
+    words: str
+    kind: Literal["", "disturbance", "order", "value", "command", "action"] = ""
+    test: TestId
+    runs: Count
+    failing: tuple[ShownEvent, ...] = ()
+    passing: tuple[ShownEvent, ...] = ()
+    parts_at: Count | None = None
+    concrete: Names = ()
+
+
 class Cause(PlainRecord, frozen=True, kw_only=True):
     """What tests fail for.
 
@@ -45,6 +76,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         places: the most suspicious statements first; empty where no code was measured.
         hints: what might mend it, a sentence each.
         decides: what makes the difference between failing and passing, in words; empty where nobody tried.
+        decision: how this came out, and where both runs part; None where nobody tried.
         confirmed: in so many tests an experiment has shown that they fail for it.
         is_known: all of its violations are known ones.
     """
@@ -59,6 +91,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     places: tuple[SuspiciousPlace, ...] = ()
     hints: Names = ()
     decides: str = ""
+    decision: Decision | None = None
     confirmed: Count = 0
     is_known: bool = False
 

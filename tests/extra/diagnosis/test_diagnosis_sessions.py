@@ -48,14 +48,22 @@ SUITE = ("--hri-suite=surges.txt", "--hri-strict")
 def test_causes_come_before_failures_and_are_confirmed_by_runs(
     surging: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    result = surging.runpytest_inprocess(*SUITE, "--hri-diagnose=9", *options)
+    result = surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60", *options)
     assert result.ret == 1
     written = report(surging.path)
     json_schema.REPORT.validate(written)
     surge, wish = written["causes"]
     assert (surge["change"], surge["requirements"], len(surge["tests"]), surge["confirmed"]) == ("surge", ["R2"], 3, 3)
     assert (wish.get("change"), wish["requirements"], len(wish["tests"])) == (None, ["R2"], 2)
-    assert written["diagnosis"] == {"runs": 6, "budget": 9, "ended": "done"}
+    assert (written["diagnosis"]["budget"], written["diagnosis"]["ended"]) == (60, "done")
+    assert surge["decision"]["kind"] == "disturbance"
+    assert surge["decision"]["failing"][0]["text"] == "R2 is violated"
+    assert wish["decides"] == "passes with enter cellar instead of enter hall"
+    sees = {name: [event["text"] for event in wish["decision"][name]] for name in ("failing", "passing")}
+    assert sees == {
+        "failing": ["visitor: wish level=100 cellar=False", "R2 is violated", "guide: switched level=100"],
+        "passing": ["visitor: wish level=100 cellar=True", "guide: switched level=80"],
+    }
     result.stdout.fnmatch_lines(
         [
             "5 tests fail for 2 causes",
@@ -66,6 +74,7 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     )
     page = (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert "passes without the disturbance surge" in page
+    assert "The same test with enter cellar instead of enter hall passes" in page
 
 
 @pytest.mark.slow

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.diagnosis.experiments import Experiments, without
+from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 
 
@@ -20,9 +22,9 @@ DISTURBANCES = {"a": ("noise", "shut"), "b": ("noise", "shut")}
 FAILURES = [Failure(name, "R1", "", "", 1.0, ("noise", "shut"), is_known=False) for name in TESTS]
 
 
-def robot(test: ConcreteTest) -> frozenset[str]:
+def robot(test: ConcreteTest) -> Ran:
     """Its R1 fails whenever there is noise, whatever else comes."""
-    return frozenset({"R1"} if any(action.command == "disturb noise" for action in test.actions) else ())
+    return Ran(violated=("R1",) if any(action.command == "disturb noise" for action in test.actions) else ())
 
 
 def groups_of(evidence: Evidence) -> tuple[Group, ...]:
@@ -45,7 +47,7 @@ def test_the_budget_ends_them() -> None:
 
 
 def test_what_does_not_fail_again_as_it_was_shows_nothing() -> None:
-    experiments = Experiments(groups_of, TESTS, lambda test: frozenset(), budget=10)
+    experiments = Experiments(groups_of, TESTS, lambda test: Ran(violated=()), budget=10)
     experiments.groups()
     assert (experiments.used, experiments.confirmed, experiments.refuted) == (2, {}, {})
 
@@ -60,7 +62,7 @@ def test_what_runs_to_no_end_shows_nothing() -> None:
 def test_ctrl_c_keeps_what_was_shown() -> None:
     runs: list[ConcreteTest] = []
 
-    def run(test: ConcreteTest) -> frozenset[str]:
+    def run(test: ConcreteTest) -> Ran:
         runs.append(test)
         if len(runs) == 3:
             raise KeyboardInterrupt

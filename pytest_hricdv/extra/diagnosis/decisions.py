@@ -1,0 +1,79 @@
+"""Decisions: of each cause what decides, within the runs that experiments have left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv.extra.diagnosis.deciding import Deciding, Tried
+from pytest_hricdv.extra.diagnosis.experiments import Experiments
+from pytest_hricdv.extra.diagnosis.grouping import Group
+from pytest_hricdv.extra.diagnosis.records import Decision
+from pytest_hricdv.extra.diagnosis.variations import Variation, without
+from pytest_hricdv.generate.concrete import Concretization
+
+
+@dataclass
+class Decisions:
+    """What decides, of causes.
+
+    Args:
+        experiments: that have been made; further runs are counted with theirs.
+        spaces: node id -> the ranges of the test's parameters.
+    """
+
+    experiments: Experiments
+    spaces: Mapping[str, Concretization]
+    made: dict[tuple[str, str], Decision] = field(default_factory=dict)
+    """Node id and requirement -> what decides."""
+
+    def of(self, group: Group) -> Decision | None:
+        """Of a cause; None where nobody tried."""
+        keys = ((failure.nodeid, failure.requirement) for failure in group.failures)
+        return next((self.made[key] for key in keys if key in self.made), None)
+
+    def decide(self, groups: Sequence[Group]) -> None:
+        """Look for what decides, of one cause after the other: each may use its share of the runs that are left."""
+        if self.experiments.ended == "interrupted":
+            return
+        try:
+            for number, group in enumerate(groups):
+                left = self.experiments.budget - self.experiments.used
+                self._decide(group, left // (len(groups) - number))
+        except KeyboardInterrupt:
+            self.experiments.ended = "interrupted"
+
+    def _decide(self, group: Group, share: int) -> None:
+        experiments = self.experiments
+        nodeid = self._shortest(group)
+        if nodeid is None or (share < 1 and nodeid not in experiments.controls):
+            return
+        is_new = nodeid not in experiments.controls
+        control = experiments.control(nodeid)
+        wanted = {failure.requirement for failure in group.failures if failure.nodeid == nodeid}
+        if control is None or not wanted & set(control.violated):
+            return
+        test = experiments.tests[nodeid]
+        deciding = Deciding(
+            test, self.spaces[nodeid], control, wanted & set(control.violated), experiments.ran, share - is_new
+        )
+        decision = deciding.decision(self._before(nodeid))
+        if decision is not None:
+            for requirement in wanted:
+                self.made[nodeid, requirement] = decision
+
+    def _shortest(self, group: Group) -> str | None:
+        """The test to look at: one that experiments have confirmed, if there is one; the shortest of these."""
+        experiments = self.experiments
+        names = [name for name in group.nodeids if name in experiments.tests]
+        confirmed = {name for name, _ in experiments.confirmed}
+        return min(
+            names, key=lambda name: (name not in confirmed, len(experiments.tests[name].actions), name), default=None
+        )
+
+    def _before(self, nodeid: str) -> Iterator[Tried]:
+        """What was run of this test without a disturbance."""
+        for (name, change), result in self.experiments.without.items():
+            if name == nodeid and result is not None:
+                test = without(self.experiments.tests[nodeid], change)
+                yield Variation("disturbance", f"without the disturbance {change}", test), result

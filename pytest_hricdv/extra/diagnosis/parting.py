@@ -1,0 +1,93 @@
+"""Parting: the first event at which a failing run and a passing one of nearly the same test differ.
+
+Two runs are compared stream by stream: the messages that one sender sends of one topic, or one signal. Numbers are left
+out, and what repeats counts once: with a change to the test all later times differ a little, and with them what is
+measured and how often it is sent, which says nothing. Of all streams, that counts which differs first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from pytest_hricdv.extra.diagnosis.records import ShownEvent
+from pytest_hricdv.extra.diagnosis.runs import Event, Ran
+
+BEFORE, AFTER = 2, 4
+"""So many events are shown before the runs part, and after that. Chosen: both lists side by side fit on a screen."""
+
+
+MOST_VIOLATIONS = 3
+"""So many of them are among the events. Chosen: the first ones are what it is about."""
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Where two runs part.
+
+    Args:
+        failing: events of the failing run around that.
+        passing: the same of the passing one.
+        at: which of them is the first that differs, from 0; None where they never do.
+    """
+
+    failing: tuple[ShownEvent, ...] = ()
+    passing: tuple[ShownEvent, ...] = ()
+    at: int | None = None
+
+
+Pair = tuple[Event | None, Event | None]
+"""Events of one stream that differ, of the failing and of the passing run; None where the stream has no more."""
+
+
+def parted(failing: Ran, passing: Ran) -> Parting:
+    """Where both runs part."""
+    runs = changes(failing), changes(passing)
+    violated = [
+        ShownEvent(time_s=round(time_s, 3), text=f"{name} is violated")
+        for name, time_s in sorted(failing.times_s.items(), key=lambda entry: (entry[1], entry[0]))
+    ][:MOST_VIOLATIONS]
+    pair = min(_differences(*runs), key=_time_s, default=None)
+    if pair is None:
+        return Parting(failing=tuple(violated))
+    places = [_place(run, event, _time_s(pair)) for run, event in zip(runs, pair, strict=True)]
+    common = min(BEFORE, *places)
+    shown = [
+        [ShownEvent(time_s=round(event.time_s, 3), text=event.text) for event in run[place - common : place + AFTER]]
+        for run, place in zip(runs, places, strict=True)
+    ]
+    after = sorted([*shown[0][common:], *violated], key=lambda event: event.time_s)
+    return Parting((*shown[0][:common], *after), tuple(shown[1]), common)
+
+
+def changes(run: Ran) -> list[Event]:
+    """The events of a run, without those that repeat what the last one of their stream said."""
+    last: dict[str, str] = {}
+    kept = []
+    for event in run.events:
+        if last.get(event.stream) != event.value:
+            kept.append(event)
+        last[event.stream] = event.value
+    return kept
+
+
+def _differences(failing: Sequence[Event], passing: Sequence[Event]) -> Iterator[Pair]:
+    """Of each stream, the first events that differ."""
+    for stream in dict.fromkeys(event.stream for event in (*failing, *passing)):
+        of_stream = ([event for event in run if event.stream == stream] for run in (failing, passing))
+        for first, second in zip_longest(*of_stream):
+            if first is None or second is None or first.value != second.value:
+                yield first, second
+                break
+
+
+def _time_s(pair: Pair) -> float:
+    return min(event.time_s for event in pair if event is not None)
+
+
+def _place(run: Sequence[Event], event: Event | None, time_s: float) -> int:
+    """Where the event is in a run, or where it would be."""
+    if event is not None:
+        return next(place for place, other in enumerate(run) if other is event)
+    return sum(other.time_s < time_s for other in run)

@@ -1,0 +1,122 @@
+"""Runs of experiments: each in a process of its own, whatever it does, and what is kept of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+
+import msgspec
+
+from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
+from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.extra.diagnosis.failures import FAULT
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.report.formatting import quantity
+from pytest_hricdv.session.replaying import Rerunning, named
+
+MOST_EVENTS = 2000
+"""Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
+
+
+class Event(PlainRecord, frozen=True, kw_only=True):
+    """Something that happened in a run, whoever looks at it.
+
+    Args:
+        time_s: when.
+        stream: sender and topic, or the signal.
+        value: what is no float of a message's fields, or the signal's value.
+        text: all of it, for people.
+    """
+
+    time_s: Number
+    stream: str
+    value: str
+    text: str
+
+
+class Ran(PlainRecord, frozen=True, kw_only=True):
+    """What is kept of a run.
+
+    Args:
+        violated: the requirements that it violated, `failures.FAULT` among them.
+        checked: the requirements that it passed.
+        begun: time (s) and number (from 0) of each action, in the order in which they began.
+        events: messages, and changes of signals that are bools or texts, in the order of time.
+        times_s: requirement -> when it was violated first.
+    """
+
+    violated: Names
+    checked: Names = ()
+    begun: tuple[tuple[Number, Count], ...] = ()
+    events: tuple[Event, ...] = ()
+    times_s: Mapping[str, Number] = {}
+
+
+Run = Callable[[ConcreteTest], Ran | None]
+"""Runs a test; None where the run came to no end."""
+
+_DECODER: msgspec.json.Decoder[Ran | None] = msgspec.json.Decoder(Ran | None)
+
+
+def runner(rerunning: Rerunning) -> Run:
+    """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe."""
+
+    def run_here(test: ConcreteTest) -> Ran | None:
+        result = rerunning.run(named(test, "experiment"))
+        return None if result is None else ran(result)
+
+    def run(test: ConcreteTest) -> Ran | None:
+        if not hasattr(os, "fork"):
+            return run_here(test)
+        process = fork()
+        if isinstance(process, InFork):
+            message = b"null"
+            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
+                message = msgspec.json.encode(run_here(test))
+            process.send_and_end(message)
+        try:
+            with rerunning.let_through():
+                return _DECODER.decode(process.message())
+        except ForkError:
+            return None
+        finally:
+            process.close()
+
+    return run
+
+
+def ran(result: CaseResult) -> Ran:
+    """What is kept of a run."""
+    violated = (*result.failed, *((FAULT,) if result.faults else ()))
+    times_s = {verdict.requirement: verdict.violations[0].time_s for verdict in result.verdicts if verdict.violations}
+    return Ran(
+        violated=violated,
+        checked=tuple(verdict.requirement for verdict in result.verdicts if verdict.verdict == "Passed"),
+        begun=tuple(zip(result.acted_s, result.begun, strict=True)),
+        events=tuple(sorted(_events(result), key=lambda event: event.time_s))[:MOST_EVENTS],
+        times_s=times_s,
+    )
+
+
+def _events(result: CaseResult) -> Iterator[Event]:
+    """A message or change of a signal each. Messages come first: of one instant, signals mostly follow from them."""
+    for message in result.record.messages:
+        if not message.is_disturbance:
+            exact = " ".join(
+                f"{name}={value}" for name, value in message.fields.items() if not isinstance(value, float)
+            )
+            shown = " ".join(f"{name}={quantity(value)}" for name, value in message.fields.items())
+            stream = f"{message.sender}: {message.topic}"
+            yield Event(time_s=message.time_s, stream=stream, value=exact, text=f"{stream} {shown}".rstrip())
+    for name, (times_s, texts) in result.record.texts.items():
+        yield from _changes(name, times_s, texts)
+    for name, (times_s, values) in result.record.signals.items():
+        if set(values) <= {0.0, 1.0}:
+            yield from _changes(name, times_s, ["true" if value else "false" for value in values])
+
+
+def _changes(name: str, times_s: Sequence[float], values: Sequence[str]) -> Iterator[Event]:
+    for time_s, value in zip(times_s, values, strict=True):
+        yield Event(time_s=time_s, stream=name, value=value, text=f"{name} = {value}")

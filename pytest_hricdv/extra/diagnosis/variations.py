@@ -1,0 +1,191 @@
+"""Variations: tests that differ from a failing one in one thing, and what this is in words.
+
+The order is that in which they are tried: what says most about a cause in few runs comes first. A disturbance left out
+names what must not happen; another order of two actors names a race; another command of the same kind (`set_param
+pressure = 1` instead of `= 0`) leaves the rest of the test as it was. Values come last: there are most of them, and
+each may have a threshold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, interleaving
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, Parameters, draw_action
+from pytest_hricdv.generate.sampler import Sampler
+
+Spot = tuple[int | None, str]
+"""The place of a parameter: the number of its action from 0, or None for one of the run; and its name."""
+
+SAME_TIME_S = 1e-3
+"""Two actions begin at one time. As fine as times in a report are."""
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A test that differs from another one in one thing.
+
+    Args:
+        kind: in what.
+        words: the same, as they follow "passes".
+        test: the other test.
+        spot: of a value, which.
+        value: of a value, what it is instead.
+    """
+
+    kind: Literal["disturbance", "order", "value", "command", "action"]
+    words: str
+    test: ConcreteTest
+    spot: Spot = (None, "")
+    value: float = 0.0
+
+
+def variations(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
+    """All variations of a test, in the order in which they are to be tried."""
+    yield from _without_disturbances(test)
+    yield from _swapped(test)
+    yield from _other_commands(test, space)
+    yield from _without_actions(test)
+    yield from values(test, space)
+
+
+def values(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
+    """Variations with another value of a parameter."""
+    for spot in _spots(test):
+        yield from (with_value(test, space, spot, value) for value in _other_values(test, space, spot))
+
+
+def without(test: ConcreteTest, name: str) -> ConcreteTest:
+    """The test without a disturbance, wherever it comes."""
+    return test.keeping(place for place, action in enumerate(test.actions) if action.command != PREFIX + name)
+
+
+def _without_disturbances(test: ConcreteTest) -> Iterator[Variation]:
+    commands = dict.fromkeys(action.command for action in test.actions if action.command.startswith(PREFIX))
+    for command in commands:
+        name = command.removeprefix(PREFIX)
+        yield Variation("disturbance", f"without the disturbance {name}", without(test, name))
+
+
+def _swapped(test: ConcreteTest) -> Iterator[Variation]:
+    """Neighbours in the order of all actors, the other way round, where neither has to wait for the other.
+
+    Where nobody waits for a turn, the order comes from the world: keys of turns would change nothing.
+    """
+    if not test.run.get(TURN_WAIT_S):
+        return
+    lines = [action.command for action in test.actions]
+    turns = [action.parameters.get(TURN, 0.0) for action in test.actions]
+    order = interleaving(lines, turns, test.after)
+    for place in range(len(order) - 1):
+        first, second = order[place], order[place + 1]
+        swapped = (*order[:place], second, first, *order[place + 2 :])
+        keys = {number: rank / len(order) for rank, number in enumerate(swapped)}
+        changed = [keys.get(number, turn) for number, turn in enumerate(turns, 1)]
+        if interleaving(lines, changed, test.after) != swapped:  # one actor's order, or a cause before its effect
+            continue
+        actions = (
+            replace(action, parameters={**action.parameters, TURN: key}) if TURN in action.parameters else action
+            for action, key in zip(test.actions, changed, strict=True)
+        )
+        words = f"when {lines[second - 1]} comes before {lines[first - 1]}"
+        yield Variation("order", words, replace(test, actions=tuple(actions)))
+
+
+def _spots(test: ConcreteTest) -> tuple[Spot, ...]:
+    """The parameters: those of disturbances first, then of other actions, then the run's.
+
+    Turns are not among them: `_swapped` has all orders of neighbours.
+    """
+    actions = [*enumerate(test.actions)]
+    actions.sort(key=lambda entry: (not entry[1].command.startswith(PREFIX), entry[0]))
+    listed: list[Spot] = [(place, name) for place, action in actions for name in sorted(action.parameters)]
+    listed += [(None, name) for name in sorted(test.run)]
+    return tuple(spot for spot in listed if spot[1] not in (TURN, TURN_WAIT_S))
+
+
+def value_of(test: ConcreteTest, spot: Spot) -> float:
+    """The value of a parameter."""
+    place, name = spot
+    return (test.run if place is None else test.actions[place].parameters)[name]
+
+
+def sampler_of(test: ConcreteTest, space: Concretization, spot: Spot) -> Sampler | None:
+    """The range of a parameter; None where none is declared."""
+    place, name = spot
+    samplers: Mapping[str, Sampler] = (
+        space.run if place is None else space.commands.get(test.actions[place].command, {})
+    )
+    return samplers.get(name)
+
+
+def _other_values(test: ConcreteTest, space: Concretization, spot: Spot) -> tuple[float, ...]:
+    """The ends of its range, the farther one first: between them lies whatever threshold there is."""
+    sampler, value = sampler_of(test, space, spot), value_of(test, spot)
+    if sampler is None:
+        return ()
+    ends = dict.fromkeys((*sampler.corners(), *sampler.simple_values()))
+    return tuple(sorted((end for end in ends if end != value), key=lambda end: (-abs(end - value), end)))[:2]
+
+
+def with_value(test: ConcreteTest, space: Concretization, spot: Spot, value: float) -> Variation:
+    """The test with another value of a parameter."""
+    place, name = spot
+    sampler = sampler_of(test, space, spot)
+    shown = sampler.shown if sampler is not None else str
+    owner = "the run" if place is None else test.actions[place].command
+    words = f"with {name} of {owner} {shown(value)} instead of {shown(value_of(test, spot))}"
+    if place is None:
+        return Variation("value", words, replace(test, run={**test.run, name: value}), spot, value)
+    action = test.actions[place]
+    changed = _with_action(test, place, replace(action, parameters={**action.parameters, name: value}))
+    return Variation("value", words, changed, spot, value)
+
+
+def _other_commands(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
+    """Commands that differ in their last word only, as `set_param gaze = 1` and `set_param gaze = 0` do."""
+    for place, action in enumerate(test.actions):
+        head, _, last = action.command.rpartition(" ")
+        if not head or action.command.startswith(PREFIX) or (actor_of(action.command) and head.endswith(":")):
+            continue
+        for command in sorted(space.commands):
+            if command.rpartition(" ")[0] == head and command.rpartition(" ")[2] != last:
+                drawn = draw_action(command, space, test.seed, place)
+                kept: Parameters = {
+                    name: action.parameters.get(name, value) for name, value in drawn.parameters.items()
+                }
+                words = f"with {command} instead of {action.command}"
+                yield Variation("command", words, _with_action(test, place, ConcreteAction(command, kept)))
+
+
+def _without_actions(test: ConcreteTest) -> Iterator[Variation]:
+    for place, action in enumerate(test.actions):
+        if not action.command.startswith(PREFIX):
+            kept = (other for other in range(len(test.actions)) if other != place)
+            words = f"without the action {place + 1}, {action.command}"
+            yield Variation("action", words, test.keeping(kept))
+
+
+def _with_action(test: ConcreteTest, place: int, action: ConcreteAction) -> ConcreteTest:
+    return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
+
+
+def delay(test: ConcreteTest, failing: Ran, passing: Ran) -> str:
+    """`when disturb step_in comes 2.1 s later`; empty where no action begins at another time, or others do.
+
+    Args:
+        test: with the actions of both runs.
+        failing: its run.
+        passing: the run of the other one, whose actions are the same.
+    """
+    begins = [{number: time_s for time_s, number in run.begun} for run in (failing, passing)]
+    for number in sorted(begins[0].keys() & begins[1].keys(), key=lambda number: begins[0][number]):
+        later_s = begins[1][number] - begins[0][number]
+        if abs(later_s) > SAME_TIME_S:
+            word = "later" if later_s > 0 else "earlier"
+            return f"when {test.actions[number].command} comes {abs(later_s):.3g} s {word}"
+    return ""
