@@ -84,7 +84,9 @@ def read(path: Path = DATA) -> list[PublishedTest]:
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise PublishedError(f"{path}: {error.strerror}; expected a JSON file of tests by method") from None
+    except ValueError as error:
         raise PublishedError(f"{path}: {error}; expected a JSON file of tests by method") from None
     methods = data.get("methods", data) if isinstance(data, dict) else None
     if not isinstance(methods, dict):
@@ -199,8 +201,8 @@ def summary(tests: Sequence[PublishedTest]) -> dict[str, Any]:
     about = (
         "Facts of the home-care case of Araiza-Illan, Pipe and Eder, counted from the data of "
         "github.com/robosafe/mc-vs-bdi at c8bcfd2: of each test its steps, and of its runs with 41 seeds how many "
-        "there were, how many started, and of these the verdicts (Passed, Failed, not checked) of A1 to A4, the sum of their "
-        "statement coverage in %, and in how many the robot carried out nothing."
+        "there were, how many started, and of these the verdicts (Passed, Failed, not checked) of A1 to A4, the sum of "
+        "their statement coverage in %, and in how many the robot carried out nothing."
     )
     return {"about": about, "methods": methods}
 
