@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, act_of, actor_of, interleaving
+from pytest_hricdv.generate.actors import PAUSE_S, TURN, TURN_WAIT_S, act_of, actor_of, interleaving, stay_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.turns import Turns
@@ -25,6 +25,7 @@ class Lanes:
 
     def __init__(self, test: ConcreteTest, kernel: Kernel, begin: Callable[[int, ConcreteAction], None]) -> None:
         self._test = test
+        self._kernel = kernel
         self._begin = begin
         lines = [action.command for action in test.actions]
         actors = [actor_of(line) for line in lines]
@@ -56,19 +57,25 @@ class Lanes:
         try:
             for number in self._lanes.get(actor, ()):
                 turns.wait_for(number)
+                self._pause(self._test.actions[number].parameters.get(PAUSE_S, 0.0))
                 for disturbance in self._above.get(number, ()):
                     self._begin(disturbance, self._test.actions[disturbance])
                 action = self._test.actions[number]
                 self._begin(number, action)
                 turns.begin(number)
                 try:
-                    yield _without_turn(action)
+                    yield enacted(action)
                 finally:
                     self._left.discard(number)
                     turns.end(number)
+            self._pause(self._test.run.get(stay_of(actor), 0.0))
             self._disturb_at_the_end()
         finally:
             turns.leave(actor)
+
+    def _pause(self, duration_s: float) -> None:
+        if duration_s > 0:
+            self._kernel.sleep(duration_s)
 
     def _disturb_at_the_end(self) -> None:
         if not self._left:
@@ -88,6 +95,7 @@ def _disturbances(actors: list[str]) -> tuple[dict[int, list[int]], list[int]]:
     return above, pending
 
 
-def _without_turn(action: ConcreteAction) -> ConcreteAction:
-    parameters = {name: value for name, value in action.parameters.items() if name != TURN}
+def enacted(action: ConcreteAction) -> ConcreteAction:
+    """An action as its node gets it: without who does it, and without when."""
+    parameters = {name: value for name, value in action.parameters.items() if name not in (TURN, PAUSE_S)}
     return replace(action, command=act_of(action.command), parameters=parameters)

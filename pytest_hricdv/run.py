@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
@@ -15,7 +15,7 @@ from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.lanes import Lanes
+from pytest_hricdv.lanes import Lanes, enacted
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
@@ -55,8 +55,11 @@ INSTANT_S = 1e-6
 """The kernel's resolution of time."""
 
 
-Actions = Callable[["Run"], Iterator[ConcreteAction]]
-"""Produces the actions of a run, each when the person asks for it; called in the person's node."""
+class Actions(Protocol):
+    """Produces the actions of a run, each when the person asks for it; called in the person's node."""
+
+    def __call__(self, run: Run, actor: str, /) -> Iterator[ConcreteAction]:
+        """The actions of an actor; of the only one, an empty name."""
 
 
 @dataclass
@@ -102,6 +105,8 @@ class Run:
     """How the person waits, if `waits` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
     _lanes: Lanes | None = field(default=None, init=False, repr=False)
+    _deciding: set[str] = field(default_factory=set, init=False, repr=False)
+    """The actors who decide during the run and whose actions a node takes."""
     _watched: set[str] = field(default_factory=set, init=False, repr=False)
     """The bystanders whose acts a node takes."""
 
@@ -161,7 +166,15 @@ class Run:
             wait: called in the person's node by what produces the actions. It returns when something has happened, or
                 nothing more is to be expected. What a command waits for before it begins may be waited for in here
                 already: the run is the same without this waiting, as when its test is run again.
+
+        Raises:
+            TestbenchError: the model has several actors: each waits by itself until its agent has something to do.
         """
+        if len(self.actors) > 1:
+            raise TestbenchError(
+                f"run.waits: the model has the actors {', '.join(self.actors)}, each of which waits by itself until "
+                "its agent has something to do; leave it out"
+            )
         self.waiting = wait
 
     def actions(self, actor: str = "") -> Iterator[ConcreteAction]:
@@ -184,6 +197,10 @@ class Run:
         if actor in self.bystanders:
             return self._acts_of_bystander(actor)
         self._check_actor(actor)
+        if len(self.actors) > 1 and self.producing is not None:
+            self._take_once(actor, self._deciding)
+            self._deciding.add(actor)
+            return self._decided_actions(actor, self.producing)
         if len(self.actors) > 1:
             lanes = self._lanes_of_test()
             self._take_once(actor, lanes.taken)
@@ -191,10 +208,16 @@ class Run:
         return self._all_actions()
 
     def _all_actions(self) -> Iterator[ConcreteAction]:
-        for number, action in enumerate(self.test.actions if self.producing is None else self.producing(self)):
+        for number, action in enumerate(self.test.actions if self.producing is None else self.producing(self, "")):
             self._begin(number, action)
             if self._disturbance_of(action) is None:
                 yield action
+
+    def _decided_actions(self, actor: str, producing: Actions) -> Iterator[ConcreteAction]:
+        for action in producing(self, actor):
+            self._begin(len(self.taken), action)
+            if self._disturbance_of(action) is None:
+                yield enacted(action)
 
     def _acts_of_bystander(self, name: str) -> Iterator[ConcreteAction]:
         self._take_once(name, self._watched)
@@ -271,6 +294,8 @@ class Run:
         unseen = tuple(name for name in self.bystanders if name not in self._watched)
         if self._lanes is not None:
             return self._lanes.idle + unseen
+        if len(self.actors) > 1 and self.producing is not None:
+            return tuple(name for name in self.actors if name not in self._deciding) + unseen
         return (() if self.begun or len(self.actors) < 2 else self.test.actors) + unseen
 
     def _disturbance_of(self, action: ConcreteAction) -> Disturbance | MessageDisturbance | None:

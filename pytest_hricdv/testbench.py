@@ -163,8 +163,8 @@ class Testbench:
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
         conformance: the agent of the model that each run is compared with, and what corresponds to what; None where
             there is none.
-        online: the agent of the model that decides in a run what the person does, and what it hears there; None where
-            all actions are known before.
+        online: the agent of the model that decides in a run what the person does, and what it hears there; where the
+            model has several actors, a tuple with one `Online` for each; None where all actions are known before.
         may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before), "cycle"
             (it goes round: it repeats the same, and nothing is new for 180 s; which ends it unless it may do so, or may
@@ -212,7 +212,7 @@ class Testbench:
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
     conformance: Conformance | None = None
-    online: Online | None = None
+    online: Online | tuple[Online, ...] | None = None
     may_end: tuple[str, ...] = ()
     patience_s: float | None = None
     fidelities: tuple[str, ...] = ()
@@ -236,9 +236,17 @@ class Testbench:
         declared = self.concretization
         if self.model.actors:
             declared = declared.with_turns(self.model.actors)
+            declared = declared.with_pauses(self.model.actors) if self.deciding else declared
         for bystander in self.bystanders:
             declared = dataclasses.replace(declared, run={**declared.run, **bystander.parameters})
         return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
+
+    @property
+    def deciding(self) -> tuple[Online, ...]:
+        """Who decides during runs: `online`, one for each actor; empty where nobody does."""
+        if self.online is None:
+            return ()
+        return self.online if isinstance(self.online, tuple) else (self.online,)
 
     def simulated(self, fidelity: str) -> Testbench:
         """The testbench with this fidelity. Raises TestbenchError where it is none of `fidelities`."""

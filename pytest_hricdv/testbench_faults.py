@@ -88,7 +88,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    optional: Mapping[str, type[Any]] = {"conformance": Conformance, "online": Online, "ros2": Ros2}
+    optional: Mapping[str, type[Any]] = {"conformance": Conformance, "ros2": Ros2}
     for name, kind in optional.items():
         part = getattr(testbench, name)
         if not isinstance(part, kind | None):
@@ -156,12 +156,29 @@ def _virtual_faults(testbench: Testbench) -> Iterator[str]:
 
 
 def _online_faults(testbench: Testbench) -> Iterator[str]:
-    actors = testbench.model.actors
-    if testbench.online is not None and actors:
-        yield (
-            f"online has the agent {testbench.online.agent!r}, and the model the actors {', '.join(actors)}: only one "
-            "actor can decide during a run so far; leave online out, or give the model one actor"
-        )
+    if testbench.online is None:
+        return
+    deciding = testbench.deciding
+    if not deciding or not all(isinstance(online, Online) for online in deciding):
+        yield f"online is {testbench.online!r}; expected Online(...), a tuple with one for each actor, or None"
+        return
+    names, actors = [online.agent for online in deciding], testbench.model.actors
+    if not actors:
+        if len(names) > 1:
+            yield (
+                f"online has the agents {', '.join(names)}, and the model the actor {testbench.model.actor}; expected "
+                "one, or Model(actors=(...)) with all of them"
+            )
+        return
+    for place, name in enumerate(names):
+        if name not in actors:
+            yield f"online has {name!r}, which is no actor of the model{nearest(name, actors)}"
+        if name in names[:place]:
+            yield f"online has {name!r} twice; expected one Online(...) for each actor"
+    missing = [actor for actor in actors if actor not in names]
+    if missing:
+        listed = ", ".join(f"Online({actor!r})" for actor in missing)
+        yield f"online has not all actors of the model, who decide during a run together; add {listed}"
 
 
 def _bystander_faults(testbench: Testbench) -> Iterator[str]:

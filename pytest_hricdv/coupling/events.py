@@ -79,6 +79,11 @@ class Events:
         if name in self._sources:
             self._changes[name] = value
 
+    @property
+    def has_changes(self) -> bool:
+        """Whether signals have changed at an instant that is not judged yet."""
+        return bool(self._changes)
+
     def flush(self) -> Iterator[Happening]:
         """What has happened with the last changes of signals."""
         if self._changes:

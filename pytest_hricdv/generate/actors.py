@@ -11,13 +11,15 @@ for, shrunk and stored as all other parameters are.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from random import Random
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Range, Sampler
 
 #: Number of an action (from 1) -> the numbers of those, of other actors, that have to be done before it begins.
 After = Mapping[int, tuple[int, ...]]
@@ -46,6 +48,37 @@ class TurnWait(Range):
 
 TURNS = Range(0.0, 1.0)
 """The range of turns."""
+
+PAUSE_S = "pause_s"
+"""The parameter of an action that says how long its actor does nothing before it (s): stored of a run in which people
+decided, since what they waited for there is not in the test."""
+
+
+@dataclass(frozen=True)
+class Pause(Sampler):
+    """How long somebody does nothing (s): never drawn, but stored of a run in which people decided."""
+
+    unit: str = "s"
+
+    def __str__(self) -> str:
+        return "0 s or more"
+
+    def sample(self, rng: Random) -> float:
+        """None."""
+        return 0.0
+
+    def simple_values(self) -> tuple[float, ...]:
+        """None."""
+        return (0.0,)
+
+    def contains(self, value: float) -> bool:
+        """Whether it is a time."""
+        return 0.0 <= value < math.inf
+
+
+def stay_of(actor: str) -> str:
+    """The parameter of a run that says how long an actor stays after its last action (s), as `PAUSE_S`."""
+    return f"{actor}_stays_s"
 
 
 def actor_of(line: str) -> str:

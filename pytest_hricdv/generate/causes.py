@@ -7,8 +7,8 @@ a Distributed System, CACM 21(7), 1978, with plans in place of processes):
   led to it, also from agent to agent.
 - What comes from one event, with its subgoals, is one line of an agent: a step depends on the earlier ones of its
   line. So a message depends on the actions that its line did before.
-- A plan, and a step of it, depends on the beliefs that its agent has come to have, or has lost, before and that the
-  plan names: in its trigger, context or body, or by a rule.
+- A plan, a step of it, and what comes after it, depends on the beliefs that its agent has come to have, or has lost,
+  before and that the plan names: in its trigger, context or body, or by a rule.
 - A line that has asked an agent something depends on what this one sends to its agent afterwards: it may be the answer.
 
 The environment of a model's run changes nothing, so all percepts are there from the start, and cause no order.
@@ -53,6 +53,8 @@ class _Finder:
         self._line_of: dict[int, int] = {}
         """Step -> the first step of its line."""
         self._line_past: dict[int, Past] = defaultdict(lambda: _NOTHING)
+        self._plans_of_line: dict[int, list[int]] = defaultdict(list)
+        """Line -> the steps that chose its plans, those of ended subgoals left out as soon as that shows."""
         self._believed: dict[str, dict[str, Past]] = defaultdict(dict)
         """Agent -> functor of what it has come to believe, or does not believe any more -> what that depends on."""
         self._asking: dict[tuple[str, str], list[int]] = defaultdict(list)
@@ -71,8 +73,9 @@ class _Finder:
         if step.kind == "plan":
             self._plan_names[step.number] = self._names.get(step.agent, {}).get(step.place)
             past |= self._named(step.agent, step.number)
+            self._plans_of_line[line].append(step.number)
         elif cause is not None and cause.kind == "plan":
-            past |= self._named(step.agent, cause.number)
+            past |= self._named(step.agent, cause.number) | self._ended(step.agent, line, cause.number)
         if step.kind == "belief":
             believed = self._believed[step.agent]
             functor = _functor(step.text[1:])
@@ -84,6 +87,15 @@ class _Finder:
         self._line_past[line] = past
         if step.kind == "message":
             self._send(step, line, past)
+
+    def _ended(self, agent: str, line: int, plan_step: int) -> Past:
+        """What plans depended on that were chosen later in the line and have ended, since an earlier one goes on: what
+        such a plan has waited for last shows in no step of its own."""
+        plans = self._plans_of_line[line]
+        ended: list[int] = []
+        while plan_step in plans and plans[-1] != plan_step:
+            ended.append(plans.pop())
+        return _NOTHING.union(*(self._named(agent, plan) for plan in ended))
 
     def _send(self, step: Step, line: int, past: Past) -> None:
         """A message: an answer goes to the line that has asked, without an event."""

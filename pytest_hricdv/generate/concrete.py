@@ -16,10 +16,12 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, id_of_test
 from pytest_hricdv.generate.actors import (
+    PAUSE_S,
     TURN,
     TURN_WAIT_S,
     TURNS,
     After,
+    Pause,
     TurnWait,
     act_of,
     actor_of,
@@ -27,6 +29,7 @@ from pytest_hricdv.generate.actors import (
     after_from_data,
     after_of_kept,
     after_to_data,
+    stay_of,
 )
 from pytest_hricdv.generate.beliefs import MAX_CONCRETIZATIONS
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
@@ -92,6 +95,26 @@ class Concretization:
         if isinstance(wait, Range):
             wait = TurnWait(wait.low, wait.high, wait.unit, wait.open_high)
         return replace(self, commands=commands, run={**self.run, TURN_WAIT_S: wait})
+
+    def with_pauses(self, actors: Collection[str]) -> Concretization:
+        """The same for tests that people may have decided during a run: each of their commands has a pause.
+
+        Raises:
+            GenerateError: a parameter has such a name already, or the run's wait for a turn has to be above 0.
+        """
+        commands = dict(self.commands)
+        for command, samplers in self.commands.items():
+            _check_free(f"concretization of {command!r}", PAUSE_S, samplers)
+            commands[command] = {**samplers, PAUSE_S: Pause()}
+        stays = {stay_of(actor): Pause() for actor in actors}
+        for name in stays:
+            _check_free("concretization of a run", name, self.run)
+        if not self.run[TURN_WAIT_S].contains(0.0):
+            raise GenerateError(
+                f"turn_wait_s is {self.turn_wait_s}; expected a range from 0 s on: where people decide during a run, "
+                "nobody waits for a turn"
+            )
+        return replace(self, commands=commands, run={**self.run, **stays})
 
     def shown(self, test: ConcreteTest) -> tuple[str, ...]:
         """A concrete test for people: one line per action, then one for the run, each value with its unit."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.run import TestbenchError
+
+PATIENCE_S = 30.0
+"""Chosen: longer than what a robot does for somebody takes, and much shorter than a run."""
 
 
 class OnlineError(TestbenchError):
@@ -22,16 +26,22 @@ class Online:
     Args:
         agent: its name in the model; its external actions are commands.
         hears: what it hears and perceives of the run.
+        patience_s: of several people: how long one waits at most, with nothing to do, for something to happen, before
+            its actions are over (s). While its agent waits for a time itself, it does not count.
 
     Raises:
-        OnlineError: no name, or `hears` is no tuple of `Hears`.
+        OnlineError: no name, `hears` is no tuple of `Hears`, or a patience that is no time.
     """
 
     agent: str
     hears: tuple[Hears, ...] = ()
+    patience_s: float = PATIENCE_S
 
     def __post_init__(self) -> None:
         if not (isinstance(self.agent, str) and self.agent):
             raise OnlineError(f"Online: agent is {self.agent!r}; expected the name of an agent of the model")
         if not (isinstance(self.hears, tuple) and all(isinstance(heard, Hears) for heard in self.hears)):
             raise OnlineError(f"Online: hears is {self.hears!r}; expected a tuple of Hears(...)")
+        is_number = isinstance(self.patience_s, int | float) and not isinstance(self.patience_s, bool)
+        if not (is_number and 0.0 <= self.patience_s < math.inf):
+            raise OnlineError(f"Online: patience_s is {self.patience_s!r}; expected a time in seconds, from 0 on")

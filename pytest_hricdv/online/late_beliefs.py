@@ -43,11 +43,12 @@ class LateBeliefs:
             _atom(belief).key: name for name, group in space.groups.items() for belief in group
         }
         self._decided: set[str] = set()
-        self._buckets = TrackedBuckets({}, self._look_up)
+        self._buckets: list[TrackedBuckets] = []
 
     def track(self, beliefs: BeliefBase) -> None:
-        """Notice lookups in a belief base."""
-        beliefs.buckets = self._buckets = TrackedBuckets(beliefs.buckets, self._look_up)
+        """Notice lookups in the belief base of an agent; of several, whoever looks first decides for all."""
+        beliefs.buckets = buckets = TrackedBuckets(beliefs.buckets, self._look_up)
+        self._buckets.append(buckets)
 
     def reopen(self) -> None:
         """Groups may be decided anew."""
@@ -71,7 +72,8 @@ class LateBeliefs:
         self._believe(self._given(chosen))
 
     def _is_held(self, belief: str) -> bool:
-        return bool(self._buckets.peek(_atom(belief).key))
+        key = _atom(belief).key
+        return any(buckets.peek(key) for buckets in self._buckets)
 
     def _given(self, belief: str) -> Structure:
         return Structure(belief, (), (self._source,))

@@ -22,7 +22,7 @@ class OnlineActions:
         self._agent = agent
         self._commands = commands
 
-    def __call__(self, run: Run) -> Iterator[ConcreteAction]:
+    def __call__(self, run: Run, actor: str = "", /) -> Iterator[ConcreteAction]:
         """The actions, up to when the agent has nothing to do and nothing more to expect.
 
         Raises:

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from pytest_hricdv.bdi import BdiError, Structure
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.coupling.coupled_agent import CoupledAgent
 from pytest_hricdv.coupling.coupled_run import CoupledRun
-from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
 from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Chooser, Decision, Situation
+from pytest_hricdv.online.chooser import ACT, NONE, Choice, Chooser
+from pytest_hricdv.online.decisions import Decisions
 from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.online.hearing import Hearing
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.role import Role
-
-MOST_GOALS = 8
-"""So many goals can be given to the agent in a run. Each leads to commands, between which there can be the next one: a
-run would have no end."""
 
 MOST_WAITS = 1000
 """An agent that has waited so often without doing anything has nothing to do: it polls."""
@@ -49,27 +45,13 @@ class OnlineAgent:
 
     def __init__(self, role: Role, chooser: Chooser) -> None:
         self._role = role
-        self._chooser = chooser
         self._run = CoupledRun()
-        self._events = Events(
-            [event.condition for event in role.hears],
-            [name for event in role.hears for name in event.sources.values()],
-        )
-        self._heard: deque[tuple[float, Structure, str, bool]] = deque()
-        """Time (s), literal, source, and whether it is a goal: happened, but not heard yet."""
-        self._state_topic, _, self._state_field = role.state.partition(".")
-        self._state = ""
+        self._hearing = Hearing(role)
+        self._decisions = Decisions(role, chooser)
         self._begun = False
-        self._goals_left = MOST_GOALS
         self._doing: ReadyAct | None = None
-        self._error: CouplingError | None = None
-        """Raised when the person asks next: when it occurs, another node runs, and it would be an error of this one."""
         self.heard = 0
         """How often it has heard something."""
-        self.taken: list[str] = []
-        """The commands so far."""
-        self.choices: list[Choice] = []
-        """What was chosen, in order; that nothing was, only of beliefs."""
         agent = role.agent.agent(self._run, ActingAgent)
         assert isinstance(agent, ActingAgent)
         agent.couple()
@@ -78,30 +60,26 @@ class OnlineAgent:
         self._late = LateBeliefs(role.space, role.steering.name, self._choose, agent.believe, agent.disbelieve)
         self._late.track(agent.beliefs)
 
+    @property
+    def choices(self) -> list[Choice]:
+        """What was chosen, in order; that nothing was, only of beliefs."""
+        return self._decisions.choices
+
+    @property
+    def commands(self) -> list[str]:
+        """The commands so far."""
+        return self._decisions.taken
+
     # --- what happens in the run
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""
-        if topic == self._state_topic:
-            self._state = str(fields[self._state_field])
-        if topic in self._events.topics:
-            self._note(self._events.message(time_s, topic, fields))
+        self._decisions.message(topic, fields)
+        self._hearing.message(time_s, topic, fields)
 
     def signal(self, time_s: float, name: str, value: Value) -> None:
         """A signal has a new value, as for a `MonitorSet`."""
-        if name in self._events.signals:
-            self._note(self._events.signal(time_s, name, value))
-
-    def _note(self, happenings: Iterable[Happening]) -> None:
-        for happening in happenings:
-            for number in happening.numbers:
-                event, declared = self._role.hears[number], self._role.declaration.hears[number]
-                try:
-                    literal = event.literal(event.bindings(self._events.values))
-                except CouplingError as error:
-                    self._error = self._error or error
-                else:
-                    self._heard.append((happening.time_s, literal, declared.source, declared.is_goal))
+        self._hearing.signal(time_s, name, value)
 
     # --- what the person does
 
@@ -122,7 +100,7 @@ class OnlineAgent:
         try:
             self._go_on(time_s)
             if not waited:
-                if disturbance := self._disturb():
+                if disturbance := self._decisions.disturbance(self._run.now_s):
                     return disturbance
                 self._post_goal()
             return self._take()
@@ -160,14 +138,10 @@ class OnlineAgent:
             self._late.reopen()
             self._agent.go_on_after(done)
             self._run.settle()
-        # Signals change at instants that are judged when the next one begins: the last one would wait for ever.
-        self._note(self._events.flush())
-        if self._error is not None:
-            raise self._error
-        self.heard += len(self._heard)
-        while self._heard:
+        heard = self._hearing.listen()
+        for happened_s, literal, source, goal in heard:
             # Its waits end at their times between what it hears: one may be over before the answer comes.
-            happened_s, literal, source, goal = self._heard.popleft()
+            self.heard += 1
             self._advance(happened_s)
             self._run.tell(self._agent, literal, source, goal)
         self._advance(time_s)
@@ -188,21 +162,9 @@ class OnlineAgent:
         if time_s > run.now_s:
             run.wait_until(time_s)
 
-    def _disturb(self) -> str:
-        """The line of a disturbance, if one is chosen; at most one between two commands."""
-        lines = self._role.disturbances
-        if not lines or (self.taken and self.taken[-1] in lines):
-            return NONE
-        chosen = self._choose(DISTURBANCE, (NONE, *lines))
-        self.taken += [chosen] if chosen else []
-        return chosen
-
     def _post_goal(self) -> None:
-        if self._goals_left <= 0:
-            return
-        goal = self._choose(GOAL, (NONE, *self._role.goals))
+        goal = self._decisions.goal(self._role.goals, self._run.now_s)
         if goal != NONE:
-            self._goals_left -= 1
             self._run.tell(self._agent, parse_literal(goal), self._steering.name, goal=True)
 
     def _take(self) -> str | None:
@@ -214,24 +176,12 @@ class OnlineAgent:
         options = tuple(dict.fromkeys(act.text for act in ready))
         chosen = options[0] if len(options) == 1 else self._choose(ACT, options)
         self._doing = by_text[chosen]
-        self.taken.append(command_from_action(chosen))
-        return self.taken[-1]
+        command = command_from_action(chosen)
+        self._decisions.taken.append(command)
+        return command
 
     def _choose(self, about: str, options: tuple[str, ...]) -> str:
-        situation = self._situation()
-        decision = Decision(about, options, situation)
-        chosen = self._chooser.choose(decision)
-        if chosen not in options:
-            alternatives = ", ".join(map(repr, options))
-            raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {alternatives}")
-        if chosen != NONE or about not in (GOAL, DISTURBANCE):
-            self.choices.append(Choice(len(self.taken), situation.state, situation.interaction, about, chosen))
-        return chosen
-
-    def _situation(self) -> Situation:
-        commands = [line for line in self.taken if line not in self._role.disturbances]
-        interaction = max((len([*planned(commands)]) for planned in self._role.planned), default=0)
-        return Situation(self._run.now_s, self._state, interaction, tuple(self.taken))
+        return self._decisions.choose(about, options, self._run.now_s)
 
     @property
     def plans(self) -> tuple[str, ...]:

@@ -117,6 +117,8 @@ class Kernel:
         self.unclaimed: list[Callable[[], str]] = []
         """Asked when the run is over: a sentence about an error that nobody took until then, or an empty text."""
         self.world: World | None = None
+        self.after_steps: list[Callable[[], None]] = []
+        """Called after each step of the world: whoever waits for a time without a step that ends there."""
         self.virtual: frozenset[str] = frozenset()
         """Which of Python's own ways to wait take place in virtual time, see `pytest_hricdv.runtime.virtual`."""
         self.code: tuple[str, ...] = ()
@@ -405,6 +407,8 @@ class Kernel:
         while self.now_us < target_us and not self._ready and self._stop is None:
             self.now_us = advanced(self.world, self.now_us, target_us)
             self.world.observe()
+            for notice in self.after_steps:
+                notice()
 
     def _make_runnable(self, node: Node) -> None:
         """Once only: a node that is resumed twice would go on from its next wait at once."""

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
-
-import pytest
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.closing.pool import with_disturbances
@@ -18,7 +15,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from, concret
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.monitor import Requirement, load_requirements
-from pytest_hricdv.testbench import Online, Testbench, TestbenchError
+from pytest_hricdv.testbench import Testbench
 from pytest_hricdv.testbench_faults import checked
 from tests.actors.corridor.bench import nurse, ward
 
@@ -104,15 +101,6 @@ def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
     assert fault == (
         "nobody does what child does in the test: expected a node of the testbench's run that takes "
         "run.actions('child')"
-    )
-
-
-def test_an_online_agent_beside_others_is_refused() -> None:
-    with pytest.raises(TestbenchError) as refused:
-        checked(replace(ward(), online=Online("nurse")), "tests")
-    assert str(refused.value) == (
-        "tests: online has the agent 'nurse', and the model the actors nurse, child: only one actor can decide during "
-        "a run so far; leave online out, or give the model one actor"
     )
 
 

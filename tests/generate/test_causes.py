@@ -60,6 +60,22 @@ def order(folder: Path, **agents: str) -> dict[int, tuple[int, ...]]:
         ),
         pytest.param(
             {
+                "a": "!go. +!go <- .wait(50); one; .send(b, tell, seen).",
+                "b": "!play. +!play <- two; !stay; three. +!stay <- .wait({+seen}, 5000, _).",
+            },
+            {"b:three": ("a:one",)},
+            id="waited for in a subgoal that has ended",
+        ),
+        pytest.param(
+            {
+                "a": "!go. +!go <- .wait(50); one; .send(b, tell, seen).",
+                "b": "!play. +!play <- !look; two; .wait(200); three. +!look <- ?seen; .print(yes). -!look.",
+            },
+            {},
+            id="named by a subgoal that had ended before",
+        ),
+        pytest.param(
+            {
                 "a": "!go. +!go <- one; .send(b, tell, seen).",
                 "b": "!play. +!play : seen <- two. +!play <- .wait(100); !play.",
             },

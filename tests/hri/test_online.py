@@ -37,10 +37,10 @@ def table(fidelity: str = "kinematic") -> Testbench:
 def role() -> Role:
     """Of the table's person."""
     bench = table()
-    assert bench.online is not None
+    assert bench.deciding
     lines = [line for line in bench.commands.commands if line not in bench.concretization.commands]
     planned = [product.planned for product in bench.cross.values() if product.planned is not None]
-    return load_role(bench.online, bench.model, bench.beliefs, bench.vocabulary(), lines, bench.state, planned)
+    return load_role(bench.deciding[0], bench.model, bench.beliefs, bench.vocabulary(), lines, bench.state, planned)
 
 
 def weights(goal: float, disturbance: float) -> list[Weight]:
@@ -124,7 +124,7 @@ def test_the_person_decides_when_it_matters_and_is_bored_where_beliefs_before_th
     result, agent = lived(1, wish)
     assert result.outcome.outcomes == ("released", "no-human-ready", "discarded")
     leg = ["tell leg", "receivesignal"]
-    assert agent.taken == [*bench.leg("111"), *leg, "bored", *bench.leg("011")]
+    assert agent.commands == [*bench.leg("111"), *leg, "bored", *bench.leg("011")]
     assert wish.states == {
         "start": [""],
         "boredom": ["Receive2"] * 3,

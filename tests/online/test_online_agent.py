@@ -8,8 +8,8 @@ import pytest
 
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
+from pytest_hricdv.online.decisions import MOST_GOALS
 from pytest_hricdv.online.declaration import Online, OnlineError
-from pytest_hricdv.online.online_agent import MOST_GOALS
 from tests.online.toy import Life, Wish, role
 
 

@@ -11,6 +11,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.agent_state import ActionTable
@@ -21,8 +22,8 @@ from pytest_hricdv.bdi.language.syntax import And, ExternalAction, Formula, Plan
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
 from pytest_hricdv.bdi.logic.substitution import Bindings
-from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import JitteredRun
+from pytest_hricdv.bdi.run.system_run import SystemRun
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,15 +105,15 @@ def _line(step: Step, width: int) -> str:
     return f"{step.number:>4}  round {step.round:<4} {step.agent:<{width}}  {step}{cause}"
 
 
-class TracedRun(JitteredRun):
-    """A run whose steps are noted; it takes what a run with jitter takes."""
+class Noting(SystemRun):
+    """What notes the steps of a run of any kind; it takes what that kind takes."""
 
-    def __init__(self, environment: Environment, seed: int, goal: tuple[str, Structure] | None, jitter: int) -> None:
+    def __init__(self, *arguments: Any) -> None:
         self.steps: list[Step] = []
         self.sendings: dict[int, int] = {}
         """The steps that messages were sent by, by the messages' numbers."""
         self.acting: TracedAgent | None = None
-        super().__init__(environment, seed, goal, jitter)
+        super().__init__(*arguments)
 
     def note(self, agent: str, kind: str, text: str, cause: Step | None = None, **details: object) -> Step:
         """Add a step; its cause says which plan did it, unless the details do."""
@@ -153,13 +154,17 @@ class TracedRun(JitteredRun):
         super().deliver(receiver, message)
 
 
+class TracedRun(Noting, JitteredRun):
+    """A run whose steps are noted; it takes what a run with jitter takes."""
+
+
 class TracedAgent(Agent):
     """An agent in a traced run; it takes what an agent takes."""
 
     def __init__(
         self,
         name: str,
-        run: TracedRun,
+        run: Noting,
         actions: ActionTable,
         beliefs: BeliefBase,
         library: PlanLibrary,

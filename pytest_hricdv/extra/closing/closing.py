@@ -28,7 +28,7 @@ from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError
 from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.online_run import role_of
+from pytest_hricdv.extra.closing.online_run import roles_of
 from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.open_points import Surroundings
 from pytest_hricdv.extra.closing.options import ClosingOptions
@@ -145,11 +145,11 @@ class Closing:
         testbench, pool = self._collection.testbench, self._pool
         experience = Experience(pool, lambda test: concretize(test, testbench.commands).run)
         disturbances = {name: disturbance.parameters for name, disturbance in testbench.disturbances.items()}
-        role = role_of(testbench)
+        roles = roles_of(testbench)
         return (
             ModelWay(pool, experience),
             DisturbanceWay(pool, experience, disturbances),
-            *([] if role is None else [OnlineWay(role, pool.planned)]),
+            *([OnlineWay(roles, pool.planned)] if roles else []),
         )
 
     def _run_others(

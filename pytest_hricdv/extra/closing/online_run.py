@@ -1,40 +1,37 @@
-"""A run in which the person decides what to do, by weights; and the test that it becomes."""
+"""A run in which people decide what to do, by weights; and the test that it becomes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from pytest_hricdv import disturbance
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import Concretization, abstract_from
-from pytest_hricdv.online.chooser import Weight, WeightedChooser
+from pytest_hricdv.online.chooser import Choice, Weight, WeightedChooser
 from pytest_hricdv.online.online_actions import OnlineActions
 from pytest_hricdv.online.online_agent import OnlineAgent
+from pytest_hricdv.online.online_people import OnlinePeople
 from pytest_hricdv.online.role import Role, load_role
+from pytest_hricdv.run import Actions
 from pytest_hricdv.testbench import Testbench
 
 TARGET = "online"
 
 
-def role_of(testbench: Testbench) -> Role | None:
-    """The role of the person; None where the testbench declares none.
+def roles_of(testbench: Testbench) -> tuple[Role, ...]:
+    """The roles of those who decide during runs, in the order of the actors; empty where the testbench declares none.
 
     Raises:
-        OnlineError: the declaration names what the model or the run does not have.
+        OnlineError: a declaration names what the model or the run does not have.
     """
-    if testbench.online is None:
-        return None
     planned = [product.planned for product in testbench.cross.values() if product.planned is not None]
-    return load_role(
-        testbench.online,
-        testbench.model,
-        testbench.beliefs,
-        testbench.vocabulary(),
-        disturbance.lines(testbench.disturbances),
-        testbench.state,
-        planned,
+    lines, model = disturbance.lines(testbench.disturbances), testbench.model
+    deciding = sorted(testbench.deciding, key=lambda online: model.who_acts.index(online.agent) if model.actors else 0)
+    return tuple(
+        load_role(online, model, testbench.beliefs, testbench.vocabulary(), lines, testbench.state, planned)
+        for online in deciding
     )
 
 
@@ -42,18 +39,40 @@ class OnlineRun:
     """One such run.
 
     Args:
-        role: of the person.
+        roles: of those who decide.
         commands: with the ranges of their parameters.
         seed: of the test: of its parameters, and of what is chosen.
         weights: of choices.
     """
 
-    def __init__(self, role: Role, commands: Concretization, seed: int, weights: Iterable[Weight] = ()) -> None:
-        self._role = role
-        self.agent = OnlineAgent(role, WeightedChooser(seed, weights))
-        self.actions = OnlineActions(self.agent, commands)
+    def __init__(
+        self, roles: Sequence[Role], commands: Concretization, seed: int, weights: Iterable[Weight] = ()
+    ) -> None:
+        self._roles = roles
+        chooser = WeightedChooser(seed, weights)
+        self.actions: Actions
+        """Produces the actions of the run."""
+        self.watcher: OnlineAgent | OnlinePeople
+        """Listens to the run."""
+        if len(roles) > 1:
+            self.actions = self.watcher = OnlinePeople(roles, chooser, commands)
+        else:
+            self.watcher = OnlineAgent(roles[0], chooser)
+            self.actions = OnlineActions(self.watcher, commands)
+
+    @property
+    def choices(self) -> Sequence[Choice]:
+        """What was chosen, in order."""
+        return self.watcher.choices
 
     def recorded(self, result: CaseResult) -> AbstractTest:
-        """The test that the run became, with the plans that the agent has executed, if these count."""
-        test, name = abstract_from(result.test, TARGET), self._role.agent.name
-        return replace(test, plans={name: self.agent.plans} if name in self._role.model.covered else {})
+        """The test that the run became, with the plans that the agents have executed, if these count."""
+        people, test, plans = self.watcher, result.test, {}
+        if isinstance(people, OnlinePeople):
+            test = people.enacted(test, result.sim_s)
+            plans = {role.agent.name: people.plans(role.agent.name) for role in self._roles}
+        else:
+            plans = {self._roles[0].agent.name: people.plans}
+        covered = self._roles[0].model.covered
+        kept = {name: labels for name, labels in plans.items() if name in covered}
+        return replace(abstract_from(test, TARGET), plans=kept)

@@ -58,16 +58,18 @@ class OnlineWay:
     """See the module.
 
     Args:
-        role: of the person.
+        roles: of those who decide.
         planned: `planned` of each cross product that has it.
     """
 
     name = NAME
 
-    def __init__(self, role: Role, planned: Mapping[str, Planned]) -> None:
-        groups = {name: (NONE, *group) for name, group in role.space.groups.items()}
-        self._options: Mapping[str, Sequence[str]] = {START: role.space.start, **groups}
-        self._rare: Mapping[str, Sequence[str]] = {GOAL: role.goals, DISTURBANCE: role.disturbances}
+    def __init__(self, roles: Sequence[Role], planned: Mapping[str, Planned]) -> None:
+        goals = tuple(dict.fromkeys(goal for role in roles for goal in role.goals))
+        groups = {name: (NONE, *group) for name, group in roles[0].space.groups.items()}
+        self._options: Mapping[str, Sequence[str]] = {START: roles[0].space.start, **groups}
+        self._rare: Mapping[str, Sequence[str]] = {GOAL: goals, DISTURBANCE: roles[0].disturbances}
+        self._title = f"{'people who decide' if len(roles) > 1 else 'a person who decides'} during the run"
         self._statistics = ChoiceStatistics(planned)
         self._learned = 0
 
@@ -84,7 +86,7 @@ class OnlineWay:
         commands = max(sum(lengths) / len(lengths), 1.0)
         surprises = {about: min(pick(rng, SURPRISES) / commands, LIKELIEST) for about in self._rare}
         weights = (weight for place in self._places(targets) for weight in self._weights(archive, *place, surprises))
-        return Proposal(Draft(NAME, (), (), name="a person who decides during the run"), NAME, targets, tuple(weights))
+        return Proposal(Draft(NAME, (), (), name=self._title), NAME, targets, tuple(weights))
 
     def _places(self, targets: Sequence[Point]) -> Iterator[tuple[str, int, str, Sequence[Point]]]:
         """States, interactions, what is decided there, and the targets then: before the first one, its target."""

@@ -21,7 +21,7 @@ from pytest_hricdv.execution.case import CaseResult, execute
 from pytest_hricdv.execution.execution_part import Watcher
 from pytest_hricdv.extra.closing.fork_runner import ForkRunner
 from pytest_hricdv.extra.closing.observation import Observation, observe
-from pytest_hricdv.extra.closing.online_run import OnlineRun, role_of
+from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.online.chooser import Weight
@@ -109,7 +109,7 @@ class _Serving:
         engine = [testbench.engines[testbench.engine]] if testbench.engine else []
         for name in (*testbench.requires, *engine):
             importlib.import_module(name)
-        _ = self._context.code, self._context.measurement, self._role  # once, and not in each fork
+        _ = self._context.code, self._context.measurement, self._roles  # once, and not in each fork
         introduce(self._context, self._write)
         for line in messages:
             batch = msgspec.json.decode(line, type=TestBatch)
@@ -142,16 +142,16 @@ class _Serving:
         return self._execute(test)
 
     @cached_property
-    def _role(self) -> Role | None:
-        return role_of(self._collection.testbench)
+    def _roles(self) -> tuple[Role, ...]:
+        return roles_of(self._collection.testbench)
 
     def _execute(self, test: ConcreteTest) -> CaseResult:
         weights, self._online_run = self._online.get(test.id), None
         actions: Actions | None = None
         watching: list[Watcher] = []
-        if weights is not None and self._role is not None:
-            self._online_run = OnlineRun(self._role, self._collection.testbench.commands, test.seed, weights)
-            actions, watching = self._online_run.actions, [self._online_run.agent]
+        if weights is not None and self._roles:
+            self._online_run = OnlineRun(self._roles, self._collection.testbench.commands, test.seed, weights)
+            actions, watching = self._online_run.actions, [self._online_run.watcher]
         with contextlib.redirect_stdout(io.StringIO()):
             settings = self._context.run_settings.measured_by(self._context.measurement)
             return execute(settings, test, "closing", producing=actions, watching=watching)
@@ -168,7 +168,7 @@ class _Serving:
             requirements=self._context.requirements,
             known_violations=self._context.known_violations,
             state=self._collection.testbench.state,
-            choices=() if online_run is None else online_run.agent.choices,
+            choices=() if online_run is None else online_run.choices,
         )
 
     def _warm(self, tests: Sequence[ConcreteTest]) -> None:

@@ -27,7 +27,7 @@ TASTES = (NONE, "likes_hot", "likes_cold")
 @pytest.fixture
 def way(tmp_path: Path) -> OnlineWay:
     role = toy.role(tmp_path, disturbances=("disturb wind", "disturb rain"))
-    return OnlineWay(role, {"cup": toy.planned})
+    return OnlineWay([role], {"cup": toy.planned})
 
 
 def archive_of(*wanted: Point) -> Archive:
@@ -134,7 +134,7 @@ def test_proposals_depend_on_archive_and_random_stream_only(way: OnlineWay, tmp_
     archive = archive_of()
     add(archive, ["press"], [Choice(1, "A", 1, "taste", "likes_hot")], ("hot", "shout"))
     way.propose(archive, 3, Random(7))
-    another = OnlineWay(toy.role(tmp_path, disturbances=("disturb wind", "disturb rain")), {"cup": toy.planned})
+    another = OnlineWay([toy.role(tmp_path, disturbances=("disturb wind", "disturb rain"))], {"cup": toy.planned})
     assert way.propose(archive, 5, Random(2)) == another.propose(archive, 5, Random(2))
     assert way.propose(archive, 5, Random(2)) != way.propose(archive, 5, Random(3))
 

@@ -1,0 +1,1 @@
+// The cart, as what the child hears of it.

@@ -1,0 +1,185 @@
+"""Several people who decide during a run: they wait for each other, and their run is an ordinary test afterwards."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
+from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.actors import PAUSE_S, TURN_WAIT_S
+from pytest_hricdv.generate.beliefs import START
+from pytest_hricdv.generate.chosen_values import RUN
+from pytest_hricdv.generate.concrete import concretize
+from pytest_hricdv.monitor import load_requirements
+from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, Weight
+from pytest_hricdv.testbench import (
+    Constant,
+    Disturbance,
+    Hears,
+    Online,
+    OnlineError,
+    Outcome,
+    Run,
+    Testbench,
+    TestbenchError,
+)
+from pytest_hricdv.testbench_faults import checked
+from tests.actors.corridor.bench import nurse, running, ward
+
+PEOPLE = (Online("nurse", patience_s=2.0), Online("child", patience_s=3.0))
+
+
+@cache
+def bench() -> Testbench:
+    return checked(replace(ward(), online=PEOPLE), "tests")
+
+
+def wishes(**chosen: str) -> list[Weight]:
+    """Weights with which these options are chosen: the start belief, and a belief of each group."""
+    options = {START: bench().beliefs.start, **bench().beliefs.groups}
+    return [
+        (ANY_STATE, ANY_INTERACTION, about, option, float(option == chosen.get(about, option)))
+        for about, group in options.items()
+        for option in group
+    ]
+
+
+def decided(testbench: Testbench, seed: int, weights: list[Weight]) -> tuple[CaseResult, AbstractTest]:
+    """A run in which both decide, and the test that it becomes."""
+    empty = concretize(AbstractTest("t", "closure", "t", (), (), seed=seed), testbench.commands)
+    people = OnlineRun(roles_of(testbench), testbench.commands, seed, weights)
+    result = execute(settings(testbench), empty, producing=people.actions, watching=[people.watcher])
+    return result, people.recorded(result)
+
+
+def settings(testbench: Testbench) -> RunSettings:
+    return RunSettings(testbench, load_requirements(testbench.requirements, testbench.vocabulary()))
+
+
+def again(testbench: Testbench, test: AbstractTest) -> CaseResult:
+    return execute(settings(testbench), concretize(test, testbench.commands))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_test_is_the_same_run_to_the_bit(seed: int) -> None:
+    result, test = decided(bench(), seed, [])
+    repeated = again(bench(), AbstractTest.from_data(test.to_data()))
+    assert repeated.record.sha256 == result.record.sha256
+    assert (repeated.acted_s, repeated.sim_s) == (result.acted_s, result.sim_s)
+    assert result.ending_faults == repeated.ending_faults == ()
+    assert test.values[RUN][TURN_WAIT_S] == 0.0
+
+
+def test_the_child_waits_until_the_nurse_has_called_it() -> None:
+    # With this seed the child has come before the nurse calls.
+    result, test = decided(bench(), 10, wishes(start="playful", nurse="watchful"))
+    called, out = test.lines.index("nurse: call_out"), test.lines.index("child: step_out")
+    assert test.after == {out + 1: (called + 1,)}
+    assert result.acted_s[out] == pytest.approx(result.acted_s[called] + test.values[called + 1]["takes_s"], abs=1e-5)
+    assert test.values[out + 1][PAUSE_S] == 2e-6
+    assert test.plans == {"child": ("listens", "playful"), "nurse": ("watchful",)}
+    assert again(bench(), test).record.sha256 == result.record.sha256
+
+
+def test_what_a_person_waits_for_takes_its_time_in_the_run() -> None:
+    # The nurse has called before the child listens: it waits for 5 s.
+    result, test = decided(bench(), 22, wishes(start="playful", nurse="watchful"))
+    out = test.lines.index("child: step_out")
+    assert test.values[out + 1][PAUSE_S] == pytest.approx(5.0, abs=0.03)
+    assert again(bench(), test).record.sha256 == result.record.sha256
+
+
+def test_they_hear_the_run_and_disturbances_come_between_them() -> None:
+    hears = (Hears("warned", "on(near) & near.somebody", source="robot"),)
+    people = (PEOPLE[0], Online("child", hears, patience_s=3.0))
+    pushes: list[float] = []
+    disturbances = {"push": Disturbance({}, lambda corridor, parameters: pushes.append(corridor.cart_m))}
+    testbench = checked(replace(with_robot(), online=people, disturbances=disturbances), "tests")
+    often: list[Weight] = [(ANY_STATE, ANY_INTERACTION, "disturbance", line, 0.5) for line in ("", "disturb push")]
+    result, test = decided(testbench, 1, [*wishes(start="playful", nurse="watchful"), *often])
+    assert len(pushes) == test.lines.count("disturb push") > 0
+    assert again(testbench, test).record.sha256 == result.record.sha256
+    assert len(pushes) == 2 * test.lines.count("disturb push")
+
+
+def with_robot() -> Testbench:
+    """The corridor with a model in which the robot is an agent, too, so that it can say something."""
+    made = ward()
+    path = made.model.path.with_name("ward_with_robot.mas2j")
+    return replace(made, model=replace(made.model, path=path))
+
+
+def test_a_person_with_nothing_to_do_is_gone_after_a_while() -> None:
+    left: list[float] = []
+
+    def patient(run: Run, corridor: object) -> None:
+        nurse(run, corridor)  # type: ignore[arg-type]
+        left.append(run.kernel.now_s)
+
+    testbench = checked(
+        replace(bench(), run=running((patient, *(person for person in [child_who_does_nothing])))), "tests"
+    )
+    result, test = decided(testbench, 1, wishes(start="shy", nurse="patient"))
+    rested_s = test.values[1]["takes_s"]
+    assert left == [pytest.approx(rested_s + 2.0, abs=0.03)]
+    again(testbench, test)
+    assert left[0] == left[1]
+    assert result.ending_faults == ()
+
+
+def child_who_does_nothing(run: Run, corridor: object) -> None:
+    """Takes what the child does, and does nothing."""
+    for _ in run.actions("child"):
+        run.kernel.sleep(0.1)
+
+
+def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
+    alone = checked(replace(bench(), run=running((nurse,))), "tests")
+    result, _ = decided(alone, 1, [])
+    assert [fault for fault in result.ending_faults if "child" in fault] == [
+        "nobody does what child does in the test: expected a node of the testbench's run that takes "
+        "run.actions('child')"
+    ]
+
+
+def test_waiting_is_not_for_the_testbench_to_say() -> None:
+    def waiting(run: Run) -> Outcome:
+        run.waits(lambda: None)
+        raise AssertionError
+
+    with pytest.raises(TestbenchError, match=r"run\.waits: the model has the actors nurse, child, each of which waits"):
+        decided(replace(bench(), run=waiting), 1, [])
+
+
+@pytest.mark.parametrize(
+    ("online", "complaint"),
+    [
+        (
+            Online("nurse"),
+            "online has not all actors of the model, who decide during a run together; add "
+            r"Online\('child'\)",
+        ),
+        ((), r"online is \(\); expected Online\(...\), a tuple with one for each actor, or None"),
+        ((Online("nurse"), Online("chid")), "online has 'chid', which is no actor of the model; nearest: child"),
+        ((Online("nurse"), Online("nurse"), Online("child")), "online has 'nurse' twice; expected one"),
+    ],
+)
+def test_a_declaration_that_is_none_is_refused(online: object, complaint: str) -> None:
+    with pytest.raises(TestbenchError, match=complaint):
+        checked(replace(ward(), online=online), "tests")  # type: ignore[arg-type]
+
+
+def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
+    concretization = replace(ward().concretization, turn_wait_s=Constant(3.0, "s"))
+    with pytest.raises(TestbenchError, match=r"turn_wait_s is 3 s; expected a range from 0 s on"):
+        checked(replace(ward(), online=PEOPLE, concretization=concretization), "tests")
+
+
+@pytest.mark.parametrize("patience_s", [-1.0, float("inf"), float("nan"), "3", True])
+def test_a_patience_that_is_no_time_is_refused(patience_s: object) -> None:
+    with pytest.raises(OnlineError, match=r"patience_s is .*; expected a time in seconds, from 0 on"):
+        Online("nurse", patience_s=patience_s)  # type: ignore[arg-type]
