@@ -35,4 +35,4 @@ class Battery:
         """How long `shown` stays as it is (s); infinite where it does."""
         if self.charging:
             return math.inf if self.level >= 1.0 else max(0.0, self.shown + GRAIN - self.level) * CHARGES_S
-        return math.inf if self.level <= 0.0 else (self.level - self.shown + 1e-6) * LASTS_S
+        return math.inf if self.shown <= 0.0 else (self.level - self.shown + 1e-10) * LASTS_S

@@ -8,14 +8,14 @@ from collections.abc import Callable
 
 from carebot.messages import GripperCommand, GripperState, Pose, Scan, Velocity
 
-from house.base import FREE, Base, Mechanics
+from house.base import BODIES, FREE, Base, Contact, Mechanics, impact_n
 from house.battery import Battery
 from house.flat import BOXES, at_charger, in_reach
 from house.gripper import Gripper
 from house.laser import PERIOD_US, Disc, Laser, TurnedBox
 from house.planar import Planar
-from house.shapes import Point, gap_to_box
-from house.walkers import DOG_SIZE_M, PERSON_RADIUS_M, Dog, Person
+from house.shapes import Gap, Point, gap_to_box, moved
+from house.walkers import DOG_RADIUS_M, DOG_SIZE_M, PERSON_RADIUS_M, Dog, Person
 from pytest_hricdv.runtime import Kernel, Node, Recorder
 
 STEP_US = 50_000
@@ -57,6 +57,12 @@ UNITS = {
     "distance_to_obstacle": "m",
     "contact_force": "N",
 }
+
+JUMPS_S = 0.2
+"""In this time the published dog was somewhere else: for how fast it is when it lands in the robot."""
+
+PUSHED_M = 0.01
+"""The robot is pushed in parts of this, until something is in its way (chosen)."""
 
 VALUES = {
     "contact": ("nothing", "wall", "furniture", "person", "dog"),
@@ -177,11 +183,43 @@ class House:
             self._watches.remove(watch)
         return woken or condition()
 
+    def dog_jumps(self, dx_m: float, dy_m: float) -> bool:
+        """The dog is somewhere else at once, as that of the published case, which was *set* each 0.2 s.
+
+        Where it lands in the robot, that is pushed out of its way at once, as simulators do that resolve overlaps: no
+        law of physics is meant. What of this walls do not allow, the dog is pushed back.
+
+        Returns:
+            False, without effect, where walls or furniture do not leave it room.
+        """
+        to = self.dog.at[0] + dx_m, self.dog.at[1] + dy_m
+        if _to_obstacle(to, DOG_RADIUS_M) < 0.0:
+            return False
+        self.dog.stay()
+        self.dog.at, self.dog.heading_rad = to, math.atan2(dy_m, dx_m)
+        gap = self.dog.gap_to(self.base.at, self.base.radius_m)
+        if gap.width_m < 0.0:
+            self._push_robot(gap)
+            self.contact = Contact("dog", impact_n(math.hypot(dx_m, dy_m) / JUMPS_S, BODIES["dog"]))
+        self._record()
+        return True
+
     def take_food(self) -> None:
         """The person takes what the gripper holds."""
         self.gripper.hand_over()
 
     # --- within
+
+    def _push_robot(self, gap: Gap) -> None:
+        base, start, free = self.base, self.base.at, 0.0
+        parts = math.ceil(-gap.width_m / PUSHED_M)
+        for part in range(1, parts + 1):
+            at = moved(start, gap.away, part * -gap.width_m / parts)
+            if _to_obstacle(at, base.radius_m) < 0.0 or self.person.gap_to(at, base.radius_m).width_m < 0.0:
+                break
+            base.at, free = at, part * -gap.width_m / parts
+        self.dog.push(gap.away, gap.width_m + free)
+        self.mechanics.moved(base)
 
     def _jump_us(self) -> int:
         until_s = self.battery.changes_in_s()

@@ -23,7 +23,12 @@ def flat(seed: int = 1, battery: float = 1.0) -> tuple[Kernel, Recorder, House]:
 def lived(does: Callable[[House, Kernel], None], limit_s: float = 100.0, seed: int = 1) -> tuple[House, Record]:
     """What is left when a node has done what it does."""
     kernel, recorder, house = flat(seed)
-    kernel.spawn("node", lambda: (does(house, kernel), kernel.stop("done"))[0])
+
+    def node() -> None:
+        does(house, kernel)
+        kernel.stop("done")
+
+    kernel.spawn("node", node)
     assert kernel.run(limit_s) == "done"
     return house, recorder.finish()
 
@@ -111,7 +116,12 @@ def test_a_battery_is_charged_at_the_charger() -> None:
     kernel, _, house = flat(battery=0.5)
     house.base.at = GOALS["charger"]
     house.drive(Velocity(0.0, 0.1))
-    kernel.spawn("robot", lambda: (kernel.sleep(1.0), house.drive(Velocity(0.0, 0.0)))[0])
+
+    def robot() -> None:
+        kernel.sleep(1.0)
+        house.drive(Velocity(0.0, 0.0))
+
+    kernel.spawn("robot", robot)
     kernel.run(1800.0)
     assert house.battery_port.level() == pytest.approx(0.75, abs=0.01)
 
@@ -129,6 +139,19 @@ def test_runs_are_equal_to_the_bit_and_seeds_are_not() -> None:
     hashes = [lived(scans, seed=seed)[1].sha256 for seed in (1, 1, 2)]
     assert hashes[0] == hashes[1]
     assert seen[:20] == seen[20:40] != seen[40:]
+
+
+def test_a_published_jump_into_the_robot_pushes_it_away_and_is_felt() -> None:
+    def jump(house: House, kernel: Kernel) -> None:
+        house.base.at = (-1.0, -4.0)
+        assert not house.dog_jumps(0.0, -2.0)  # into the wall
+        assert house.dog_jumps(-0.97, 0.01)
+
+    house, record = lived(jump)
+    assert math.dist(house.base.at, (-1.0, -4.0)) > 0.25
+    assert house.dog.gap_to(house.base.at, house.base.radius_m).width_m == pytest.approx(0.0, abs=1e-9)
+    assert "dog" in record.texts["contact"][1]
+    assert max(record.signals["contact_force"][1]) > 1000.0
 
 
 def test_what_is_no_velocity_is_refused_with_the_time() -> None:
