@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from house.flat import DOG_AREA, STANDS
 from house.house import House
 
+from people.published_dog import PublishedDog
 from pytest_hricdv.testbench import Bystander, Range, Run
 
 REST_OF_RUN_S = 10_000.0
@@ -46,8 +48,23 @@ COMES_M_S = 0.8
 """When it is called (chosen)."""
 
 
+AS_PUBLISHED = "published"
+"""Of `DOG_VARIABLE`: the dog of the published case, which can jump into the robot."""
+
+DOG_VARIABLE = "HOME_CARE_DOG"
+"""Environment variable: which dog it is; empty for the one that walks. A study compares both."""
+
+
+def bystanders() -> tuple[Bystander, ...]:
+    """The dog, where it is one that has acts of its own: the published one has none."""
+    return () if os.environ.get(DOG_VARIABLE) == AS_PUBLISHED else (DOG,)
+
+
 def spawn_dog(run: Run, house: House) -> None:
     """Start the dog's nodes: one for its own acts, one by which it comes when it is called."""
+    if DOG.name not in run.bystanders:
+        run.kernel.spawn(DOG.name, PublishedDog(run, house).live)
+        return
     called = run.bus.port("dog").subscribe(DogCalled)
     calls = 0
 

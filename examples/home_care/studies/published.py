@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from people.ranges import COMMANDS
+from people.ranges import COMMANDS, KNOWN
 
 DATA = Path(__file__).with_name("published.json")
 REQUIREMENTS = ("A1", "A2", "A3", "A4")
@@ -140,6 +140,23 @@ def counted(runs: Sequence[str]) -> Counts:
 
 def _coverage(run: str) -> int:
     return int(run.partition(":")[0][len(REQUIREMENTS) :])
+
+
+def first_orders(tests: Sequence[PublishedTest]) -> dict[str, tuple[int, int, float]]:
+    """In how many runs the robot did not hear the first order: method -> runs, those without, and their share, 0 to 1.
+
+    That shows where the first order is the only one that the robot can do: then it carries out nothing in such a run.
+    """
+    heard: dict[str, tuple[int, int, float]] = {}
+    for method in dict.fromkeys(test.method for test in tests):
+        counts = [test.counts for test in tests if test.method == method and _only_first_known(test) and test.counts]
+        runs, unmoved = sum(count.started for count in counts), sum(count.unmoved for count in counts)
+        heard[method] = runs, unmoved, unmoved / runs if runs else 0.0
+    return heard
+
+
+def _only_first_known(test: PublishedTest) -> bool:
+    return [step in KNOWN for step in test.steps] == [True, *(False for _ in test.steps[1:])]
 
 
 def lines(test: PublishedTest) -> tuple[list[str], list[str]]:

@@ -1,0 +1,168 @@
+"""The page of `studies.comparison`, and the causes of the differences that it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from studies.published import REQUIREMENTS, VERDICTS, PublishedTest
+from studies.results import Result, Run, agreement, published_result, result
+
+METHODS = {"bdi": "BDI", "mc": "model checking", "pr": "pseudorandom"}
+PASSED, FAILED, NC = range(len(VERDICTS))
+
+ALL_FIFTY: Mapping[str, tuple[float, float, tuple[tuple[int, int, int], ...]]] = {
+    "bdi": (1897, 71.3, ((983, 184, 730), (819, 925, 153), (1584, 313, 0), (42, 1855, 0))),
+    "mc": (1880, 65.2, ((1002, 219, 659), (586, 736, 558), (1495, 384, 1), (198, 1681, 1))),
+    "pr": (1892, 56.3, ((690, 135, 1067), (824, 243, 825), (1713, 179, 0), (597, 1295, 0))),
+}
+"""Method -> started runs, their mean coverage in %, and verdicts of A1 to A4 of all 50 published tests (published)."""
+
+CAUSES = {
+    "A1": {
+        NC: "Nothing was taken that could be delivered. In the original, the first order is said 5 s after the start, "
+        "and is often not heard; here it always is.",
+        FAILED: "Food not delivered within 300 s. In the original, the robot stands for as long as anybody is near, "
+        "and the dog comes near; here it looks for another way.",
+    },
+    "A2": {
+        NC: "The robot was not idle. In the original an order lasts longer than here, and unheard orders leave none "
+        "after which it can be idle; here it is idle before the first order as well.",
+        FAILED: "Idle, and 40 s later not at the charger. In the original, a drive ends as soon as one coordinate is "
+        "that of the goal. A next order within these 40 s fails A2, too, here as there: it is what A2 says.",
+    },
+    "A3": {
+        FAILED: "More than 0.25 m between two samples. The original robot never drives faster than this, but samples "
+        "are 1.2 s apart, and the dog can jump into it; here the robot drives at 0.24 m/s, and the dog cannot jump.",
+    },
+    "A4": {
+        FAILED: "Turning on the spot and gripping count as standing still, here as there: the requirement is wrong, "
+        "and N4 says what was meant.",
+    },
+}
+"""Requirement -> verdict -> why its share differs."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Published tests and their runs here.
+
+    Args:
+        tests: of all methods.
+        copies: runs of each test.
+        runs: by what was done with them: as it is, as it was.
+        unheard: method -> share of runs, 0 to 1, in which the first order was unheard in the published runs.
+        faults: which were switched on for "as it was".
+    """
+
+    tests: Sequence[PublishedTest]
+    copies: int
+    runs: Mapping[str, Sequence[Run]]
+    unheard: Mapping[str, float]
+    faults: str
+
+    @property
+    def methods(self) -> list[str]:
+        """Of the tests."""
+        return list(dict.fromkeys(test.method for test in self.tests))
+
+    def results(self, method: str) -> dict[str, Result]:
+        """By column: the published one, then those of the runs here."""
+        tests = [test for test in self.tests if test.method == method]
+        own = {name: result([run for run in runs if run.method == method]) for name, runs in self.runs.items()}
+        return {"published": published_result(tests), **own}
+
+    def data(self) -> dict[str, Any]:
+        """The figures for JSON."""
+        return {
+            "copies": self.copies,
+            "faults": self.faults,
+            "unheard": dict(self.unheard),
+            "methods": {
+                method: {name: asdict(held) for name, held in self.results(method).items()} for method in self.methods
+            },
+            "agreement": {
+                name: {
+                    requirement: agreement(self.tests, runs, place)[0] for place, requirement in enumerate(REQUIREMENTS)
+                }
+                for name, runs in self.runs.items()
+            },
+        }
+
+    def text(self) -> str:
+        """The page, in Markdown."""
+        return "\n".join([_HEAD.format(copies=self.copies), *self._summary(), *self._verdicts(), *self._agreement()])
+
+    def _summary(self) -> Iterable[str]:
+        yield "## Coverage, and what was not checked of A1\n"
+        yield _table(
+            [
+                "",
+                "runs here",
+                "A1 NC, published",
+                "as it is",
+                "as it was",
+                "coverage, published",
+                "as it is",
+                "as it was",
+            ],
+            [self._summary_row(method) for method in self.methods],
+        )
+        means = {name: [self.results(method)[name].coverage for method in self.methods] for name in self.runs}
+        for name, values in means.items():
+            falls = values == sorted(values, reverse=True)
+            order = ", ".join(f"{METHODS.get(m, m)} {v:.1f} %" for m, v in zip(self.methods, values, strict=True))
+            yield f"- Mean coverage {name}: {order}: {'in' if falls else 'not in'} the published order."
+        lost = ", ".join(f"{METHODS.get(m, m)} {100 * share:.0f} %" for m, share in self.unheard.items())
+        yield f"- First orders that the original robot did not hear, where this can be seen: {lost}.\n"
+
+    def _summary_row(self, method: str) -> list[str]:
+        held = self.results(method)
+        ncs = [f"{column.share(0, NC):.1f} %" for column in held.values()]
+        means = [f"{column.coverage:.1f} %" for column in held.values()]
+        return [METHODS.get(method, method), str(held[next(iter(self.runs))].runs), *ncs, *means]
+
+    def _verdicts(self) -> Iterable[str]:
+        for place, requirement in enumerate(REQUIREMENTS):
+            yield f"## {requirement}\n"
+            rows = []
+            for method in self.methods:
+                for name, held in self._columns(method):
+                    shares = [f"{held.verdicts[place][v]} ({held.share(place, v):.1f} %)" for v in range(len(VERDICTS))]
+                    rows.append([METHODS.get(method, method), name, str(held.runs), *shares])
+            yield _table(["", "", "runs", *VERDICTS], rows)
+            for verdict, why in CAUSES[requirement].items():
+                yield f"- {VERDICTS[verdict]}: {why}"
+            yield ""
+
+    def _columns(self, method: str) -> Iterable[tuple[str, Result]]:
+        if method in ALL_FIFTY:
+            runs, coverage, verdicts = ALL_FIFTY[method]
+            yield "published, all 50 tests", Result(int(runs), verdicts, coverage)
+        for name, held in self.results(method).items():
+            yield ("published, these tests" if name == "published" else name), held
+
+    def _agreement(self) -> Iterable[str]:
+        yield "## Agreement, test by test\n"
+        yield "In how many published runs a test's verdict is the one that it has here in most runs. The last column is"
+        yield "the verdict that it has there in most runs: no more can agree.\n"
+        rows = []
+        for place, requirement in enumerate(REQUIREMENTS):
+            own = [agreement(self.tests, runs, place) for runs in self.runs.values()]
+            rows.append([requirement, *(f"{here:.0f} %" for here, _ in own), f"{own[0][1]:.0f} %"])
+        yield _table(["", *self.runs, "at most"], rows)
+
+
+_HEAD = """# This robot beside the published one
+
+Made by `python -m studies.comparison`. The published tests of the home-care case, which `published.json` has with what
+came of their runs, are run on this robot {copies} times each: *as it is*; and *as it was*, with the published faults
+switched on (`carebot.config.Faults`), the first order unheard as often as there, and the dog that jumps. Published
+figures are of the runs that started.
+"""
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    listed = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(row) + " |" for row in listed) + "\n"
