@@ -103,13 +103,16 @@ def read(path: Path = DATA) -> list[PublishedTest]:
 
 
 def _test(where: str, method: str, place: int, entry: Any) -> PublishedTest:
-    steps = entry.get("steps", ()) if isinstance(entry, dict) else None
+    steps = entry.get("steps", ()) if isinstance(entry, dict) else ""
     if not isinstance(steps, list | tuple | None) or not all(isinstance(step, str) for step in steps or ()):
         raise PublishedError(f"{where}, entry {place}: {entry!r}; expected an object with 'steps', a list of orders")
-    if not isinstance(entry, dict):
-        raise PublishedError(f"{where}, entry {place}: {entry!r}; expected an object with 'steps', a list of orders")
-    counts = counted(entry["runs"]) if "runs" in entry else _counts(entry.get("counts"))
-    return PublishedTest(method, int(entry.get("n", place)), tuple(steps or ()), counts)
+    try:
+        counts = counted(entry["runs"]) if "runs" in entry else _counts(entry.get("counts"))
+        return PublishedTest(method, int(entry.get("n", place)), tuple(steps or ()), counts)
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise PublishedError(
+            f"{where}, entry {place}: {error!r}; expected 'n', a number, and 'runs', texts such as 'PPPF84:1011'"
+        ) from None
 
 
 def _counts(data: Mapping[str, Any] | None) -> Counts | None:
