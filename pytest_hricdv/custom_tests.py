@@ -96,7 +96,12 @@ class HriRun:
             judge_run(result, context.known_violations),
             result,
             lambda: explanation.failure(
-                built, context.texts, seed=None, known_violations=context.known_violations, units=units
+                built,
+                context.texts,
+                seed=None,
+                known_violations=context.known_violations,
+                units=units,
+                brief=self._item.config.get_verbosity() <= 0,
             ),
         )
 

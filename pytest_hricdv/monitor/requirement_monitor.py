@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from pytest_hricdv.monitor.evaluation_state import (
     NS_PER_S,
@@ -107,6 +107,8 @@ class _OpenViolation:
     time_ns: Nanoseconds
     values: dict[str, Value]
     margin: float
+    margin_ns: Nanoseconds
+    values_ns: dict[str, Nanoseconds] = field(default_factory=dict)
 
 
 class EpisodeMonitor(RequirementMonitor):
@@ -152,17 +154,26 @@ class EpisodeMonitor(RequirementMonitor):
         """Begin or continue a violation."""
         # The values are those of its first instant; only what `shows` names is followed to its worst.
         if self._violation is None:
-            self._violation = _OpenViolation(now_ns, self._current_values(outputs), margin)
+            self._violation = _OpenViolation(now_ns, self._current_values(outputs), margin, now_ns)
         violation, values = self._violation, self._state.values
-        violation.margin = min(violation.margin, margin)
+        if margin < violation.margin:
+            violation.margin, violation.margin_ns = margin, now_ns
         for name in violation.values.keys() & self.shows:
-            violation.values[name] = max(violation.values[name], values[name], key=lambda value: abs(float(value)))
+            if abs(float(values[name])) > abs(float(violation.values[name])):
+                violation.values[name], violation.values_ns[name] = values[name], now_ns
 
     def _end_violation(self) -> None:
         violation = self._violation
         if violation is not None:
             self._failed = True
-            self._verdict.add_violation(self._trigger_ns, violation.time_ns, violation.values, violation.margin)
+            self._verdict.add_violation(
+                self._trigger_ns,
+                violation.time_ns,
+                violation.values,
+                violation.margin,
+                margin_ns=violation.margin_ns,
+                values_ns=violation.values_ns,
+            )
             self._violation = None
 
     def _end_episode(self, now_ns: Nanoseconds) -> None:

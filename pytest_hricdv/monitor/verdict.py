@@ -34,6 +34,8 @@ class Violation(PlainRecord, frozen=True):
         outside: violations of this requirement are known under a condition that did not hold at `time_s` (added by
             whoever knows of such conditions).
         text: what was expected and observed, for people, if the values do not say it.
+        margin_s: when the margin was, where that is later than `time_s` (s).
+        values_s: value -> when it was (s), of those that were followed to their worst after `time_s`.
     """
 
     trigger_s: Number
@@ -42,6 +44,8 @@ class Violation(PlainRecord, frozen=True):
     margin: Number | None
     outside: bool = False
     text: str = ""
+    margin_s: Number | None = None
+    values_s: Mapping[str, Number] = {}
 
 
 class NearestMiss(PlainRecord, frozen=True):
@@ -158,7 +162,10 @@ class VerdictBuilder:
         # Of violations: trigger and time (ns), margins, values. Of triggers: begin and end (ns), outcome.
         self._violated_ns = (array("q"), array("q"))
         self._margins = array("d")
+        self._margins_ns = array("q")
         self._values: list[Mapping[str, Value]] = []
+        self._values_ns: dict[int, Mapping[str, Nanoseconds]] = {}
+        """Of violations, by their numbers: when values were that were followed to their worst."""
         self._decided_ns = (array("q"), array("q"))
         self._outcomes: list[TriggerOutcome] = []
 
@@ -169,12 +176,27 @@ class VerdictBuilder:
             self._margin_ns = now_ns
 
     def add_violation(
-        self, trigger_ns: Nanoseconds, time_ns: Nanoseconds, values: Mapping[str, Value], margin: float
+        self,
+        trigger_ns: Nanoseconds,
+        time_ns: Nanoseconds,
+        values: Mapping[str, Value],
+        margin: float,
+        *,
+        margin_ns: Nanoseconds | None = None,
+        values_ns: Mapping[str, Nanoseconds] | None = None,
     ) -> None:
-        """Record one violation. (`failures` counts triggers; one trigger may have several violations.)"""
+        """Record one violation. (`failures` counts triggers; one trigger may have several violations.)
+
+        Args:
+            margin_ns: when the margin was; None for the time of the violation.
+            values_ns: when those values were that are of another time.
+        """
         self._violated_ns[0].append(trigger_ns)  # type: ignore[arg-type]
         self._violated_ns[1].append(time_ns)  # type: ignore[arg-type]
         self._margins.append(margin)
+        self._margins_ns.append(time_ns if margin_ns is None else margin_ns)  # type: ignore[arg-type]
+        if values_ns:
+            self._values_ns[len(self._values)] = values_ns
         self._values.append(values)
 
     @property
@@ -187,6 +209,7 @@ class VerdictBuilder:
         margin = -late_ns / NS_PER_S
         self.add_margin(margin, now_ns)
         self._margins[number] = margin
+        self._margins_ns[number] = now_ns  # type: ignore[call-overload]
 
     def decide(self, begin_ns: Nanoseconds, end_ns: Nanoseconds, *, passed: bool) -> None:
         """Count a trigger that was discharged or failed."""
@@ -223,16 +246,24 @@ class VerdictBuilder:
             failures=self.failures,
             vacuous=int(self.triggers == 0),
             pending=pending,
-            violations=tuple(map(_violation, *self._violated_ns, self._values, self._margins)),
+            violations=tuple(map(self._violation, range(self.violations))),
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
             history=tuple(sorted(map(_trigger, *self._decided_ns, self._outcomes), key=_by_begin)),
             unused=tuple(self.unused) if self.triggers else (),
         )
 
-
-def _violation(trigger_ns: int, time_ns: int, values: Mapping[str, Value], margin: float) -> Violation:
-    return Violation(seconds(trigger_ns), seconds(time_ns), values, _finite_or_none(margin))
+    def _violation(self, number: int) -> Violation:
+        time_ns, margin_ns = self._violated_ns[1][number], self._margins_ns[number]
+        margin = _finite_or_none(self._margins[number])
+        return Violation(
+            seconds(self._violated_ns[0][number]),
+            seconds(time_ns),
+            self._values[number],
+            margin,
+            margin_s=None if margin is None or margin_ns == time_ns else seconds(margin_ns),
+            values_s={name: seconds(at_ns) for name, at_ns in self._values_ns.get(number, {}).items()},
+        )
 
 
 def _trigger(begin_ns: int, end_ns: int, outcome: TriggerOutcome) -> Trigger:

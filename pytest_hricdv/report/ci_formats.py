@@ -6,11 +6,12 @@ from pytest_hricdv._base.message import MAX_LINE, cut, visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
-from pytest_hricdv.report.explanation import instructions_of, violation_line
+from pytest_hricdv.report.explanation import instructions_of
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.markdown_text import escaped
 from pytest_hricdv.report.view import views
+from pytest_hricdv.report.violation_lines import failed_in_order, violation_line
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 MAX_ANNOTATIONS = 10
@@ -204,8 +205,7 @@ def _failures(report: Report) -> Iterator[str]:
 
 
 def _failure(report: Report, test: TestResult) -> Iterator[str]:
-    failed = (name for name, result in test.requirements.items() if result.verdict == "Failed")
-    names = sorted(failed, key=by_requirement)
+    names = failed_in_order(test, {} if report.strict else report.known_violations)
     causes = ", ".join([*names, *(["fault"] if test.faults else [])]) or "in error"
     yield f"<details><summary><b>{_escaped(test.id)}</b>: {_escaped(causes)}</summary>"
     yield ""

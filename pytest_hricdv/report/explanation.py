@@ -5,11 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.actors import actors_of
-from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
+from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report import action_lines, log_lines
-from pytest_hricdv.report.formatting import by_requirement, natural, plural, quantity, seconds
+from pytest_hricdv.report.formatting import by_requirement, plural, quantity, seconds
 from pytest_hricdv.report.log_lines import LogLine
 from pytest_hricdv.report.margin import margin_text, unit_of
+from pytest_hricdv.report.violation_lines import failed_in_order, first_violation, headline, violation_line
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 # Chosen, as the number of actions in `action_lines`.
@@ -30,8 +31,11 @@ def failure(
     rerun_options: Sequence[str] = (),
     file: str | None = None,
     logged: Sequence[LogLine] = (),
+    brief: bool = False,
 ) -> str:
     """Why a test failed: requirements with times, values and margins; faults; what the human did; how to run it again.
+
+    Its first line stands alone: services and editors show no more of it.
 
     Args:
         test: its result; `outcome` and `wall_s` are not read, as they are not known yet when a test fails.
@@ -44,23 +48,26 @@ def failure(
         rerun_options: further options for the command that runs the test again.
         file: the test's replay file, if it has one.
         logged: what was logged in the run.
+        brief: without formulas, and without what others lack that were not checked.
 
     Returns:
         Several lines without a last end of line; control characters of names are shown as escapes.
     """
     reasons = known_violations or {}
-    failed = [name for name in _names(test) if test.requirements[name].verdict == "Failed"]
-    failed.sort(key=lambda name: name in reasons and not test.requirements[name].outside)
-    lines: list[str] = []
+    failed = failed_in_order(test, reasons)
+    first = headline(test, requirements, units or {}, reasons)
+    lines: list[str] = [first, ""] if first else []
     for name in failed:
         texts = requirements.get(name)
-        lines += [*_requirement(name, test.requirements[name], texts, reasons.get(name), units or {}), ""]
+        about = _requirement(name, test.requirements[name], texts, reasons.get(name), units or {}, brief=brief)
+        lines += [*about, ""]
     if test.faults:
         lines += [*test.faults, ""]
     if test.failure:
         lines += [*test.failure.strip("\n").splitlines(), ""]
-    lines += [*_other_requirements(test, failed), *_course(test), ""]
-    at_s = _first_violation_s(test, failed[:1])
+    lines += [*(_others_counted(test, failed) if brief else _other_requirements(test, failed)), *_course(test), ""]
+    violation = first_violation(test.requirements[failed[0]]) if failed else None
+    at_s = violation.time_s if violation else None
     story = _actions(test, test.sim_s) if at_s is None else _actions(test, at_s, f"{failed[0]} is violated")
     lines += [*story, "", *_logged(logged, test.sim_s if at_s is None else at_s)]
     lines += instructions(test, suite, seed, rerun_options, file)
@@ -95,27 +102,6 @@ def course(test: TestResult) -> str:
     """What happened in a run, whether it failed or not: verdicts, outcomes, and what the human did."""
     lines = [f"{name} {test.requirements[name].verdict} ({counts(test.requirements[name])})" for name in _names(test)]
     return "\n".join(visible(line) for line in [*lines, *_course(test), "", *_actions(test)])
-
-
-def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
-    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
-
-    Args:
-        violation: of the report.
-        units: signal -> unit, as far as known.
-        unit: of the margin.
-    """
-    text = f"triggered at {seconds(violation.trigger_s)}, violated at {seconds(violation.time_s)}"
-    if violation.values:
-        names = sorted(violation.values, key=natural)
-        text += ": " + ", ".join(
-            f"{name} = {quantity(violation.values[name])} {units.get(name, '')}".rstrip() for name in names
-        )
-    if violation.text:
-        text += f": {violation.text}"
-    if violation.margin is not None:
-        text += f" (margin {margin_text(violation.margin, unit)})"
-    return f"{text}; not known under this condition" if violation.outside else text
 
 
 def counts(result: RequirementResult) -> str:
@@ -197,18 +183,20 @@ def _requirement(
     texts: RequirementText | None,
     known_as: str | None,
     units: Mapping[str, str],
+    *,
+    brief: bool,
 ) -> Iterator[str]:
     yield f"{name} Failed: {_one_line(texts.title)}" if texts and texts.title else f"{name} Failed"
     if known_as is not None and result.outside:
         yield f"  known only {_one_line(known_as)}"
     elif known_as is not None:
         yield f"  a known violation{f' ({_one_line(known_as)})' if known_as else ''}: it does not fail the run"
-    if texts and texts.text:
+    if texts and texts.text and not brief:
         yield f"  checked as  {_one_line(texts.text)}"
-    if texts and texts.source:
+    if texts and texts.source and not brief:
         yield f"  source      {_one_line(texts.source)}"
     unit = unit_of(texts.text, units) if texts else ""
-    outside_first = sorted(result.violations, key=lambda violation: not violation.outside)
+    outside_first = sorted(result.violations, key=lambda violation: (not violation.outside, violation.time_s))
     for violation in outside_first[:_MAX_VIOLATIONS]:
         yield f"  {violation_line(violation, units, unit)}"
     if len(result.violations) > _MAX_VIOLATIONS:
@@ -239,17 +227,19 @@ def _other_requirements(test: TestResult, failed: Sequence[str]) -> Iterator[str
             yield f"         {name} {nearest_miss(result.nearest_miss)}"
 
 
+def _others_counted(test: TestResult, failed: Sequence[str]) -> Iterator[str]:
+    verdicts = [result.verdict for name, result in test.requirements.items() if name not in failed]
+    words = {"Passed": "passed", "Failed": "failed", "NC": "not checked"}
+    counted = [f"{verdicts.count(verdict)} {word}" for verdict, word in words.items() if verdict in verdicts]
+    if counted:
+        yield f"others:  {', '.join(counted)}"
+
+
 def _course(test: TestResult) -> Iterator[str]:
     if test.outcomes:
         yield f"outcome: {', '.join(test.outcomes)}"
     ended = f": {test.ended}" if test.ended else ""
     yield f"ended:   after {seconds(test.sim_s)} simulated{ended}"
-
-
-def _first_violation_s(test: TestResult, requirements: Sequence[str]) -> float | None:
-    """When the first violation of these requirements was."""
-    violations = (violation for name in requirements for violation in test.requirements[name].violations)
-    return min((violation.time_s for violation in violations), default=None)
 
 
 def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> Iterator[str]:

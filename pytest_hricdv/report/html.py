@@ -23,6 +23,7 @@ from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.requirement_view import grouped, requirement_view, triggers_over_time
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
 from pytest_hricdv.report.view import Place, views
+from pytest_hricdv.report.violation_lines import violation_line
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -157,9 +158,7 @@ def _context(report: Report) -> dict[str, Any]:
         "sections": {place: [section for section in sections if section.place == place] for place in get_args(Place)},
         "failure_groups": failure_groups(report),
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
-        "violation": lambda name, violation: explanation.violation_line(
-            violation, report.units or {}, margin_unit(report, name)
-        ),
+        "violation": lambda name, violation: violation_line(violation, report.units or {}, margin_unit(report, name)),
         "nearest_miss": explanation.nearest_miss,
         "margin": lambda name, value: margin_text(value, margin_unit(report, name)),
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),

@@ -17,6 +17,7 @@ from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.view import views
+from pytest_hricdv.report.violation_lines import violation_line
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
 TESTS_PER_PACK = 50
@@ -182,8 +183,7 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
         "margin": "" if result.margin is None else margin_text(result.margin, unit) + at,
         "miss": explanation.nearest_miss(result.nearest_miss) if result.nearest_miss else "",
         "violations": [
-            explanation.violation_line(violation, report.units or {}, unit)
-            for violation in result.violations[:MOST_LISTED]
+            violation_line(violation, report.units or {}, unit) for violation in result.violations[:MOST_LISTED]
         ],
         "more": max(0, len(result.violations) - MOST_LISTED),
         "times": [violation.time_s for violation in result.violations],

@@ -15,10 +15,10 @@ import pytest
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.explanation import violation_line
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import views
+from pytest_hricdv.report.violation_lines import violation_line
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE

@@ -23,7 +23,8 @@ ALL_FROM_VERBOSITY = 2
 """With -vv, each test has its traceback."""
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
-_VIOLATED = re.compile(r"^(?P<name>\S+) Failed(?=[:\n]|$)", re.MULTILINE)
+_VIOLATED = re.compile(r"^(?:E +)?(?P<name>\S+) Failed(?=[:\n]|$)", re.MULTILINE)
+_VIOLATION = re.compile(r"^\S+ failed at ")
 _FOLDED = ("failed", "error")
 
 Key = tuple[object, ...]
@@ -83,11 +84,10 @@ class RepeatedErrors:
         crash = getattr(getattr(report, "longrepr", None), "reprcrash", None)
         if getattr(report, "nodeid", None) not in self._aggregation.chosen or crash is None:
             return None
-        message = crash.message.removeprefix("Failed: ")  # as pytest's own exception is called, with --tb=short
-        violated = tuple(match["name"] for match in _VIOLATED.finditer(message))
-        first = message.partition("\n")[0]
-        if violated and _VIOLATED.match(first):
+        first = crash.message.partition("\n")[0]
+        if _VIOLATION.match(first):
             return None
+        violated = tuple(match["name"] for match in _VIOLATED.finditer(report.longreprtext))
         return report.when, crash.path, crash.lineno, _NUMBER.sub("#", first), violated
 
 

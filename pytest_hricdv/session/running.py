@@ -9,12 +9,12 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv._base.error_text import shorten
-from pytest_hricdv._base.message import cut, legible
+from pytest_hricdv._base.message import legible
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
-from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test
-from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
+from pytest_hricdv.execution.judge import judge_run, judge_test
+from pytest_hricdv.execution.outcome import XFAILED, Judgement
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report import ci_formats, explanation
 from pytest_hricdv.report.log_lines import LogLine, RunLog
@@ -26,18 +26,20 @@ from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.part import parts
+from pytest_hricdv.session.pytest_report import (
+    cut_texts,
+    end_of,
+    explained_by_us,
+    failure_text,
+    let_first_line_stand_alone,
+)
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.usage import located
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-NO_REASON = "xfail without a reason"
 FAIL = pytest.fail  # as it is now: the code under test may replace it
-
-MAX_OUTPUT = 200_000
-"""Characters of a test's failure, and of each of its outputs, that pytest is given (chosen: ten times what a result
-keeps)."""
 
 
 class RerunInfo(TypedDict):
@@ -123,7 +125,8 @@ class Running:
         report: pytest.TestReport = yield  # type: ignore[assignment]
         case = case_of(item)
         if case is not None:
-            _cut_texts(report)
+            cut_texts(report)
+        let_first_line_stand_alone(report, call)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "setup" and case.result is not None:
             self._setup_s = call.duration  # a fixture ran the test
@@ -131,9 +134,9 @@ class Running:
         if case is not None and is_over and not (skipped or case.is_elsewhere):
             is_judged = call.excinfo is not None and call.excinfo.value is case.raised
             ending = case.judgement if is_judged else None
-            outcome = judge_test(_end(report), ending, has_run=case.result is not None)
+            outcome = judge_test(end_of(report), ending, has_run=case.result is not None)
             result = self._result(case, item.nodeid)
-            failure = _failure(report, call, outcome, ending)
+            failure = failure_text(report, call, outcome, ending)
             wall_s = call.duration + (self._setup_s if call.when == "call" else 0.0)
             result = replace(result, outcome=outcome, wall_s=wall_s, failure=failure)
             setattr(report, ATTRIBUTE, encode_bounded(self._finished(case, result, report)))
@@ -180,7 +183,7 @@ class Running:
         shown = self._shown_result(case, nodeid)
         shorten(failure)
         failure.add_note("\n" + explanation.aborted(shown, place, **self._rerun_info(case)))
-        raise failure
+        raise explained_by_us(failure)
 
     def _begun(self, code: CodeUnderTest) -> None:
         """Messages are logged at the simulated time from now on."""
@@ -217,6 +220,7 @@ class Running:
                 self.context.texts,
                 known_violations=self.context.known_violations,
                 units=self.collection.testbench.units,
+                brief=self.collection.config.get_verbosity() <= 0,
                 **self._rerun_info(case),
             )
 
@@ -311,38 +315,10 @@ def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], 
     if isinstance(cause, Exception) and not word_of(cause):  # with its line it says more than that a node failed
         shorten(cause)
         cause.add_note("\n" + explained())
-        raise cause
-    FAIL(explained(), pytrace=False)
+        raise explained_by_us(cause)
+    raise explained_by_us(FAIL.Exception(explained(), pytrace=False))
 
 
 def _ended_in_setup(case: HriCase, call: pytest.CallInfo[None]) -> bool:
     """Whether a fixture ran the test and then failed, so that there is no call: its run is a result as any."""
     return call.when == "setup" and call.excinfo is not None and case.result is not None
-
-
-def _cut_texts(report: pytest.TestReport) -> None:
-    """Cut what the code under test has written: a terminal, JUnit's file and other processes get all of it."""
-    report.sections[:] = [(name, cut(text, MAX_OUTPUT)) for name, text in report.sections]
-    if not report.passed and not isinstance(report.longrepr, tuple) and report.longrepr is not None:
-        text = report.longreprtext
-        if len(text) > MAX_OUTPUT:
-            report.longrepr = cut(text, MAX_OUTPUT)
-
-
-def _end(report: pytest.TestReport) -> FunctionEnd:
-    if report.outcome == "passed":
-        return "returned"
-    return "xfailed" if hasattr(report, "wasxfail") else "raised"
-
-
-def _failure(
-    report: pytest.TestReport, call: pytest.CallInfo[None], outcome: TestOutcome, ending: Judgement | None
-) -> str:
-    """The text of a test that did not pass: of the judgement that ended it, or what pytest shows of the author's."""
-    if outcome == "passed":
-        return ""
-    if outcome == "expected-failure":
-        reason = report.wasxfail or NO_REASON
-        is_call = call.excinfo is not None and call.excinfo.errisinstance(pytest.xfail.Exception)
-        return reason if is_call else f"{reason}\n\n{report.longreprtext}"
-    return ending.reason if ending is not None and outcome in XFAILED else cut(report.longreprtext)

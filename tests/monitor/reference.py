@@ -154,8 +154,8 @@ class ReferenceEvaluator(PastEvaluator):
                 violations = []
                 for breach in breaches:
                     lasting = range(breach, next((p for p in range(breach, end) if good[p]), end))
-                    margin = min(distances[p] for p in lasting)
-                    violations.append(self.violation(formula, shows, start, lasting, margin))
+                    margin, at = min((distances[p], p) for p in lasting)
+                    violations.append(self.violation(formula, shows, start, lasting, margin, tick_of(at)))
                 return Judged(violations, False, [(distance, tick_of(p)) for p, distance in distances.items()])
             case HoldsUntil():
                 released = self.truth(response.release)
@@ -175,7 +175,7 @@ class ReferenceEvaluator(PastEvaluator):
                     return Judged([], True, [])
                 came = tick_of(next((p for p in range(closes + 1, last + 1) if good[p]), last))
                 margin = (tick_of(closes) - came) * TICK_S
-                violation = self.violation(formula, shows, start, range(closes, closes + 1), margin)
+                violation = self.violation(formula, shows, start, range(closes, closes + 1), margin, came)
                 return Judged([violation], False, [(margin, came)])
 
     def safety(self, formula: Formula, shows: tuple[str, ...], start: int, window: range, *, undecided: bool) -> Judged:
@@ -185,21 +185,39 @@ class ReferenceEvaluator(PastEvaluator):
         margins = [(self.distance(formula.response.condition, p), tick_of(p)) for p in checked]
         if breach is None:
             return Judged([], undecided, margins)
-        margin, _ = margins[-1]
-        return Judged([self.violation(formula, shows, start, range(breach, breach + 1), margin)], undecided, margins)
+        lasting = range(breach, breach + 1)
+        violation = self.violation(formula, shows, start, lasting, *margins[-1])
+        return Judged([violation], undecided, margins)
 
     def violation(
-        self, formula: Formula, shows: tuple[str, ...], start: int, lasting: range, margin: float
+        self, formula: Formula, shows: tuple[str, ...], start: int, lasting: range, margin: float, margin_at: int
     ) -> Violation:
-        """The violation at the positions `lasting`: values at its first one; the largest ones of shown signals."""
+        """The violation at the positions `lasting`: values at its first one; the largest ones of shown signals.
+
+        The margin is that at the tick `margin_at`.
+        """
         values_at_first = self.values[lasting[0]]
-        values = {name: values_at_first[name] for name in shows if name in values_at_first}
-        values = {name: max((self.values[p][name] for p in lasting), key=abs) for name in values}
+        peaks = {
+            name: max(lasting, key=lambda p: (abs(self.values[p][name]), -p))
+            for name in shows
+            if name in values_at_first and name not in names_read(formula)
+        }
+        values = {name: self.values[p][name] for name, p in peaks.items()}
         values.update({name: values_at_first[name] for name in names_read(formula) if name in values_at_first})
         values.update({str(count): self.counted(count)[lasting[0]] for count in numbers(formula, Count)})
         times = {str(time): self.between(time)[lasting[0]] for time in numbers(formula, TimeBetween)}
         values.update({text: time for text, time in times.items() if time is not None})
-        return Violation(tick_of(start) * TICK_S, tick_of(lasting[0]) * TICK_S, values, finite(margin))
+        first = tick_of(lasting[0])
+        return Violation(
+            tick_of(start) * TICK_S,
+            first * TICK_S,
+            values,
+            finite(margin),
+            margin_s=None if margin_at == first or not math.isfinite(margin) else margin_at * TICK_S,
+            values_s={
+                name: tick_of(p) * TICK_S for name, p in peaks.items() if abs(values[name]) > abs(values_at_first[name])
+            },
+        )
 
 
 def finite(margin: float) -> float | None:

@@ -58,7 +58,13 @@ def test_a_run_shifted_in_time_has_the_same_verdict(formula: Formula, trace: Log
         here,
         margin_time_s=None if here.margin_time_s is None else round(here.margin_time_s + shift_s, 9),
         violations=tuple(
-            replace(v, trigger_s=round(v.trigger_s + shift_s, 9), time_s=round(v.time_s + shift_s, 9))
+            replace(
+                v,
+                trigger_s=round(v.trigger_s + shift_s, 9),
+                time_s=round(v.time_s + shift_s, 9),
+                margin_s=None if v.margin_s is None else round(v.margin_s + shift_s, 9),
+                values_s={name: round(time_s + shift_s, 9) for name, time_s in v.values_s.items()},
+            )
             for v in here.violations
         ),
         history=tuple(

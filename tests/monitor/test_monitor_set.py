@@ -161,6 +161,7 @@ def test_the_result_of_a_verdict_is_what_reports_have() -> None:
                     "leg_offset": 0.5,
                 },
                 "margin": -9.0,
+                "margin_s": 20.0,
             }
         ],
         "margin": -9.0,

@@ -7,8 +7,9 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
-from pytest_hricdv.monitor import NearestMiss
+from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
 from pytest_hricdv.report.explanation import failure, generate_command, nearest_miss
+from pytest_hricdv.report.violation_lines import headline, violation_line
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample, sample_tests
 
@@ -28,7 +29,9 @@ def _failing(*names: str, unchecked: Sequence[str] = ()) -> TestResult:
 def test_failure_says_what_when_by_how_much_and_how_to_run_it_again() -> None:
     test = _failing("R1")
     text = failure(test, REQUIREMENTS, seed=7, units={"hand_distance": "m"})
-    assert text.startswith("R1 Failed: If gaze, pressure and location sense the human ready, then a leg")
+    assert text.startswith(
+        "R1 failed at 51.5 s by 0.02 s\n\nR1 Failed: If gaze, pressure and location sense the human ready"
+    )
     assert "checked as  always(rise(gpl_ready) -> eventually[0:10](leg_released))" in text
     assert "triggered at 41.2 s, violated at 51.5 s: hand_distance = 0.03 m (margin -0.02 s)" in text
     assert "2 triggers: 1 passed, 1 failed; worst margin -0.02 s at 51.5 s" in text
@@ -83,7 +86,7 @@ def test_a_violation_before_anything_was_done_says_so() -> None:
 
 def test_a_known_violation_is_listed_after_the_cause() -> None:
     text = failure(_failing("R1", "R3"), REQUIREMENTS, seed=0, known_violations={"R1": "slow release"})
-    assert text.startswith("R3 Failed")
+    assert text.startswith("R3 failed at 51.5 s by 0.02\n\nR3 Failed")
     assert "a known violation (slow release): it does not fail the run" in text[text.index("R1 Failed") :]
 
 
@@ -93,7 +96,7 @@ def test_the_line_to_run_again_takes_the_suite_as_it_was_asked_for() -> None:
 
 
 def test_a_requirement_without_texts_has_its_name() -> None:
-    assert failure(_failing("R1"), {}, seed=0).startswith("R1 Failed\n  triggered at")
+    assert failure(_failing("R1"), {}, seed=0).startswith("R1 failed at 51.5 s by 0.02\n\nR1 Failed\n  triggered at")
 
 
 def test_an_unchecked_requirement_is_explained() -> None:
@@ -167,3 +170,38 @@ def test_a_test_that_never_ran_still_has_a_text() -> None:
 )
 def test_command_is_safe_to_paste_into_a_shell(nodeid: str, suite: str, shown: str) -> None:
     assert generate_command(nodeid, suite, 0) == shown
+
+
+def test_the_first_line_stands_alone_and_goes_by_time() -> None:
+    test = _failing("R1", "R3")
+    earlier = convert(sample_tests.requirement_result("Failed", 1.0), RequirementResult)
+    earlier = replace(earlier, violations=tuple(replace(v, time_s=44.0, margin_s=50.5) for v in earlier.violations))
+    test = replace(test, requirements={**test.requirements, "R3": earlier}, acted_s=(1.0, 43.0, 45.0))
+    lines = failure(test, REQUIREMENTS, seed=0, units={"hand_distance": "m"}).splitlines()
+    assert lines[0] == "R3 failed at 44.0 s, by 0.02 m at 50.5 s, then R1"
+    assert [line[:9] for line in lines if " Failed: " in line] == ["R3 Failed", "R1 Failed"]
+    assert "      44.0 s  --> R3 is violated" in lines
+    test = replace(test, requirements={"R3": earlier})
+    text = headline(test, {}, {}, {"R3": "no crush prevention"})
+    assert text == "R3 failed at 44.0 s, by 0.02 at 50.5 s (known)"
+
+
+def test_a_value_belongs_to_the_moment_that_is_shown() -> None:
+    violation = Violation(41.25, 51.5, {"force": 9.0, "near": True}, -0.5, margin_s=53.0, values_s={"force": 52.25})
+    assert violation_line(violation, {"force": "N"}) == (
+        "triggered at 41.2 s, violated at 51.5 s: force = 9 N at 52.2 s, near = True (margin -0.5 at 53.0 s)"
+    )
+
+
+def test_a_missed_deadline_is_missed_by_the_time_that_says_it() -> None:
+    test = _failing("R1")
+    late = replace(test.requirements["R1"].violations[0], margin=-8.5, margin_s=60.0)
+    test = replace(test, requirements={"R1": replace(test.requirements["R1"], violations=(late,))})
+    assert headline(test, REQUIREMENTS, {}) == "R1 failed at 51.5 s by 8.5 s"
+
+
+def test_a_brief_text_has_no_formulas_and_counts_what_else_was_checked() -> None:
+    text = failure(_failing("R3", unchecked=["R1"]), REQUIREMENTS, seed=0, brief=True)
+    assert "checked as" not in text
+    assert "nearest at" not in text
+    assert "\nothers:  2 passed, 1 not checked\n" in text

@@ -49,11 +49,9 @@ def test_a_run_that_deviates_fails_and_says_how(compared: pytest.Pytester, optio
     result.stdout.fnmatch_lines(
         [
             "MODEL Failed: The code under test does what the agent guide does, in time, and nothing else",
-            "  checked as  switch after 0.2 to 0.4 s",
-            "  source      guide.asl",
             "  triggered at * violated at *: expected switch 0.2 to 0.4 s after * s (plan @g2 of guide, observed by "
             "on(switched)); observed nothing",
-            "others:  R1 Passed, *",
+            "others:  * passed*",
         ]
     )
     failed = [test for test in report(compared.path)["tests"] if test["requirements"]["MODEL"]["verdict"] == "Failed"]

@@ -1,0 +1,100 @@
+"""Violations of a test in words: in the order of time, each value with the moment that it belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+
+from pytest_hricdv.monitor import RequirementResult, Violation
+from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
+from pytest_hricdv.report.margin import margin_text, unit_of
+from pytest_hricdv.results.model import RequirementText, TestResult
+
+_SAME_S = 0.0005
+"""Times closer than this are one moment: reports have milliseconds."""
+
+
+def failed_in_order(test: TestResult, known_violations: Container[str] = ()) -> list[str]:
+    """The requirements that a test violated: what fails it first, then by the time of the violation.
+
+    Args:
+        known_violations: requirements whose violation does not fail it, unless it is outside of their condition.
+    """
+    failed = [name for name, result in test.requirements.items() if result.verdict == "Failed"]
+    return sorted(
+        failed, key=lambda name: (is_known(name, test, known_violations), _first_s(test, name), by_requirement(name))
+    )
+
+
+def is_known(name: str, test: TestResult, known_violations: Container[str]) -> bool:
+    """Whether a test's violations of a requirement are all known."""
+    return name in known_violations and not test.requirements[name].outside
+
+
+def headline(
+    test: TestResult,
+    requirements: Mapping[str, RequirementText],
+    units: Mapping[str, str],
+    known_violations: Container[str] = (),
+) -> str:
+    """What failed, in a line that stands alone: `R29 failed at 162.9 s by 0.128 m, then R21`; empty for nothing."""
+    failed = failed_in_order(test, known_violations)
+    if not failed:
+        return ""
+    first, *others = failed
+    result = test.requirements[first]
+    texts = requirements.get(first)
+    text = f"{first} failed"
+    if (violation := first_violation(result)) is not None:
+        text += f" at {seconds(violation.time_s)}{_by(violation, unit_of(texts.text, units) if texts else '')}"
+    text += " (known)" if is_known(first, test, known_violations) else ""
+    new = [name for name in others if not is_known(name, test, known_violations)]
+    return f"{text}, then {', '.join(new)}" if new else text
+
+
+def first_violation(result: RequirementResult) -> Violation | None:
+    """The first that is not known; of known ones the first. None where nothing says when it was."""
+    return min(result.violations, key=lambda violation: (not violation.outside, violation.time_s), default=None)
+
+
+def violation_line(violation: Violation, units: Mapping[str, str], unit: str = "") -> str:
+    """One violation in a line: `triggered at 41.2 s, violated at 51.2 s: hand_distance = 0.03 m (margin -0.02 m)`.
+
+    Args:
+        violation: of the report.
+        units: signal -> unit, as far as known.
+        unit: of the margin.
+    """
+    text = f"triggered at {seconds(violation.trigger_s)}, violated at {seconds(violation.time_s)}"
+    if violation.values:
+        text += ": " + ", ".join(_value(name, violation, units) for name in sorted(violation.values, key=natural))
+    if violation.text:
+        text += f": {violation.text}"
+    if violation.margin is not None:
+        text += f" (margin {margin_text(violation.margin, unit)}{_later(violation, violation.margin_s)})"
+    return f"{text}; not known under this condition" if violation.outside else text
+
+
+def _value(name: str, violation: Violation, units: Mapping[str, str]) -> str:
+    text = f"{name} = {quantity(violation.values[name])} {units.get(name, '')}".rstrip()
+    return text + _later(violation, violation.values_s.get(name))
+
+
+def _later(violation: Violation, time_s: float | None) -> str:
+    """The moment of a value, where it is another one than that of the violation."""
+    return "" if time_s is None or abs(time_s - violation.time_s) < _SAME_S else f" at {seconds(time_s)}"
+
+
+def _by(violation: Violation, unit: str) -> str:
+    """By how much, with the moment; a deadline is missed by the time that says it."""
+    margin = violation.margin
+    if margin is None or margin >= 0.0:
+        return ""
+    text = f" by {margin_text(-margin, unit)}"
+    moment = _later(violation, violation.margin_s)
+    is_lateness = violation.margin_s is not None and abs(violation.time_s - margin - violation.margin_s) < _SAME_S
+    return text if not moment or is_lateness else f",{text}{moment}"
+
+
+def _first_s(test: TestResult, name: str) -> float:
+    violation = first_violation(test.requirements[name])
+    return test.sim_s if violation is None else violation.time_s
