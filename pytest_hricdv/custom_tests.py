@@ -21,6 +21,7 @@ from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
+from pytest_hricdv.session.pytest_report import FirstLines
 from pytest_hricdv.session.run_context import CONTEXT, RunContext
 from pytest_hricdv.session.running import raise_for
 from pytest_hricdv.testbench import TestbenchError
@@ -120,6 +121,8 @@ class HriRun:
 def hri_run(request: pytest.FixtureRequest) -> HriRun:
     """The fixture's value. A testbench that is missing or wrong fails the test with one located message."""
     config = request.config
+    if not config.pluginmanager.hasplugin(FirstLines.NAME):  # no suite is active
+        config.pluginmanager.register(FirstLines(), FirstLines.NAME)
     try:
         if CONTEXT not in config.stash:
             config.stash[CONTEXT] = RunContext(Collection(config, read_options(config)))

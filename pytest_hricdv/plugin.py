@@ -78,6 +78,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
     from pytest_hricdv.session.following import follow_imports, follow_no_longer
+    from pytest_hricdv.session.pytest_report import FirstLines
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
@@ -104,6 +105,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     context = config.stash[CONTEXT] = RunContext(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
     config.pluginmanager.register(Running(context), "hricdv-running")
+    config.pluginmanager.register(FirstLines(), FirstLines.NAME)
     config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
     if not config.pluginmanager.hasplugin("skipping"):
         config.pluginmanager.register(pytest_options.ExpectedFailures(), "hricdv-expected-failures")

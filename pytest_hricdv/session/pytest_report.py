@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterator
 from typing import TypeVar
 
 import pytest
@@ -39,11 +40,22 @@ def explained_by_us(error: Raised) -> Raised:
     return error
 
 
-def let_first_line_stand_alone(report: pytest.TestReport, call: pytest.CallInfo[None]) -> None:
-    """Keep the first line where pytest, services and editors repeat a failure: the rest explains it elsewhere, once."""
-    crash = getattr(report.longrepr, "reprcrash", None)
-    if crash is not None and call.excinfo is not None and hasattr(call.excinfo.value, _EXPLAINED):
-        crash.message = crash.message.removeprefix("Failed: ").strip().partition("\n")[0]
+class FirstLines:
+    """Leaves the first line where pytest, services and editors repeat a failure. The rest explains it elsewhere, once.
+
+    Registered where tests run, also where none are generated: custom tests are explained as well.
+    """
+
+    NAME = "hricdv-first-lines"
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> Iterator[None]:
+        """Before the report goes to anybody."""
+        report: pytest.TestReport = yield  # type: ignore[assignment]
+        crash = getattr(report.longrepr, "reprcrash", None)
+        if crash is not None and call.excinfo is not None and hasattr(call.excinfo.value, _EXPLAINED):
+            crash.message = crash.message.removeprefix("Failed: ").strip().partition("\n")[0]
+        return report  # type: ignore[return-value]
 
 
 def end_of(report: pytest.TestReport) -> FunctionEnd:

@@ -31,7 +31,6 @@ from pytest_hricdv.session.pytest_report import (
     end_of,
     explained_by_us,
     failure_text,
-    let_first_line_stand_alone,
 )
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
@@ -126,7 +125,6 @@ class Running:
         case = case_of(item)
         if case is not None:
             cut_texts(report)
-        let_first_line_stand_alone(report, call)
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "setup" and case.result is not None:
             self._setup_s = call.duration  # a fixture ran the test
