@@ -65,6 +65,7 @@ class Config:
         patience_s: so long it waits for somebody to leave its way before it looks for another one (chosen).
         give_up_s: so long it may take longer than the way does, before the order is given up (chosen).
         gripper_limit_s: for closing and for opening (published: 2.5 s and 3 s, each with a limit of 3 s).
+        gripper_period_s: how often it looks how far the gripper is (chosen: a tenth of its way).
         queue: so many orders may wait (chosen).
         battery_low: below, it is charged before the next order (chosen).
         battery_enough: so far (chosen).
@@ -81,7 +82,8 @@ class Config:
     patience_s: float = 4.0
     give_up_s: float = 60.0
     gripper_limit_s: float = 4.0
+    gripper_period_s: float = 0.25
     queue: int = 5
     battery_low: float = 0.2
-    battery_enough: float = 0.3
+    battery_enough: float = 0.22
     faults: Faults = Faults()

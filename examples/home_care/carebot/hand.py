@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 
 from carebot.bus import Bus
 from carebot.config import Config
@@ -11,7 +10,7 @@ from carebot.messages import Food, GripperCommand
 from carebot.ports import Gripper
 
 CLOSED, OPEN = 0.05, 0.95
-"""As its state says, with room for its errors (chosen)."""
+"""As its state says, with room for its errors (chosen). Around food or dishes it cannot close so far."""
 
 
 class GripperError(Exception):
@@ -25,25 +24,34 @@ class Hand:
         self._gripper = gripper
         self._bus = bus
         self._config = config
-        self.holds = False
+        self.is_empty = True
+        """Whether it is open, and nothing can be in it."""
 
     async def grab(self) -> None:
-        """Close it. Raises GripperError if it does not close: nothing is held then."""
+        """Close it. Raises GripperError if it does not close, or nothing is in it then."""
+        self.is_empty = False
         self._gripper.command(GripperCommand(close=True))
-        await self._until(lambda opening: opening <= CLOSED, "close")
-        self.holds = True
+        opening = await self._settled()
+        if opening >= OPEN:
+            raise GripperError("the gripper does not close")
+        if opening <= CLOSED:
+            raise GripperError("there is nothing to take")
         self._bus.publish(Food(True))
 
     async def drop(self) -> None:
         """Open it. Raises GripperError if it does not open: what is in it is still there then."""
         self._gripper.command(GripperCommand(close=False))
-        await self._until(lambda opening: opening >= OPEN, "open")
-        self.holds = False
+        if await self._settled() < OPEN:
+            raise GripperError("the gripper does not open")
+        self.is_empty = True
         self._bus.publish(Food(False))
 
-    async def _until(self, done: Callable[[float], bool], deed: str) -> None:
-        for _ in range(round(self._config.gripper_limit_s / self._config.period_s)):
-            await asyncio.sleep(self._config.period_s)
-            if done(self._gripper.state().opening):
-                return
-        raise GripperError(f"the gripper does not {deed}")
+    async def _settled(self) -> float:
+        """How far it is open when it moves no more, or when its time is over."""
+        before, opening = -1.0, self._gripper.state().opening
+        for _ in range(round(self._config.gripper_limit_s / self._config.gripper_period_s)):
+            await asyncio.sleep(self._config.gripper_period_s)
+            before, opening = opening, self._gripper.state().opening
+            if opening == before:
+                break
+        return opening

@@ -45,13 +45,11 @@ class OrderDesk:
         return order
 
     def _answer(self, order: str) -> None:
-        if order == ENDED:
-            self._keep(order)
-        elif order not in TASKS:
+        if order not in TASKS and order != ENDED:
             self._bus.publish(Refused(order, "I cannot do that"))
-        elif self._config.faults.loses_orders and self.busy:
+        elif order != ENDED and self._config.faults.loses_orders and self.busy:
             pass
-        elif len(self._waiting) >= self._config.queue:
+        elif order != ENDED and len(self._waiting) >= self._config.queue:
             self._bus.publish(Refused(order, "too many orders"))
         else:
             self._bus.publish(Accepted(order))

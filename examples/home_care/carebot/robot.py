@@ -73,7 +73,7 @@ class Carebot:
     async def _serve(self, order: str) -> None:
         self._desk.busy = self._has_served = True
         await self._carry_out(order)
-        if self._hand.holds:
+        if not self._hand.is_empty:
             await self._put_down()
         if self._battery.level() < self._config.battery_low:
             await self._go_home()

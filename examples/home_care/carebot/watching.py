@@ -8,8 +8,8 @@ from math import cos, hypot, pi, sin
 from carebot.flatmap import HULL_M, FlatMap
 from carebot.messages import Pose, Scan
 
-THINNED = 4
-"""Each fourth ray is looked at (chosen): at 1.2 m they are 5 cm apart, and the least that walks here is 15 cm wide."""
+THINNED = 6
+"""Each sixth ray is looked at (chosen): at 1.2 m they are 7 cm apart, and the least that walks here is 15 cm wide."""
 
 BESIDE_M = 0.12
 """On either side of the hull the way has to be free so far (chosen: a person's step in half a period)."""

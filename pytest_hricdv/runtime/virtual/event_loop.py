@@ -11,6 +11,7 @@ import concurrent.futures
 import re
 import selectors
 import sys
+from collections import deque
 from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import Context
@@ -88,6 +89,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         self._pool: ThreadPoolExecutor | None = None
         self._failed: list[asyncio.Future[Any]] = []
         super().__init__(self._virtual_selector)
+        self._ready: deque[asyncio.Handle]  # of asyncio's loops: what is called at this instant
 
     def time(self) -> float:
         """The time of the run (s)."""
@@ -137,6 +139,10 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             coroutine = task.get_coro()
             if coroutine is not None:
                 coroutine.close()
+            # It is over: whoever closes the loop has nothing to cancel.
+            asyncio.tasks._unregister_task(task)
+        # What they cancelled in closing would go on in a closed coroutine, and asyncio would log its error.
+        self._ready.clear()
 
     def create_task(self, *arguments: Any, **options: Any) -> asyncio.Task[Any]:
         """As of asyncio's loops."""

@@ -161,6 +161,28 @@ def test_what_a_run_leaves_open_says_nothing(capfd: pytest.CaptureFixture[str]) 
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("waits_in", ["sleep", "queue"])
+def test_a_program_that_is_cut_off_cancels_its_tasks_without_a_word(
+    waits_in: str, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    async def serve(orders: asyncio.Queue[str]) -> None:
+        while True:
+            await (orders.get() if waits_in == "queue" else asyncio.sleep(10_000.0))
+
+    async def main() -> None:
+        serving = asyncio.create_task(serve(asyncio.Queue()))
+        try:
+            async with asyncio.timeout(10_000.0):
+                await asyncio.Event().wait()
+        finally:
+            serving.cancel()
+
+    run(lambda kernel: VIRTUAL.run(main()))
+    gc.collect()
+    assert capfd.readouterr() == ("", "")
+    assert caplog.messages == []
+
+
 def test_outside_of_a_node_it_is_asyncio_itself() -> None:
     async def main() -> str:
         return type(asyncio.get_running_loop()).__name__

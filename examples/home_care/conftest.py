@@ -1,0 +1,78 @@
+"""The testbench: the care robot in its flat, with a person who gives it orders, and a dog."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pytest
+
+    from pytest_hricdv.testbench import Outcome, Run, Testbench
+
+HERE = Path(__file__).parent
+FAULTS = "CAREBOT_FAULTS"
+"""Environment variable: published faults to switch on, such as `stop-on-either`; see `carebot.config.SWITCHES`."""
+
+LIMIT_S = 3000.0
+"""No run needs as long: three orders that are given up one after the other take half of it (chosen)."""
+
+
+def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
+    """Hands the testbench over. Imports stay inside: a run without a suite pays for none of this."""
+    import observer
+    from carebot.messages import SAID, Order
+    from carebot.tasks import STATES, transitions
+    from house import house
+    from people.beliefs import BELIEFS, LENGTHS, MODEL
+    from people.dog import DOG, DogCalled
+    from people.ranges import COMMANDS, RUN
+
+    from pytest_hricdv.testbench import Concretization, Range, Testbench
+
+    return Testbench(
+        name="home-care",
+        model=MODEL,
+        beliefs=BELIEFS,
+        lengths=LENGTHS,
+        bystanders=(DOG,),
+        concretization=Concretization(COMMANDS, {**RUN, "battery": Range(0.19, 1.0)}),
+        requirements=HERE / "tests" / "requirements.toml",
+        messages=(Order, *SAID, DogCalled),
+        signals={**house.SIGNALS, **observer.SIGNALS},
+        units={**house.UNITS, **observer.UNITS},
+        values={**house.VALUES, "state.name": STATES},
+        state="state.name",
+        transitions=transitions(),
+        code=("carebot",),
+        virtual=("asyncio",),
+        run=run,
+        outcome_label="orders",
+    )
+
+
+def run(run: Run) -> Outcome:
+    """Runs one test: the real robot's code in the simulated flat."""
+    from bridge import spawn_robot
+    from carebot.config import Config, faults
+    from carebot.robot import Carebot
+    from house.house import House
+    from observer import Observer
+    from people.dog import spawn_dog
+    from people.person import spawn_person
+
+    from pytest_hricdv.testbench import Outcome
+
+    config = Config(faults=faults(os.environ.get(FAULTS, "")))
+    house = House(run.kernel, run.recorder, run.test.seed, battery=float(run.test.run["battery"]))
+    run.kernel.world = house
+    run.disturbs(house)
+    # First: it hears what people do at once.
+    spawn_robot(run, lambda bus: Carebot(bus, house, house.gripper_port, house.battery_port, config).run())
+    run.kernel.spawn("observer", Observer(run, house).watch)
+    spawn_person(run, house)
+    spawn_dog(run, house)
+    ended = run.go(LIMIT_S)
+    outcomes = tuple(m.topic for m in run.recorder.messages if m.topic in ("completed", "refused"))
+    return Outcome(ended, outcomes, house.skipped_us / 1e6, fidelity=run.fidelity)
