@@ -26,17 +26,18 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from carebot.tasks import STATES, transitions
     from house import house
     from people.beliefs import BELIEFS, LENGTHS, MODEL
-    from people.dog import DOG, DogCalled
+    from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, Range, Testbench
+    from pytest_hricdv.testbench import Concretization, Lost, Range, Testbench
 
     return Testbench(
         name="home-care",
         model=MODEL,
         beliefs=BELIEFS,
         lengths=LENGTHS,
-        bystanders=(DOG,),
+        bystanders=bystanders(),
+        disturbances={"order_lost": Lost("order")},
         concretization=Concretization(COMMANDS, {**RUN, "battery": Range(0.19, 1.0)}),
         requirements=HERE / "tests" / "requirements.toml",
         messages=(Order, *SAID, DogCalled),

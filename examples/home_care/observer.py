@@ -55,6 +55,8 @@ class Observer:
             self._sample()
             if self._house.still and self._state not in DRIVING:
                 self._house.wait(lambda: not self._house.still, REST_OF_RUN_S)
+                # Woken at the end of the first step in which something moved: a period of samples begins here.
+                self._at = self._house.base.at
 
     def _sample(self) -> None:
         while (state := self._states.poll()) is not None:

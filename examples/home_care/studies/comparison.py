@@ -1,6 +1,6 @@
 """This robot beside the published one: the published tests, run here, with the cause of each difference.
 
-    python -m studies.comparison [--tests FILE] [--copies N] [--workers N] [--folder DIR]
+    python -m studies.comparison [--tests FILE] [--copies N] [--workers N] [--folder DIR] [--keep DIR]
 
 Each test is run N times (4 if nothing is said) as it is, and N times as it was: with the published faults switched on,
 the first order unheard as often as in the published runs, and, where the world can do that, the dog that jumps. The
@@ -48,48 +48,72 @@ def suite_text(tests: Sequence[PublishedTest], copies: int, unheard: Mapping[str
         unheard: method -> share of runs, 0 to 1, in which the first order is not heard. Which those are is drawn.
         seed: of this drawing.
     """
+    lost = _unheard(tests, copies, unheard, seed)
     blocks = []
     for test in tests:
         said, _ = lines(test)
         for copy in range(copies):
-            drawn = Random(f"{seed} {test.method} {test.number} {copy}").random()
-            lost = [UNHEARD] if drawn < unheard.get(test.method, 0.0) else []
-            blocks.append("\n".join([f"# name: {test.name}", *lost, *said]) + "\n")
+            first = [UNHEARD] if (test.method, test.number, copy) in lost else []
+            blocks.append("\n".join([f"# name: {test.name}", *first, *said]) + "\n")
     return "\n".join(blocks)
 
 
-def run_suite(text: str, environment: Mapping[str, str], workers: int) -> list[Run]:
+def _unheard(
+    tests: Sequence[PublishedTest], copies: int, unheard: Mapping[str, float], seed: int
+) -> set[tuple[str, int, int]]:
+    """Which copies of which tests are those without a first order: of each method as many as its share says."""
+    lost: set[tuple[str, int, int]] = set()
+    for method, share in unheard.items():
+        runs = [(method, test.number, copy) for test in tests if test.method == method for copy in range(copies)]
+        Random(f"{seed} {method}").shuffle(runs)
+        lost |= set(runs[: round(share * len(runs))])
+    return lost
+
+
+def run_suite(text: str, environment: Mapping[str, str], workers: int, keep: Path) -> list[Run]:
     """Run a suite in a session of its own, and take what is needed from its report.
 
     Args:
         text: of the suite.
         environment: variables beside those that are set: which faults are on, and which dog it is.
         workers: processes.
+        keep: the folder of the session. Where it has a report of this suite and environment, nothing is run.
 
     Raises:
         PublishedError: the session could not run.
     """
-    with tempfile.TemporaryDirectory(prefix="home-care-") as folder:
-        suite, report = Path(folder) / "published.txt", Path(folder) / "report"
+    suite, report, made_with = keep / "published.txt", keep / "report", keep / "environment.json"
+    asked = json.dumps(dict(environment))
+    if not (
+        (report / "report.json").exists()
+        and suite.read_text(encoding="utf-8") == text
+        and made_with.read_text(encoding="utf-8") == asked
+    ):
+        keep.mkdir(parents=True, exist_ok=True)
         suite.write_text(text, encoding="utf-8")
-        options = [f"--hri-suite={suite}", f"--hri-report={report}", "--hri-diagnose=0", "-q", "-p", "no:cacheprovider"]
-        parallel = ["-n", str(workers)] if workers > 1 else []
-        command = [sys.executable, "-m", "pytest", *options, *parallel]
-        ended = subprocess.run(
-            command, cwd=PROJECT, env={**os.environ, **environment}, capture_output=True, text=True, check=False
-        )
-        if ended.returncode not in RAN:
-            raise PublishedError(f"{' '.join(command)} ended with {ended.returncode}:\n{ended.stdout}{ended.stderr}")
-        return runs_of(json.loads((report / "report.json").read_text(encoding="utf-8")))
+        made_with.write_text(asked, encoding="utf-8")
+        _session(suite, report, environment, workers)
+    return runs_of(json.loads((report / "report.json").read_text(encoding="utf-8")))
 
 
-def compare(tests: Sequence[PublishedTest], copies: int, workers: int) -> Comparison:
-    """Run the tests here, as they are and as they were."""
+def _session(suite: Path, report: Path, environment: Mapping[str, str], workers: int) -> None:
+    options = [f"--hri-suite={suite}", f"--hri-report={report}", "--hri-diagnose=0", "-q", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", *options, *(["-n", str(workers)] if workers > 1 else [])]
+    ended = subprocess.run(
+        command, cwd=PROJECT, env={**os.environ, **environment}, capture_output=True, text=True, check=False
+    )
+    if ended.returncode not in RAN:
+        raise PublishedError(f"{' '.join(command)} ended with {ended.returncode}:\n{ended.stdout}{ended.stderr}")
+
+
+def compare(tests: Sequence[PublishedTest], copies: int, workers: int, keep: Path) -> Comparison:
+    """Run the tests here, as they are and as they were; the sessions are kept in two folders in `keep`."""
     unheard = {method: share for method, (_, _, share) in first_orders(tests).items()}
     faults = ",".join(SWITCHES)
+    now, then = {FAULTS: "", DOG_VARIABLE: ""}, {FAULTS: faults, DOG_VARIABLE: AS_PUBLISHED}
     runs = {
-        AS_IT_IS: run_suite(suite_text(tests, copies, {}), {FAULTS: "", DOG_VARIABLE: ""}, workers),
-        AS_IT_WAS: run_suite(suite_text(tests, copies, unheard), {FAULTS: faults, DOG_VARIABLE: AS_PUBLISHED}, workers),
+        AS_IT_IS: run_suite(suite_text(tests, copies, {}), now, workers, keep / "now"),
+        AS_IT_WAS: run_suite(suite_text(tests, copies, unheard), then, workers, keep / "then"),
     }
     return Comparison(tests, copies, runs, unheard, faults)
 
@@ -101,9 +125,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--copies", type=int, default=4, help="runs of each test (default: 4)")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--folder", type=Path, default=HERE, help="of the page and its figures (default: here)")
+    parser.add_argument("--keep", type=Path, help="keep the sessions here, and make the page of those that are there")
     parsed = parser.parse_args(arguments)
     try:
-        compared = compare(read(parsed.tests), parsed.copies, parsed.workers)
+        with tempfile.TemporaryDirectory(prefix="home-care-") as scratch:
+            keep = (parsed.keep or Path(scratch)).resolve()
+            compared = compare(read(parsed.tests), parsed.copies, parsed.workers, keep)
     except PublishedError as error:
         print(error, file=sys.stderr)
         return 2
