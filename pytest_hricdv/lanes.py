@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+import math
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
 
 from pytest_hricdv.generate.actors import PAUSE_S, TURN, TURN_WAIT_S, act_of, actor_of, interleaving, stay_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
@@ -44,7 +46,7 @@ class Lanes:
         """Actors whose actions nobody has asked for."""
         return tuple(actor for actor in self._lanes if actor not in self.taken)
 
-    def actions(self, actor: str) -> Iterator[ConcreteAction]:
+    def actions(self, actor: str) -> Generator[ConcreteAction]:
         """The actions of an actor, each when it may begin; without who does it, and without its turn.
 
         Whoever asks for the next one has done the last one.
@@ -52,7 +54,7 @@ class Lanes:
         self.taken.add(actor)
         return self._actions(actor)
 
-    def _actions(self, actor: str) -> Iterator[ConcreteAction]:
+    def _actions(self, actor: str) -> Generator[ConcreteAction]:
         turns = self._turns
         try:
             for number in self._lanes.get(actor, ()):
@@ -99,3 +101,44 @@ def enacted(action: ConcreteAction) -> ConcreteAction:
     """An action as its node gets it: without who does it, and without when."""
     parameters = {name: value for name, value in action.parameters.items() if name not in (TURN, PAUSE_S)}
     return replace(action, command=act_of(action.command), parameters=parameters)
+
+
+@dataclass
+class _Deed:
+    """What an actor did: since when it waited for it, when it began, and when it was done (us)."""
+
+    act: str
+    waited_us: int
+    begun_us: int
+    done_us: float = math.inf
+
+
+class ActorTimes:
+    """When each of several actors waited, and when it did what."""
+
+    def __init__(self) -> None:
+        self._deeds: dict[str, list[_Deed]] = {}
+
+    def noted(self, actor: str, actions: Generator[ConcreteAction], kernel: Kernel) -> Iterator[ConcreteAction]:
+        """The actions of an actor, whose times are noted as its node takes them."""
+        deeds = self._deeds.setdefault(actor, [])
+        with closing(actions):
+            while True:
+                waited_us = kernel.now_us
+                if deeds:
+                    deeds[-1].done_us = waited_us
+                action = next(actions, None)
+                if action is None:
+                    return
+                deeds.append(_Deed(action.command, waited_us, kernel.now_us))
+                yield action
+
+    def meanwhile(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
+        """See `Run.meanwhile`."""
+        pairs = [
+            (deed.act, another.act)
+            for deed in self._deeds.get(waiting, ())
+            for another in self._deeds.get(other, ())
+            if deed.waited_us < another.done_us and another.begun_us < deed.begun_us
+        ]
+        return tuple(dict.fromkeys(pairs))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -15,7 +15,7 @@ from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.lanes import Lanes, enacted
+from pytest_hricdv.lanes import ActorTimes, Lanes, enacted
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
 from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
@@ -107,6 +107,7 @@ class Run:
     _lanes: Lanes | None = field(default=None, init=False, repr=False)
     _deciding: set[str] = field(default_factory=set, init=False, repr=False)
     """The actors who decide during the run and whose actions a node takes."""
+    _times: ActorTimes = field(default_factory=ActorTimes, init=False, repr=False)
     _watched: set[str] = field(default_factory=set, init=False, repr=False)
     """The bystanders whose acts a node takes."""
 
@@ -200,11 +201,11 @@ class Run:
         if len(self.actors) > 1 and self.producing is not None:
             self._take_once(actor, self._deciding)
             self._deciding.add(actor)
-            return self._decided_actions(actor, self.producing)
+            return self._times.noted(actor, self._decided_actions(actor, self.producing), self.kernel)
         if len(self.actors) > 1:
             lanes = self._lanes_of_test()
             self._take_once(actor, lanes.taken)
-            return lanes.actions(actor)
+            return self._times.noted(actor, lanes.actions(actor), self.kernel)
         return self._all_actions()
 
     def _all_actions(self) -> Iterator[ConcreteAction]:
@@ -213,7 +214,7 @@ class Run:
             if self._disturbance_of(action) is None:
                 yield action
 
-    def _decided_actions(self, actor: str, producing: Actions) -> Iterator[ConcreteAction]:
+    def _decided_actions(self, actor: str, producing: Actions) -> Generator[ConcreteAction]:
         for action in producing(self, actor):
             self._begin(len(self.taken), action)
             if self._disturbance_of(action) is None:
@@ -288,6 +289,17 @@ class Run:
             (first[1], second[1], one) if first[0] == one else (second[1], first[1], other) for first, second in met
         ]
         return tuple(dict.fromkeys(bins))
+
+    def meanwhile(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
+        """What one actor waited to do, and what another one did meanwhile, as bins of a cross product.
+
+        An actor waits from when it asks for its next action to when this begins: for what caused it, for its turn, or,
+        where people decide during the run, for something to do.
+
+        >>> run.meanwhile("child", "nurse")                       # doctest: +SKIP
+        (('step_out', 'rest'), ('step_out', 'call_out'))
+        """
+        return self._times.meanwhile(waiting, other)
 
     def idle_actors(self) -> tuple[str, ...]:
         """Actors, bystanders among them, whose actions nobody has asked for: no node takes them."""

@@ -144,6 +144,18 @@ def test_who_began_first_is_told_of_actions_that_met() -> None:
     assert run.orders("child", "nurse")[0] == ("x", "a", "child")
 
 
+def test_what_one_does_while_another_waits_is_told() -> None:
+    # The child is free at 1 s, and may begin once the nurse's second action is done, at 4 s.
+    run = lanes("nurse: a", "nurse: b", "child: x", "child: y", "nurse: c", after={4: (2,)}, wait_s=0.0)
+    assert enact(run, {"child": 1.0}) == ["0 nurse: a", "0 child: x", "2 nurse: b", "4 nurse: c", "4 child: y"]
+    assert run.meanwhile("child", "nurse") == (("y", "a"), ("y", "b"))
+    assert run.meanwhile("nurse", "child") == ()
+    # For its turn it waits until the other one begins, not until this is done.
+    run = lanes("nurse: a", "nurse: b", "child: x", turns={3: 0.7})
+    assert enact(run) == ["0 nurse: a", "2 nurse: b", "2 child: x"]
+    assert run.meanwhile("child", "nurse") == (("x", "a"),)
+
+
 def test_the_run_is_the_same_again() -> None:
     first, again = (lanes("nurse: a", "child: x", "nurse: b", "child: y", turns={2: 0.1, 3: 0.9}) for _ in range(2))
     assert enact(first, {"child": 0.7}) == enact(again, {"child": 0.7})

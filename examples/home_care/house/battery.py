@@ -13,26 +13,41 @@ CHARGES_S = 2.0 * 3600.0
 GRAIN = 0.01
 """Requirements see its level in steps of this, so that time may jump in between."""
 
+_ROUNDING = 1e-10
+"""Of a level: what is this near to a step is on it."""
+
 
 class Battery:
-    """Its level, 0 to 1; it is charged while the robot stands at its charger."""
+    """It is charged while the robot stands at its charger.
+
+    Its level is computed from when it was last plugged in or out: it does not depend on how often somebody looks.
+
+    Args:
+        level: at the beginning, 0 to 1.
+    """
 
     def __init__(self, level: float) -> None:
-        self.level = level
-        self.charging = False
+        self._then, self._then_us, self._charging = level, 0, False
 
-    def step(self, duration_s: float) -> None:
-        """Let time pass."""
-        per_s = 1.0 / CHARGES_S if self.charging else -1.0 / LASTS_S
-        self.level = min(1.0, max(0.0, self.level + per_s * duration_s))
+    def level(self, now_us: int) -> float:
+        """How full it is, 0 to 1."""
+        rate = 1.0 / CHARGES_S if self._charging else -1.0 / LASTS_S
+        return min(1.0, max(0.0, self._then + rate * (now_us - self._then_us) / 1e6))
 
-    @property
-    def shown(self) -> float:
+    def plug(self, now_us: int, *, charging: bool) -> None:
+        """From now on it is charged, or not."""
+        if charging != self._charging:
+            self._then, self._then_us, self._charging = self.level(now_us), now_us, charging
+
+    def shown(self, now_us: int) -> float:
         """The level as requirements see it."""
-        return round(math.floor(self.level / GRAIN + 1e-9) * GRAIN, 2)
+        return round(math.floor((self.level(now_us) + _ROUNDING) / GRAIN) * GRAIN, 2)
 
-    def changes_in_s(self) -> float:
-        """How long `shown` stays as it is (s); infinite where it does."""
-        if self.charging:
-            return math.inf if self.level >= 1.0 else max(0.0, self.shown + GRAIN - self.level) * CHARGES_S
-        return math.inf if self.shown <= 0.0 else (self.level - self.shown + 1e-10) * LASTS_S
+    def changes_us(self, now_us: int) -> float:
+        """When `shown` is another one (us), if nobody plugs it in or out; infinity: never."""
+        shown = self.shown(now_us)
+        if self._charging:
+            due_s = (shown + GRAIN - self._then - 0.99 * _ROUNDING) * CHARGES_S if shown < 1.0 else math.inf
+        else:
+            due_s = (self._then - shown + 1.01 * _ROUNDING) * LASTS_S if shown > 0.0 else math.inf
+        return math.inf if due_s == math.inf else max(now_us + 1, self._then_us + math.ceil(due_s * 1e6))

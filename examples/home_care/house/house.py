@@ -61,6 +61,9 @@ UNITS = {
 JUMPS_S = 0.2
 """In this time the published dog was somewhere else: for how fast it is when it lands in the robot."""
 
+ROUNDING_M = 1e-6
+"""A dog that stands at a wall may be as much nearer to it than its radius."""
+
 PUSHED_M = 0.01
 """The robot is pushed in parts of this, until something is in its way (chosen)."""
 
@@ -119,13 +122,13 @@ class House:
     def advance(self, target_us: int) -> int:
         """Make one step at most, or jump where nothing moves; returns the time reached (us)."""
         if self.still:
-            reached_us = min(target_us, self._us + self._jump_us())
+            reached_us = int(min(target_us, self.battery.changes_us(self._us)))
             self.skipped_us += reached_us - self._us
-            self.battery.step((reached_us - self._us) / US_PER_S)
         else:
             reached_us = min(target_us, (self._us // STEP_US + 1) * STEP_US)
             self._step((reached_us - self._us) / US_PER_S)
         self._us = reached_us
+        self.battery.plug(reached_us, charging=at_charger(self.base.at))
         return reached_us
 
     def observe(self) -> None:
@@ -190,10 +193,11 @@ class House:
         law of physics is meant. What of this walls do not allow, the dog is pushed back.
 
         Returns:
-            False, without effect, where walls or furniture do not leave it room.
+            False, without effect, where walls or furniture are in between, or do not leave it room.
         """
         to = self.dog.at[0] + dx_m, self.dog.at[1] + dy_m
-        if _to_obstacle(to, DOG_RADIUS_M) < 0.0:
+        # Grown, as a segment could go through where two walls meet.
+        if any(box.grown(DOG_RADIUS_M - ROUNDING_M).crosses(self.dog.at, to) for box in BOXES):
             return False
         self.dog.stay()
         self.dog.at, self.dog.heading_rad = to, math.atan2(dy_m, dx_m)
@@ -203,6 +207,10 @@ class House:
             self.contact = Contact("dog", impact_n(math.hypot(dx_m, dy_m) / JUMPS_S, BODIES["dog"]))
         self._record()
         return True
+
+    def battery_level(self) -> float:
+        """How full the battery is, 0 to 1."""
+        return self.battery.level(self._us)
 
     def take_food(self) -> None:
         """The person takes what the gripper holds."""
@@ -221,17 +229,11 @@ class House:
         self.dog.push(gap.away, gap.width_m + free)
         self.mechanics.moved(base)
 
-    def _jump_us(self) -> int:
-        until_s = self.battery.changes_in_s()
-        return max(1, math.ceil(until_s * US_PER_S)) if math.isfinite(until_s) else 2**62
-
     def _step(self, duration_s: float) -> None:
         self.person.step(duration_s, self.base)
         self.dog.step(duration_s, self.base)
         self.contact = self.mechanics.step(self.base, self.person, self.dog, duration_s)
         self.gripper.step(duration_s, self.base.at)
-        self.battery.step(duration_s)
-        self.battery.charging = at_charger(self.base.at)
 
     def _record(self) -> None:
         base, person, dog = self.base, self.person, self.dog
@@ -251,7 +253,7 @@ class House:
         self._signal("gripper_opening", round(self.gripper.opening, DIGITS))
         self._signal("at", in_reach(at) or "nothing")
         self._signal("at_charger", at_charger(at))
-        self._signal("battery", self.battery.shown)
+        self._signal("battery", self.battery.shown(self._us))
         self._signal("person_walking", person.walking)
         self._signal("person_seated", person.seated)
         self._signal("dog_moving", dog.velocity != (0.0, 0.0))
@@ -294,4 +296,4 @@ class BatteryPort:
 
     def level(self) -> float:
         """How full it is now, 0 to 1."""
-        return self._house.battery.level
+        return self._house.battery_level()

@@ -49,6 +49,7 @@ Modules
     selection, guidance             which tests will probably hit most open bins, or come nearer to another open point
     model_way                       undisturbed tests of the pool
     disturbance_way                 tests of the pool with interventions
+    interleaving_way                tests of several actors, in which certain actions meet in a certain order
     online_way, choice_statistics   people who decide during the run
     process, fork_runner, online_run, runs      the process that runs tests, each in a fork; the session's end of it
     closing, options, records, view     the loop in a session, and in its report

@@ -25,6 +25,7 @@ from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.fallback_way import FallbackWay
+from pytest_hricdv.extra.closing.interleaving_way import InterleavingWay
 from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError
 from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.observation import Observation
@@ -44,6 +45,7 @@ from pytest_hricdv.extra.cluster.part import PART as CLUSTER
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
+from pytest_hricdv.generate.actors import TURN_WAIT_S
 from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
@@ -58,7 +60,7 @@ from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
 from pytest_hricdv.session.usage import usage_error
 
-CACHE_SCHEMA = "hricdv-closing/4"
+CACHE_SCHEMA = "hricdv-closing/5"
 
 
 class Closing:
@@ -149,6 +151,7 @@ class Closing:
         return (
             ModelWay(pool, experience),
             DisturbanceWay(pool, experience, disturbances),
+            *([InterleavingWay(pool, testbench.commands.run[TURN_WAIT_S])] if testbench.model.actors else []),
             *([OnlineWay(roles, pool.planned)] if roles else []),
         )
 

@@ -43,6 +43,7 @@ class Observation(msgspec.Struct, frozen=True):
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
         choices: what was chosen, where the person decided during the run.
+        begun: where there are several actors: its actions as they began, by their numbers from 0.
         error: why it came to no end; empty where it did. Then it hits nothing.
     """
 
@@ -55,6 +56,7 @@ class Observation(msgspec.Struct, frozen=True):
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
     choices: tuple[Choice, ...] = ()
+    begun: tuple[int, ...] = ()
     error: str = ""
 
 
@@ -101,6 +103,7 @@ def observe(
         record_sha256=result.record.sha256,
         failed=(*undeclared_violations(result, known_violations), *result.faults),
         choices=tuple(choices),
+        begun=result.begun if result.test.actors else (),
     )
 
 

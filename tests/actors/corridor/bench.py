@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from pytest_hricdv.testbench import (
     BeliefSpace,
     Concretization,
+    CrossProduct,
     Model,
     Outcome,
     Range,
@@ -101,8 +103,32 @@ def child(run: Run, corridor: Corridor) -> None:
 People = tuple[Callable[[Run, Corridor], None], ...]
 
 
-def running(people: People = (nurse, child), obeys: bool = True) -> Callable[[Run], Outcome]:
-    """A testbench's run with these people."""
+Hits = dict[str, tuple[tuple[str, ...], ...]]
+
+CROSS = {
+    "orders": CrossProduct(
+        {
+            "nurse": ("send_on", "call_out", "rest"),
+            "child": ("step_in", "step_out", "wait"),
+            "first": ("nurse", "child"),
+        },
+        impossible={("call_out", "step_out", "child"): "the child waits for the call"},
+    ),
+    "meanwhile": CrossProduct({"child waits for": ("step_out", "wait"), "nurse": ("call_out", "rest")}),
+}
+"""Who was first when the nurse and the child met, and what she did while it waited."""
+
+
+def crossed(run: Run) -> Hits:
+    """The bins of `CROSS` that a run has hit."""
+    met = [(child, nurse) for child, nurse in run.meanwhile("child", "nurse") if child != "step_in"]
+    return {"orders": run.orders("nurse", "child"), "meanwhile": tuple(pair for pair in met if pair[1] != "send_on")}
+
+
+def running(
+    people: People = (nurse, child), obeys: bool = True, reports: Callable[[Run], Hits] = lambda run: {}
+) -> Callable[[Run], Outcome]:
+    """A testbench's run with these people; `reports` says which bins it has hit."""
 
     def run(run: Run) -> Outcome:
         corridor = Corridor(run)
@@ -116,7 +142,8 @@ def running(people: People = (nurse, child), obeys: bool = True) -> Callable[[Ru
         run.kernel.spawn("cart", run.measured(cart))  # first: it hears what people do at once
         for person in people:
             run.kernel.spawn(person.__name__, lambda person=person: person(run, corridor))  # type: ignore[misc]
-        return Outcome(run.go(limit_s=LIMIT_S))
+        ended = run.go(limit_s=LIMIT_S)
+        return Outcome(ended, cross=reports(run))
 
     return run
 
@@ -139,3 +166,8 @@ def ward(people: People = (nurse, child), obeys: bool = True) -> Testbench:
         virtual=("time",),
         run=running(people, obeys),
     )
+
+
+def crossed_ward() -> Testbench:
+    """The testbench, with the cross products over both actors."""
+    return replace(ward(), cross=CROSS, run=running(reports=crossed))

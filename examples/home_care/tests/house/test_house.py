@@ -145,6 +145,7 @@ def test_a_published_jump_into_the_robot_pushes_it_away_and_is_felt() -> None:
     def jump(house: House, kernel: Kernel) -> None:
         house.base.at = (-1.0, -4.0)
         assert not house.dog_jumps(0.0, -2.0)  # into the wall
+        assert not house.dog_jumps(0.0, -2.6)  # through it
         assert house.dog_jumps(-0.97, 0.01)
 
     house, record = lived(jump)

@@ -1,0 +1,153 @@
+"""Tests of several actors whose turns are chosen: which lines can meet, who is first, and what is aimed at."""
+
+from __future__ import annotations
+
+from itertools import permutations
+from random import Random
+
+import pytest
+
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.interleaving_way import InterleavingWay, Meeting, Order, meetings_of
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, actor_of, interleaving
+from pytest_hricdv.generate.beliefs import BeliefSpace
+from pytest_hricdv.generate.chosen_values import RUN
+from pytest_hricdv.generate.model import Exploration, ExploredRun
+from pytest_hricdv.generate.sampler import Constant
+
+LINES = ("a: one", "b: two", "a: three", "c: four", "b: five")
+ORDERS: tuple[After, ...] = ({}, {5: (1,)}, {4: (3,), 5: (4,)}, {2: (1,), 3: (2,), 5: (3,)}, {4: (1, 2), 5: (4,)})
+SPACE = BeliefSpace(start=("left", "right"), groups={})
+POOL = Exploration((), ("left", "right"), (ExploredRun(LINES, 0, 1), ExploredRun(("a: one", "b: two"), 0, 2)))
+
+
+def extensions(after: After) -> list[tuple[int, ...]]:
+    """Every order in which these lines may begin."""
+    lanes = [(1, 3), (2, 5)]
+    before = [*lanes, *((cause, number) for number, causes in after.items() for cause in causes)]
+    return [
+        order
+        for order in permutations(range(1, len(LINES) + 1))
+        if all(order.index(first) < order.index(then) for first, then in before)
+    ]
+
+
+def met(order: tuple[int, ...]) -> set[Meeting]:
+    return set(meetings_of(LINES[number - 1] for number in order))
+
+
+@pytest.mark.parametrize("after", ORDERS)
+def test_lines_can_meet_where_an_order_has_them_meet_and_only_there(after: After) -> None:
+    assert set(Order(LINES, after).meetings) == set().union(*map(met, extensions(after)))
+
+
+@pytest.mark.parametrize("after", ORDERS)
+@pytest.mark.parametrize("seed", range(4))
+def test_turns_make_them_meet(after: After, seed: int) -> None:
+    order = Order(LINES, after)
+    for meeting, places in order.meetings.items():
+        for place in places:
+            chosen = order.with_meeting(place, Random(seed))
+            assert chosen in extensions(after)
+            assert meeting in met(chosen)
+            turns = [chosen.index(number) / 4 for number in range(1, 6)]
+            assert interleaving(LINES, turns, after) == chosen
+
+
+def test_who_is_to_wait_does_until_the_next_action_of_the_other_one_has_begun() -> None:
+    order = Order(LINES, {})
+    (place,) = order.waits[Meeting("b: two", "a: one")]
+    assert (LINES[place.first - 1], LINES[place.then - 1]) == ("b: five", "a: one")
+    assert Meeting("a: one", "c: four") in order.waits
+    assert not any(meeting.first == "b: five" for meeting in order.waits), "there is no next one"
+
+
+def test_everything_else_comes_in_any_order() -> None:
+    order = Order(LINES, {})
+    (place,) = order.meetings[Meeting("a: one", "b: two")]
+    assert len({order.with_meeting(place, Random(seed)) for seed in range(40)}) > 5
+
+
+UP_TO_TEN = TurnWait(0.0, 10.0, "s")
+
+
+def way(turn_wait: TurnWait | Constant = UP_TO_TEN) -> InterleavingWay:
+    return InterleavingWay(Pool(POOL, SPACE, {}), turn_wait)
+
+
+def wished(proposed: InterleavingWay, archive: Archive, count: int) -> list[tuple[Meeting, ...]]:
+    """What the proposals make meet."""
+    found = []
+    for proposal in proposed.propose(archive, count, Random(1)):
+        values = proposal.draft.values
+        lines = proposal.draft.lines
+        turns = [values[number][TURN] for number in range(1, len(lines) + 1)]
+        assert values.get(RUN) in ([{TURN_WAIT_S: 5.0}, {TURN_WAIT_S: 10.0}] if proposal.targets else [None])
+        found.append(
+            tuple(meetings_of(lines[number - 1] for number in interleaving(lines, turns, proposal.draft.after)))
+        )
+    return found
+
+
+@pytest.mark.parametrize(
+    ("bin_", "meeting"),
+    [
+        (("one", "two", "b"), Meeting("b: two", "a: one")),
+        (("one", "two", "a"), Meeting("a: one", "b: two")),
+        (("c: four", "b: five"), Meeting("c: four", "b: five")),
+    ],
+)
+def test_an_open_bin_that_names_what_actors_do_is_aimed_at(bin_: tuple[str, ...], meeting: Meeting) -> None:
+    point = ("bin", "orders", *bin_)
+    archive = Archive([point])
+    proposed = way()
+    aimed = [
+        (proposal, made)
+        for proposal, made in zip(proposed.propose(archive, 20, Random(1)), wished(way(), archive, 20), strict=True)
+        if proposal.targets
+    ]
+    assert len(aimed) > 3
+    assert {proposal.targets for proposal, _ in aimed} == {(point,)}
+    if len(bin_) == 3:
+        assert all(meeting in made for _, made in aimed)
+    else:  # who is first is not said
+        both = {meeting, Meeting(meeting.then, meeting.first)}
+        assert all(any(either in made for _, made in aimed) for either in both)
+
+
+def test_what_has_met_least_often_meets_next() -> None:
+    archive = Archive([("statement", "cart.py", "1")])
+    everything = set(Order(LINES, {}).meetings)
+    made = wished(way(), archive, len(everything))
+    assert set().union(*made) == everything
+
+
+def test_runs_count_by_what_began_and_not_by_what_was_wished() -> None:
+    archive = Archive([("statement", "cart.py", "1")])
+    test = AbstractTest("t", "closure", "t", (), ("a: one", "b: two"), seed=1)
+    rare = Meeting("b: two", "a: one")
+    for _ in range(30):  # both meet, always in this order
+        archive.add(Observation(test.to_data(), begun=(0, 1)))
+    everything = set(Order(LINES, {}).meetings)
+    for met_often in everything - {rare, Meeting("a: one", "b: two")}:
+        lines = (met_often.first, met_often.then)
+        for _ in range(30):
+            archive.add(Observation(AbstractTest("t", "closure", "t", (), lines, seed=1).to_data(), begun=(0, 1)))
+    assert all(rare in made for made in wished(way(), archive, 8))
+
+
+@pytest.mark.parametrize(
+    ("proposed", "targets"), [(way(Constant(0.0, "s")), [("statement", "cart.py", "1")]), (way(), [])]
+)
+def test_where_nobody_waits_for_a_turn_or_nothing_is_open_there_is_nothing_to_propose(
+    proposed: InterleavingWay, targets: list[tuple[str, ...]]
+) -> None:
+    assert proposed.propose(Archive(targets), 8, Random(1)) == []
+
+
+def test_lines_without_an_actor_meet_nobody() -> None:
+    assert [*meetings_of(["disturb a", "a: one", "disturb b", "b: two"])] == [Meeting("a: one", "b: two")]
+    assert all(actor_of(line) for meeting in Order(("disturb a", "a: one", "b: two"), {}).meetings for line in meeting)
