@@ -53,14 +53,19 @@ class Observer:
         while True:
             self._run.kernel.sleep(SAMPLED_S)
             self._sample()
-            if self._house.still and self._state not in DRIVING:
-                self._house.wait(lambda: not self._house.still, REST_OF_RUN_S)
+            if not self._is_lively():
+                self._house.wait(self._is_lively, REST_OF_RUN_S)
                 # Woken at the end of the first step in which something moved: a period of samples begins here.
                 self._at = self._house.base.at
 
-    def _sample(self) -> None:
+    def _is_lively(self) -> bool:
+        """Whether anything moves, or the robot says that it is about to."""
         while (state := self._states.poll()) is not None:
             self._state = state.name
+        return self._state in DRIVING or not self._house.still
+
+    def _sample(self) -> None:
+        self._is_lively()
         base, before = self._house.base, self._at
         self._at = base.at
         dx, dy = abs(base.at[0] - before[0]), abs(base.at[1] - before[1])
