@@ -14,6 +14,7 @@ y = -1.0. All dimensions are from the published world but for those that say oth
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -115,6 +116,21 @@ USES: dict[str, Box] = {
 REACH_M = 0.75
 """From the middle of the base: within it, the gripper is above a thing. Goals are 0.6 m, 0.4 m and 0.4 m from theirs;
 an arm of this robot reaches about 0.87 m (chosen)."""
+
+
+def clearance_m(at: Point) -> float:
+    """From a point to the nearest wall or furniture (m); 0 inside of one."""
+    x, y = at
+    least = math.inf
+    for x1, y1, x2, y2 in _SIDES:  # spelt out: it is asked for at each step of a run
+        dx = x1 - x if x < x1 else x - x2 if x > x2 else 0.0
+        dy = y1 - y if y < y1 else y - y2 if y > y2 else 0.0
+        square = dx * dx + dy * dy
+        least = min(least, square)
+    return math.sqrt(least)
+
+
+_SIDES = tuple((box.x1, box.y1, box.x2, box.y2) for box in BOXES)
 
 
 def in_reach(at: Point) -> str:

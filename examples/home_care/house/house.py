@@ -10,11 +10,11 @@ from carebot.messages import GripperCommand, GripperState, Pose, Scan, Velocity
 
 from house.base import BODIES, FREE, Base, Contact, Mechanics, impact_n
 from house.battery import Battery
-from house.flat import BOXES, at_charger, in_reach
+from house.flat import BOXES, at_charger, clearance_m, in_reach
 from house.gripper import Gripper
 from house.laser import PERIOD_US, Disc, Laser, TurnedBox
 from house.planar import Planar
-from house.shapes import Gap, Point, gap_to_box, moved
+from house.shapes import Gap, Point, moved
 from house.walkers import DOG_RADIUS_M, DOG_SIZE_M, PERSON_RADIUS_M, Dog, Person
 from pytest_hricdv.runtime import Kernel, Node, Recorder
 
@@ -114,6 +114,7 @@ class House:
         self._scanned_us = 0
         self._us = kernel.now_us
         self._recorded: dict[str, float | bool | str] = {}
+        self._recorded_at: Point | None = None
         self._watches: list[tuple[Callable[[], bool], Node]] = []
         self.observe()
 
@@ -238,21 +239,23 @@ class House:
     def _record(self) -> None:
         base, person, dog = self.base, self.person, self.dog
         at = base.at
-        self._signal("x", round(at[0], DIGITS))
-        self._signal("y", round(at[1], DIGITS))
+        if at is not self._recorded_at:  # most often neither has moved
+            self._recorded_at = at
+            self._signal("x", round(at[0], DIGITS))
+            self._signal("y", round(at[1], DIGITS))
+            self._signal("distance_to_obstacle", _shown(_to_obstacle(at, base.radius_m)))
+            self._signal("at", in_reach(at) or "nothing")
+            self._signal("at_charger", at_charger(at))
         self._signal("heading", round(base.heading_rad, DIGITS))
         self._signal("speed", round(base.speed_m_s, DIGITS))
         self._signal("turning", round(base.turning_rad_s, DIGITS))
         self._signal("distance_to_person", _shown(person.gap_to(at, base.radius_m).width_m))
         self._signal("distance_to_dog", _shown(dog.gap_to(at, base.radius_m).width_m))
-        self._signal("distance_to_obstacle", _shown(_to_obstacle(at, base.radius_m)))
         self._signal("contact", self.contact.with_what)
         self._signal("contact_force", round(self.contact.force_n, 1))
         self._signal("food_held", self.gripper.holds)
         self._signal("food_dropped", self.gripper.dropped)
         self._signal("gripper_opening", round(self.gripper.opening, DIGITS))
-        self._signal("at", in_reach(at) or "nothing")
-        self._signal("at_charger", at_charger(at))
         self._signal("battery", self.battery.shown(self._us))
         self._signal("person_walking", person.walking)
         self._signal("person_seated", person.seated)
@@ -270,7 +273,7 @@ def _shown(width_m: float) -> float:
 
 
 def _to_obstacle(at: Point, radius_m: float) -> float:
-    return min(gap_to_box(at, radius_m, box).width_m for box in BOXES)
+    return clearance_m(at) - radius_m
 
 
 class GripperPort:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -35,27 +36,23 @@ def route(start: Point, end: Point, clearance_m: float, around: Around | None = 
         clearance_m: radius of who goes.
         around: what else is in the way, such as the robot.
     """
-    blocked = tuple(box.grown(clearance_m) for box in BOXES)
+    blocked = _blocked(clearance_m)
     if any(box.contains(end) for box in blocked):
         return ()
     if around is not None and math.dist(end, around.middle) < around.keeps_m:
         return ()
-    points = [start, end, *_corners(clearance_m)]
+    ring: list[Point] = []
     if around is not None:
         far_m = (around.keeps_m + SPARE_M) / math.cos(math.pi / 8.0)
-        ring = [(around.middle[0] + far_m * x, around.middle[1] + far_m * y) for x, y in _EIGHTH]
-        points += [point for point in ring if not any(box.contains(point) for box in blocked)]
+        points = [(around.middle[0] + far_m * x, around.middle[1] + far_m * y) for x, y in _EIGHTH]
+        ring = [point for point in points if not any(box.contains(point) for box in blocked)]
         around = Around(around.middle, min(around.keeps_m, math.dist(start, around.middle) - 1e-6))
-    return _shortest(points, tuple(_shrunk(box, start, clearance_m) for box in BOXES), blocked, around)
+    return _Search(start, end, ring, clearance_m, around).shortest()
 
 
-def _shrunk(box: Box, start: Point, clearance_m: float) -> Box:
-    """A box grown by the clearance, or by less, so that the start is not inside."""
-    near = box.nearest(start)
-    far_m = max(abs(start[0] - near[0]), abs(start[1] - near[1]))
-    if far_m == 0.0:  # in the box itself, as a person on the sofa: it is no obstacle
-        return box_around(start, (0.0, 0.0))
-    return box.grown(min(clearance_m, far_m - 1e-9))
+@cache
+def _blocked(clearance_m: float) -> tuple[Box, ...]:
+    return tuple(box.grown(clearance_m) for box in BOXES)
 
 
 @cache
@@ -70,31 +67,71 @@ def _corners(clearance_m: float) -> tuple[Point, ...]:
     )
 
 
-def _shortest(
-    points: list[Point], for_start: tuple[Box, ...], blocked: tuple[Box, ...], around: Around | None
-) -> tuple[Point, ...]:
-    """From point 0 to point 1, by Dijkstra's algorithm; segments are checked when they are needed."""
-    best = {0: 0.0}
-    queue: list[tuple[float, int, tuple[int, ...]]] = [(0.0, 0, ())]
-    done: set[int] = set()
-    while queue:
-        length_m, here, way = heapq.heappop(queue)
-        if here == 1:
-            return tuple(points[corner] for corner in way)
-        if here in done:
-            continue
-        done.add(here)
-        for there in range(1, len(points)):
-            total_m = length_m + math.dist(points[here], points[there])
-            if there not in done and total_m < best.get(there, math.inf):
-                boxes = blocked if here else for_start
-                if _is_free(points[here], points[there], boxes, around):
+@cache
+def _visible(clearance_m: float) -> tuple[tuple[int, ...], ...]:
+    """Of each corner, those that are seen from it past all grown boxes."""
+    corners, blocked = _corners(clearance_m), _blocked(clearance_m)
+    return tuple(
+        tuple(
+            there
+            for there, other in enumerate(corners)
+            if there != here and not any(box.crosses(corner, other) for box in blocked)
+        )
+        for here, corner in enumerate(corners)
+    )
+
+
+class _Search:
+    """Dijkstra's algorithm. Points are corners of the flat, then the start, the end, and the ring around something."""
+
+    def __init__(
+        self, start: Point, end: Point, ring: Sequence[Point], clearance_m: float, around: Around | None
+    ) -> None:
+        corners = _corners(clearance_m)
+        self._points = (*corners, start, end, *ring)
+        self._start, self._end = len(corners), len(corners) + 1
+        self._visible, self._blocked, self._around = _visible(clearance_m), _blocked(clearance_m), around
+        self._for_start = tuple(_shrunk(box, start, clearance_m) for box in BOXES)
+
+    def shortest(self) -> tuple[Point, ...]:
+        """The way without its start; empty where there is none."""
+        points = self._points
+        best = {self._start: 0.0}
+        queue: list[tuple[float, int, tuple[int, ...]]] = [(0.0, self._start, ())]
+        done: set[int] = set()
+        while queue:
+            length_m, here, way = heapq.heappop(queue)
+            if here == self._end:
+                return tuple(points[corner] for corner in way)
+            if here in done:
+                continue
+            done.add(here)
+            for there in self._candidates(here):
+                total_m = length_m + math.dist(points[here], points[there])
+                if there not in done and total_m < best.get(there, math.inf) and self._is_free(here, there):
                     best[there] = total_m
                     heapq.heappush(queue, (total_m, there, (*way, there)))
-    return ()
+        return ()
+
+    def _candidates(self, here: int) -> Sequence[int]:
+        if here < self._start:
+            return (*self._visible[here], *range(self._end, len(self._points)))
+        return range(len(self._points))
+
+    def _is_free(self, here: int, there: int) -> bool:
+        start, end = self._points[here], self._points[there]
+        if self._around is not None and distance_to_segment(self._around.middle, start, end) < self._around.keeps_m:
+            return False
+        if here < self._start and there < self._start:
+            return True  # seen, as it is a candidate
+        boxes = self._for_start if here == self._start else self._blocked
+        return not any(box.crosses(start, end) for box in boxes)
 
 
-def _is_free(start: Point, end: Point, boxes: tuple[Box, ...], around: Around | None) -> bool:
-    if around is not None and distance_to_segment(around.middle, start, end) < around.keeps_m:
-        return False
-    return not any(box.crosses(start, end) for box in boxes)
+def _shrunk(box: Box, start: Point, clearance_m: float) -> Box:
+    """A box grown by the clearance, or by less, so that the start is not inside."""
+    near = box.nearest(start)
+    far_m = max(abs(start[0] - near[0]), abs(start[1] - near[1]))
+    if far_m == 0.0:  # in the box itself, as a person on the sofa: it is no obstacle
+        return box_around(start, (0.0, 0.0))
+    return box.grown(min(clearance_m, far_m - 1e-9))
