@@ -89,6 +89,13 @@ def suspects(
     return tuple(sorted(ranked, key=lambda suspect: (-suspect.score, suspect.passing, suspect.file, -suspect.line)))
 
 
+def statement_counts(code: CodeMap, failing: Iterable[Bits], passing: Iterable[Bits]) -> list[Counts]:
+    """Of each statement, in the order of its bits."""
+    return _counts(
+        Counter(test.statements for test in failing), Counter(test.statements for test in passing), code.statements
+    )
+
+
 def _counts(failing: Counter[int], passing: Counter[int], size: int) -> list[Counts]:
     """Bit by bit. Thousands of tests execute the same few sets of statements, so each set is looked at once."""
     all_failing = failing.total()

@@ -1,0 +1,75 @@
+"""The testbenches whose code gets faults: each in a folder of its own, and the options its tests are run with."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytest_hricdv.coverage.code_map import CodeMap, map_code
+from studies import session
+
+_FILE = re.compile(r"^```\w+ (?P<name>\S+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+"""A block of a page that is a file: the reader of the page writes it, a later one over an earlier one."""
+
+_TABLE = ("conftest.py", "pyproject.toml", "controller", "sim", "models_bdi", "tests/__init__.py", "tests/hri")
+"""What the table's tests need of this repository."""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A testbench.
+
+    Args:
+        name: of the testbench, as people call it.
+        code: importable names of its code under test.
+        options: of pytest, beside the report's folder.
+        fill: writes its files into a folder.
+    """
+
+    name: str
+    code: tuple[str, ...]
+    options: tuple[str, ...]
+    fill: Callable[[Path], None]
+
+    def map(self, folder: Path) -> CodeMap:
+        """Its code under test, in a folder that was filled."""
+        import sys
+
+        sys.path.insert(0, str(folder))
+        try:
+            return map_code(self.code, folder)
+        finally:
+            sys.path.remove(str(folder))
+
+
+def _of_page(page: str) -> Callable[[Path], None]:
+    def fill(folder: Path) -> None:
+        text = (session.ROOT / "docs" / page).read_text(encoding="utf-8")
+        for block in _FILE.finditer(text):
+            path = folder / block["name"]
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(block["text"], encoding="utf-8")
+
+    return fill
+
+
+def _table(folder: Path) -> None:
+    for name in _TABLE:
+        source, target = session.ROOT / name, folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, target)
+
+
+PROJECTS = (
+    Project("coffee", ("barista", "pouring"), ("--hri-suite=rl",), _of_page("tutorial.md")),
+    Project("vacuum", ("vacuum",), ("--hri-suite=rl",), _of_page("vacuum.md")),
+    # Without masses and forces a run takes a tenth of the time, and the controller is the same.
+    Project("table", ("controller",), ("--hri-suite=rl", "--hri-fidelity=kinematic"), _table),
+)
+"""In the order in which they are measured: the cheapest first."""
