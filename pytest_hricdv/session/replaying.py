@@ -19,6 +19,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference, own_hash_seed
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
+from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
@@ -252,11 +253,15 @@ class Rerunning:
     seeds: Mapping[str, int]
     let_through: Callable[[], AbstractContextManager[None]] = contextlib.nullcontext
 
-    def run(self, test: ConcreteTest) -> CaseResult | None:
-        """Run a test; None where the run came to no end. What it prints goes nowhere."""
+    def run(self, test: ConcreteTest, begun: Callable[[CodeUnderTest], None] = lambda code: None) -> CaseResult | None:
+        """Run a test; None where the run came to no end. What it prints goes nowhere.
+
+        Args:
+            begun: see `execute`.
+        """
         try:
             with self.let_through(), contextlib.redirect_stdout(io.StringIO()):
-                return execute(self.settings, test)
+                return execute(self.settings, test, begun=begun)
         except Exception:
             return None
 

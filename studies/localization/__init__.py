@@ -1,1 +1,1 @@
-"""How often diagnosis points at the fault: over planted faults and mutants of three testbenches, for docs/diagnosis.md."""
+"""How often diagnosis points at the fault: planted faults and mutants, in three testbenches, for docs/diagnosis.md."""

@@ -66,9 +66,7 @@ class Truth:
             for text, line in block.places(fault)
         }
         statements = {max((first for first in file.statements if first <= line), default=0) for line in lines}
-        return cls(
-            fault.file, frozenset(statements), frozenset(names), all(block.is_omission for block in blocks)
-        )
+        return cls(fault.file, frozenset(statements), frozenset(names), all(block.is_omission for block in blocks))
 
 
 @dataclass(frozen=True)

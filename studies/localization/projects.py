@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,8 +37,6 @@ class Project:
 
     def map(self, folder: Path) -> CodeMap:
         """Its code under test, in a folder that was filled."""
-        import sys
-
         sys.path.insert(0, str(folder))
         try:
             return map_code(self.code, folder)

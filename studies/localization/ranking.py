@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
 from math import comb
 
+from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.gaps import functions
 from pytest_hricdv.extra.diagnosis.diagnosing import Subject
@@ -21,15 +21,14 @@ Place = tuple[str, int]
 """Name of a file, and first line of a statement."""
 
 
-@dataclass(frozen=True)
-class Hit:
+class Hit(PlainRecord, frozen=True, kw_only=True):
     """How probably a ranking points at a fault: its function is the first, its statement is among the first 1, 3, 5."""
 
     function: float
     statements: tuple[float, ...]
 
 
-NOWHERE = Hit(0.0, (0.0,) * len(FIRST))
+NOWHERE = Hit(function=0.0, statements=(0.0,) * len(FIRST))
 
 
 def hits(report: Report, truth: Truth) -> dict[str, Hit] | None:
@@ -41,8 +40,8 @@ def hits(report: Report, truth: Truth) -> dict[str, Hit] | None:
     counts = dict(_counts(report, cause, code))
     return {
         "diagnosis": _of_order([[(place.file, place.line)] for place in cause.places], truth, code),
-        "Ochiai alone": _of_order(_tied(counts, ochiai), truth, code),
-        "DStar alone": _of_order(_tied(counts, dstar), truth, code),
+        "ochiai": _of_order(_tied(counts, ochiai), truth, code),
+        "dstar": _of_order(_tied(counts, dstar), truth, code),
         "chance": _of_order(_tied(counts, lambda executing: 1.0), truth, code),
     }
 
@@ -73,15 +72,13 @@ def _of_order(groups: Sequence[Sequence[Place]], truth: Truth, code: CodeMap) ->
         return NOWHERE
     inner_first = {file.name: functions(file.text) for file in code.files}
 
-    def function(place: Place) -> Place:
-        found = next(function for function in inner_first[place[0]] if place[1] in function)
-        return f"{place[0]} {found.name}", found.first
+    def function(place: Place) -> tuple[str, str]:
+        return place[0], next(function.name for function in inner_first[place[0]] if place[1] in function)
 
     wanted = {(truth.file, line) for line in truth.statements}
-    first = {function(place): function(place)[0] for place in groups[0]}
-    right = {f"{truth.file} {name}" for name in truth.functions}
-    share = sum(name in right for name in first.values()) / len(first)
-    return Hit(share, tuple(_among(groups, wanted.__contains__, most) for most in FIRST))
+    first = {function(place) for place in groups[0]}
+    share = sum(name in truth.functions for file, name in first if file == truth.file) / len(first)
+    return Hit(function=share, statements=tuple(_among(groups, wanted.__contains__, most) for most in FIRST))
 
 
 def _among(groups: Sequence[Collection[Place]], is_wanted: Callable[[Place], bool], most: int) -> float:

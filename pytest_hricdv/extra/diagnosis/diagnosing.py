@@ -13,8 +13,10 @@ from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
+from pytest_hricdv.extra.diagnosis.places import weighted
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Decision, Diagnosis, SuspiciousPlace
 from pytest_hricdv.extra.diagnosis.runs import runner
+from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
@@ -68,19 +70,47 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
         session.say("")
         session.say(f"hricdv: looking for the causes of {plural(len(failing), 'failing test')}, {limit} ...")
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
-    experiments = Experiments(
-        subject.groups, {name: case.concrete for name, case in cases.items()}, runner(session.rerunning), budget
-    )
+    concrete = {name: case.concrete for name, case in cases.items()}
+    run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
+    experiments = Experiments(subject.groups, concrete, run, budget)
     decisions = Decisions(experiments, {name: case.ranges for name, case in cases.items()})
     decisions.decide(experiments.groups(enough=FIRST_TESTS))
     groups = experiments.groups()
     session.interrupted |= experiments.ended == "interrupted"
-    made = tuple(_cause(subject, group, experiments.evidence, decisions.of(group)) for group in groups)
+    _trace(experiments, groups)
+    made = tuple(
+        _cause(subject, group, experiments.evidence, decisions.of(group), _traces(experiments, group))
+        for group in groups
+    )
     report = CAUSES.put(report, made)
     return DIAGNOSIS.put(report, Diagnosis(runs=experiments.used, budget=budget, ended=experiments.ended))
 
 
-def _cause(subject: Subject, group: Group, evidence: Evidence, decision: Decision | None) -> Cause:
+def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
+    """Run a test of each cause of which none was run as it was, while runs are left: such runs are traced."""
+    for group in groups:
+        names = sorted(experiments.tests.keys() & {*group.nodeids}, key=experiments.length)
+        if names and not group.is_known and experiments.controls.keys().isdisjoint(names):
+            if experiments.used >= experiments.budget or experiments.ended == "interrupted":
+                return
+            try:
+                experiments.control(names[0])
+            except KeyboardInterrupt:
+                experiments.ended = "interrupted"
+
+
+def _traces(experiments: Experiments, group: Group) -> list[Trace]:
+    """Of runs that failed for a cause, up to what failed first."""
+    first: dict[str, Failure] = {}
+    for failure in group.failures:
+        first.setdefault(failure.nodeid, failure)
+    runs = ((failure.requirement, experiments.controls.get(name)) for name, failure in first.items())
+    return [run.traces[requirement] for requirement, run in runs if run is not None and requirement in run.traces]
+
+
+def _cause(
+    subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, traces: Sequence[Trace]
+) -> Cause:
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
     )
@@ -97,7 +127,7 @@ def _cause(subject: Subject, group: Group, evidence: Evidence, decision: Decisio
         state=state,
         minimal=shortest.abstract,
         replay=shortest.replay,
-        places=_places(subject, group),
+        places=_places(subject, group, traces),
         decides=_decides(group, len(confirmed), decision),
         decision=decision,
         confirmed=len(confirmed),
@@ -116,9 +146,10 @@ def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
     return f"{decided}: {confirmed} of {tests} were run without it"
 
 
-def _places(subject: Subject, group: Group) -> tuple[SuspiciousPlace, ...]:
+def _places(subject: Subject, group: Group, traces: Sequence[Trace]) -> tuple[SuspiciousPlace, ...]:
     otherwise = {failure.nodeid for failure in subject.failures if failure.requirement in group.requirements}
-    ranked = subject.spectra.suspects(group.nodeids, otherwise)[:MOST_PLACES]
+    code = subject.spectra.code
+    ranked = weighted(subject.spectra.suspects(group.nodeids, otherwise), traces, () if code is None else code.files)
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
     return tuple(
         SuspiciousPlace(
@@ -128,7 +159,7 @@ def _places(subject: Subject, group: Group) -> tuple[SuspiciousPlace, ...]:
             score=round(suspect.score, 4),
             text=_line(sources[suspect.file], suspect.line),
         )
-        for suspect in ranked
+        for suspect in ranked[:MOST_PLACES]
     )
 
 

@@ -73,7 +73,7 @@ class Experiments:
         if not open_groups:
             return None
         group = groups[min(open_groups)[1]]
-        return min(self._open(group), key=self._length), group
+        return min(self._open(group), key=self.length), group
 
     def _open(self, group: Group) -> list[str]:
         """The tests that were not tried without the change of their group."""
@@ -83,7 +83,8 @@ class Experiments:
     def _confirmed(self, group: Group) -> int:
         return sum((name, group.change) in self._tried for name in group.nodeids)
 
-    def _length(self, nodeid: str) -> tuple[int, str]:
+    def length(self, nodeid: str) -> tuple[int, str]:
+        """Orders tests by their actions, the shortest first."""
         return len(self.tests[nodeid].actions), nodeid
 
     def _try(self, nodeid: str, group: Group) -> None:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import msgspec
 
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.failures import FAULT
+from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.replaying import Rerunning, named
@@ -45,6 +49,7 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
         begun: time (s) and number (from 0) of each action, in the order in which they began.
         events: messages, and changes of signals that are bools or texts, in the order of time.
         times_s: requirement -> when it was violated first.
+        traces: requirement that it violated -> what it executed until then; of traced runs only.
     """
 
     violated: Names
@@ -52,6 +57,7 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
     begun: tuple[tuple[Number, Count], ...] = ()
     events: tuple[Event, ...] = ()
     times_s: Mapping[str, Number] = {}
+    traces: Mapping[str, Trace] = {}
 
 
 Run = Callable[[ConcreteTest], Ran | None]
@@ -60,10 +66,18 @@ Run = Callable[[ConcreteTest], Ran | None]
 _DECODER: msgspec.json.Decoder[Ran | None] = msgspec.json.Decoder(Ran | None)
 
 
-def runner(rerunning: Rerunning) -> Run:
-    """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe."""
+def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
+    """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe.
+
+    Args:
+        rerunning: runs tests.
+        code: under test.
+        traced: id -> tests whose runs are traced.
+    """
 
     def run_here(test: ConcreteTest) -> Ran | None:
+        if traced.get(test.id) == test and not debugger():
+            return _traced(rerunning, code, named(test, "experiment"))
         result = rerunning.run(named(test, "experiment"))
         return None if result is None else ran(result)
 
@@ -85,6 +99,17 @@ def runner(rerunning: Rerunning) -> Run:
             process.close()
 
     return run
+
+
+def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | None:
+    tracing = Tracing(code)
+    result = replace(rerunning, settings=rerunning.settings.measured_by(tracing)).run(test, tracing.begun)
+    if result is None:
+        return None
+    end_s = {FAULT: result.sim_s} if result.faults else {}
+    made = ran(result)
+    traces = {name: tracing.until(time_s) for name, time_s in {**made.times_s, **end_s}.items()}
+    return msgspec.structs.replace(made, traces=traces)
 
 
 def ran(result: CaseResult) -> Ran:

@@ -8,8 +8,9 @@ the few failing tests that are run again for a diagnosis are traced statement by
 from __future__ import annotations
 
 import sys
+from array import array
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from types import FrameType
@@ -24,16 +25,19 @@ from pytest_hricdv.execution.faults import CodeUnderTest
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-Place = tuple[str, int]
-"""Name of a file, and first line of a statement."""
+MOST_STEPS = 2_000_000
+"""A longer run is traced so far only. Chosen: 32 MB; a run of the table has some 10,000."""
+
+_RETURNED = -1
 
 
 class Executed(PlainRecord, frozen=True, kw_only=True):
-    """A statement of which a run has executed something.
+    """A statement that a run has executed.
 
     Args:
         file: name.
         line: first line.
+        node: which of the code's nodes executed it last, by their numbers from 0.
         step: when last, counted in lines that were executed, from 1.
         time_s: when last, in simulated time.
         times: how often.
@@ -41,6 +45,7 @@ class Executed(PlainRecord, frozen=True, kw_only=True):
 
     file: str
     line: Count
+    node: Count
     step: Count
     time_s: Number
     times: Count
@@ -51,7 +56,7 @@ class Trace(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         until_s: this time (s of simulated time).
-        executed: each statement once, the last one last.
+        executed: each statement once, the last one first.
         stood: of each node, where it stood then: file and first line of statements, the innermost first.
     """
 
@@ -66,20 +71,27 @@ class Tracing:
 
     Args:
         code: that is traced.
-        until_s: up to this time (s of simulated time).
     """
 
     code: CodeMap
-    until_s: float
     reason: str = "the run is traced instead"
     _now_s: Callable[[], float] = field(default=lambda: 0.0, init=False)
-    _steps: int = field(default=0, init=False)
-    _count: dict[Place, int] = field(default_factory=dict, init=False)
-    _last: dict[Place, tuple[int, float]] = field(default_factory=dict, init=False)
-    _stood: dict[int, tuple[Place, ...]] = field(default_factory=dict, init=False)
+    _times_s: array[float] = field(default_factory=lambda: array("d"), init=False)
+    _places: array[int] = field(default_factory=lambda: array("l"), init=False)
+    """Number of the statement that is executed; `_RETURNED` where a function ends."""
+    _depths: array[int] = field(default_factory=lambda: array("l"), init=False)
+    """How many functions of the code under test there are around it in its node."""
+    _nodes: array[int] = field(default_factory=lambda: array("l"), init=False)
+    _numbers: dict[int, int] = field(default_factory=dict, init=False)
+    """Of nodes."""
 
     def __post_init__(self) -> None:
-        self._files = {str(file.path): (file.name, file.statements) for file in self.code.files}
+        self._all = [(file.name, line) for file in self.code.files for line in file.statements]
+        self._files: dict[str, tuple[int, tuple[int, ...]]] = {}
+        first = 0
+        for file in self.code.files:
+            self._files[str(file.path)] = first, file.statements
+            first += len(file.statements)
 
     def begun(self, code: CodeUnderTest) -> None:
         """To be given to `execute`, which calls it: whose clock it is."""
@@ -107,41 +119,55 @@ class Tracing:
         """See `Measurement`."""
         forget_left_greenlets()
 
-    def trace(self) -> Trace:
-        """Of the run, when it is over."""
+    def until(self, time_s: float) -> Trace:
+        """What was executed up to a time (s)."""
+        end = bisect_right(self._times_s, time_s)
+        last: dict[int, int] = {}
+        times: dict[int, int] = {}
+        for step, place in enumerate(self._places[:end]):
+            last[place] = step
+            times[place] = times.get(place, 0) + 1
+        last.pop(_RETURNED, None)
         executed = (
-            Executed(file=place[0], line=place[1], step=step, time_s=time_s, times=self._count[place])
-            for place, (step, time_s) in self._last.items()
+            Executed(
+                file=self._all[place][0],
+                line=self._all[place][1],
+                node=self._nodes[step],
+                step=step + 1,
+                time_s=round(self._times_s[step], 6),
+                times=times[place],
+            )
+            for place, step in sorted(last.items(), key=lambda item: -item[1])
         )
-        ordered = tuple(sorted(executed, key=lambda statement: statement.step))
-        return Trace(until_s=self.until_s, executed=ordered, stood=tuple(self._stood.values()))
+        return Trace(until_s=time_s, executed=tuple(executed), stood=tuple(self._stood(end)))
+
+    def _stood(self, end: int) -> Iterator[tuple[tuple[str, int], ...]]:
+        stacks: dict[int, list[int]] = {}
+        for step in range(end):
+            stack = stacks.setdefault(self._nodes[step], [])
+            del stack[self._depths[step] :]
+            if self._places[step] != _RETURNED:
+                stack += [self._places[step]] * (self._depths[step] + 1 - len(stack))
+        for _, stack in sorted(stacks.items()):
+            yield tuple(self._all[place] for place in reversed(stack))
 
     def _trace(self, frame: FrameType, event: str, argument: Any) -> Any:
         """See `sys.settrace`: called where a function begins, then for each of its lines, and where it ends."""
-        if frame.f_code.co_filename not in self._files:
+        where = self._files.get(frame.f_code.co_filename)
+        if where is None or len(self._places) >= MOST_STEPS:
             return None
-        time_s = self._now_s()
-        if time_s > self.until_s:
-            return None
-        here = frame if event != "return" else frame.f_back
-        if event == "line":
-            self._note(self._place(frame), time_s)
-        self._stood[id(greenlet.getcurrent())] = self._stack(here)
+        if event in ("line", "return"):
+            first, statements = where
+            here = first + max(0, bisect_right(statements, frame.f_lineno) - 1)
+            self._times_s.append(self._now_s())
+            self._places.append(here if event == "line" else _RETURNED)
+            self._depths.append(self._depth(frame))
+            self._nodes.append(self._numbers.setdefault(id(greenlet.getcurrent()), len(self._numbers)))
         return self._trace
 
-    def _note(self, place: Place, time_s: float) -> None:
-        self._steps += 1
-        self._last[place] = self._steps, time_s
-        self._count[place] = self._count.get(place, 0) + 1
-
-    def _place(self, frame: FrameType) -> Place:
-        name, statements = self._files[frame.f_code.co_filename]
-        return name, statements[max(0, bisect_right(statements, frame.f_lineno) - 1)]
-
-    def _stack(self, frame: FrameType | None) -> tuple[Place, ...]:
-        stack = []
-        while frame is not None:
-            if frame.f_code.co_filename in self._files:
-                stack.append(self._place(frame))
-            frame = frame.f_back
-        return tuple(stack)
+    def _depth(self, frame: FrameType) -> int:
+        depth, around = 0, frame.f_back
+        while around is not None:
+            depth += around.f_code.co_filename in self._files
+            around = around.f_back
+        return depth

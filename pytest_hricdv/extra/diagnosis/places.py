@@ -1,0 +1,122 @@
+"""Places: the statements of the code under test that a cause has probably its fault in, the most suspicious first.
+
+Coverage says what failing tests execute and others do not; where all tests execute the same, it says nothing. What ran
+*when* says more: what runs only after the violation cannot have led to it, and what ran last before it, or was going on
+then, has probably.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from pytest_hricdv.coverage.code_map import SourceFile
+from pytest_hricdv.extra.diagnosis.spectrum import Suspect
+from pytest_hricdv.extra.diagnosis.tracing import Trace
+
+Place = tuple[str, int]
+"""Name of a file, and first line of a statement."""
+
+HALF = 4
+"""So many statements before the violation, the weight of recency is halved. Chosen: see docs/diagnosis.md."""
+
+LEAST = 0.5
+"""The weight of what was executed long before the violation: its score counts half."""
+
+LATER = 0.1
+"""The weight of what was executed after the violation only: it has not led to it, if it was traced completely."""
+
+DEFINED = 0.98
+"""A constant is as suspicious as what reads it, but for this: the statement that reads it comes first."""
+
+
+def weighted(suspects: Sequence[Suspect], traces: Sequence[Trace], files: Sequence[SourceFile]) -> list[Suspect]:
+    """The statements in the order of their suspiciousness, weighted by when runs executed them.
+
+    Args:
+        suspects: with the suspiciousness that coverage gives, in their order.
+        traces: of failing runs up to the violation; without any, the order stays.
+        files: of the code under test.
+    """
+    if not traces:
+        return [*suspects]
+    weights = [_weights(trace) for trace in traces]
+    places = {(suspect.file, suspect.line) for suspect in suspects}
+    readers = dict(_readers(files, places))
+    scores = {}
+    for suspect in suspects:
+        place = suspect.file, suspect.line
+        scores[place] = suspect.score * sum(weight.get(place, LATER) for weight in weights) / len(weights)
+    for place, reading in readers.items():
+        read = max((scores[reader] for reader in reading if reader in scores), default=0.0)
+        if place in scores:
+            scores[place] = max(scores[place], DEFINED * read)
+    ranked = [replace(suspect, score=scores[suspect.file, suspect.line]) for suspect in suspects]
+    return sorted(ranked, key=lambda suspect: -suspect.score)
+
+
+def _weights(trace: Trace) -> dict[Place, float]:
+    """From 1 for what ran last to `LEAST` for what ran first."""
+    return {place: LEAST + (1.0 - LEAST) * 0.5 ** (number / HALF) for number, place in enumerate(_recent(trace))}
+
+
+def _recent(trace: Trace) -> list[Place]:
+    """What the run executed, the last first: of each node in turn, as one that only polls is always the last."""
+    nodes: dict[int, list[Place]] = {}
+    for statement in trace.executed:
+        nodes.setdefault(statement.node, []).append((statement.file, statement.line))
+    for node, stack in enumerate(trace.stood):
+        for around in reversed(stack[1:]):  # what is going on was begun long ago, and counts as recent
+            nodes.setdefault(node, []).insert(min(2, len(nodes[node])), around)
+    ordered = sorted(nodes.values(), key=len, reverse=True)
+    longest = max(map(len, ordered), default=0)
+    turns = (places[number] for number in range(longest) for places in ordered if number < len(places))
+    return [*dict.fromkeys(turns)]
+
+
+def _readers(files: Iterable[SourceFile], places: set[Place]) -> Iterator[tuple[Place, list[Place]]]:
+    """Constants: a statement outside of functions that gives a name its value, and the statements that read the name.
+
+    A field of a class counts, too, by its name alone.
+    """
+    trees = {file.name: _parsed(file.text) for file in files}
+    reading: dict[str, list[Place]] = {}
+    for file in files:
+        for name, line in _read(trees[file.name]):
+            first = max((first for first in file.statements if first <= line), default=0)
+            reading.setdefault(name, []).append((file.name, first))
+    for file in files:
+        for names, line in _defined(trees[file.name]):
+            first = max((first for first in file.statements if first <= line), default=0)
+            if (file.name, first) in places:
+                yield (file.name, first), [place for name in names for place in reading.get(name, ())]
+
+
+def _parsed(text: str) -> ast.Module:
+    try:
+        return ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ast.Module([], [])
+
+
+def _read(tree: ast.AST) -> Iterator[tuple[str, int]]:
+    """Names that functions read, with the lines."""
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef):
+            for node in ast.walk(function):
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+                    yield node.id, node.lineno
+                elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load):
+                    yield node.attr, node.lineno
+
+
+def _defined(tree: ast.Module | ast.ClassDef) -> Iterator[tuple[list[str], int]]:
+    """Names that statements outside of functions define, with the lines."""
+    for statement in tree.body:
+        if isinstance(statement, ast.ClassDef):
+            yield from _defined(statement)
+        elif isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
+            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            names = [node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name)]
+            yield names, statement.lineno

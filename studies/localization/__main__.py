@@ -1,0 +1,78 @@
+"""How often diagnosis points at the fault: planted faults and mutants of three testbenches, for docs/diagnosis.md.
+
+    python -m studies.localization [--projects NAME,...] [--mutants N] [--tests N] [--seed N] [--diagnose N]
+                                   [--report DIR] [--again] [--write]
+
+A session for each fault, in a copy of the testbench: a few seconds of processor time each. What was tried with the
+present diagnosis is not tried again: end the command at any time, and start it anew. Mutants are drawn with the seed;
+the first ones of more are the same. The figures are printed; `--write` writes them to the page. `--again` tries none.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from studies import page, session
+from studies.localization import tables
+from studies.localization.faults import FaultError
+from studies.localization.measuring import Measured, measured
+from studies.localization.projects import PROJECTS
+from studies.localization.ranking import FIRST
+
+COMMAND = "python -m studies.localization"
+
+
+def main() -> None:
+    """Try what was not tried; print the figures, and write them if asked to."""
+    names = [project.name for project in PROJECTS]
+    parser = session.arguments(__doc__, "hri-localization")
+    parser.add_argument("--projects", default=",".join(names), metavar="NAME,...", help=f"({','.join(names)})")
+    parser.add_argument("--mutants", type=int, default=20, metavar="N", help="of each testbench (20)")
+    parser.add_argument("--tests", type=int, default=30, metavar="N", help="of each session, at most (30)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="that mutants are drawn with (0)")
+    parser.add_argument("--diagnose", type=int, metavar="N", help="runs that a diagnosis may take (its default)")
+    parser.add_argument("--write", action="store_true", help="write the figures to the page")
+    options = parser.parse_args()
+    chosen = options.projects.split(",")
+    if unknown := [name for name in chosen if name not in names]:
+        parser.error(f"--projects: {unknown[0]!r}: expected one of {', '.join(names)}")
+    pytest_options = [f"--hri-tests={options.tests}"]
+    pytest_options += [] if options.diagnose is None else [f"--hri-diagnose={options.diagnose}"]
+    done: list[Measured] = []
+    try:
+        for project in PROJECTS:
+            if project.name in chosen:
+                folder: Path = options.report.resolve()
+                for fault in measured(
+                    project, folder, options.seed, options.mutants, tuple(pytest_options), again=options.again
+                ):
+                    done.append(fault)
+                    print(f"{project.name}: {fault.fault}, {fault.kind}: {_said(fault)}", flush=True)
+    except (session.SessionError, FaultError) as error:
+        sys.exit(f"localization: {error}")
+    except KeyboardInterrupt:
+        sys.exit("localization: interrupted; start it again to go on")
+    if not any(fault.hits for fault in done):
+        sys.exit("localization: no fault that was tried makes a test fail")
+    text = tables.text(done)
+    print(text)
+    if options.write:
+        page.replace_figures(options.docs / "diagnosis.md", COMMAND, text)
+        print(f"written: {options.docs / 'diagnosis.md'}")
+
+
+def _said(fault: Measured) -> str:
+    if not fault.hits:
+        return "no test fails"
+    hit = fault.hits["diagnosis"]
+    return f"function {'first' if hit.function else 'not first'}, statement {_rank(hit.statements)}"
+
+
+def _rank(shares: tuple[float, ...]) -> str:
+    ranks = (f"among the first {most}" for most, share in zip(FIRST, shares, strict=True) if share)
+    return next(ranks, "not there")
+
+
+if __name__ == "__main__":
+    main()

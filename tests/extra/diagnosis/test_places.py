@@ -1,0 +1,68 @@
+"""Places: when a statement was executed weighs beside how often failing and passing tests execute it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pytest_hricdv.coverage.code_map import SourceFile
+from pytest_hricdv.extra.diagnosis.places import weighted
+from pytest_hricdv.extra.diagnosis.spectrum import Suspect
+from pytest_hricdv.extra.diagnosis.tracing import Executed, Trace
+
+CODE = """\
+LIMIT_S = 3.0
+OTHER_S = 4.0
+
+
+def wait(clock):
+    clock.sleep(LIMIT_S)
+
+
+def work(clock):
+    clock.begin()
+    wait(clock)
+    clock.end()
+"""
+FILES = (SourceFile("code.py", Path("code.py"), (1, 2, 5, 6, 9, 10, 11, 12), (), (), CODE),)
+
+
+def trace(*lines: int, stood: tuple[int, ...] = (), node: int = 0) -> Trace:
+    """Of a run that executed these lines, the last first."""
+    executed = [
+        Executed(file="code.py", line=line, node=node, step=len(lines) - number, time_s=0.0, times=1)
+        for number, line in enumerate(lines)
+    ]
+    return Trace(until_s=1.0, executed=tuple(executed), stood=(tuple(("code.py", line) for line in stood),))
+
+
+def ranked(suspicious: dict[int, float], *traces: Trace) -> list[int]:
+    """Lines in the order of their suspiciousness."""
+    suspects = [Suspect("code.py", line, score, 0) for line, score in suspicious.items()]
+    return [suspect.line for suspect in weighted(suspects, traces, FILES)]
+
+
+def test_without_a_trace_the_order_stays() -> None:
+    assert ranked({6: 1.0, 10: 1.0, 12: 0.5}) == [6, 10, 12]
+
+
+def test_of_equal_statements_the_one_that_ran_last_comes_first() -> None:
+    assert ranked({10: 1.0, 11: 1.0, 6: 1.0}, trace(6, 11, 10)) == [6, 11, 10]
+
+
+def test_what_runs_after_the_violation_only_comes_last() -> None:
+    assert ranked({12: 1.0, 10: 0.4}, trace(10)) == [10, 12]
+
+
+def test_what_is_far_more_suspicious_comes_first_though_it_ran_before() -> None:
+    assert ranked({10: 1.0, 6: 0.4}, trace(6, 11, 10)) == [10, 6]
+
+
+def test_a_constant_comes_after_what_reads_it() -> None:
+    assert ranked({1: 0.5, 2: 0.5, 6: 0.9, 10: 0.9}, trace(6, 11, 10)) == [6, 1, 10, 2]
+
+
+def test_a_node_that_polls_does_not_hide_the_others() -> None:
+    polls = trace(6, 5, 12, stood=(6,), node=1)
+    works = trace(10, 9)
+    both = Trace(until_s=1.0, executed=(*polls.executed, *works.executed), stood=())
+    assert ranked(dict.fromkeys((6, 5, 12, 10, 9), 1.0), both)[:2] == [6, 10]
