@@ -26,6 +26,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from carebot.tasks import STATES, transitions
     from house import house
     from people.beliefs import BELIEFS, LENGTHS, MODEL
+    from people.coupling import CONFORMANCE, ONLINE
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
@@ -49,6 +50,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         code=("carebot",),
         virtual=("asyncio",),
         run=run,
+        conformance=CONFORMANCE,
+        online=ONLINE,
         outcome_label="orders",
     )
 

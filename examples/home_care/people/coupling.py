@@ -1,0 +1,47 @@
+"""What of the models corresponds to what in a run: the robot's agent as an oracle, and the person's as one who decides.
+
+Both go by messages and by what can be seen from outside, never by the robot's variables.
+"""
+
+from __future__ import annotations
+
+from pytest_hricdv.testbench import Conformance, Does, Hears, Online
+
+AT_ONCE_S = (0.0, 0.3)
+"""The robot's own pace: a period of its loop, and a bit."""
+
+DRIVES_S = (0.0, 330.0)
+"""A drive, or what the robot gives up after: 60 s and twice what the longest way takes (chosen, as its own limit)."""
+
+GRIPS_S = (0.0, 5.0)
+"""The gripper has 4 s."""
+
+GIVEN_UP = 'on(refused) & refused.reason != "I cannot do that" & refused.reason != "too many orders"'
+
+CONFORMANCE = Conformance(
+    agent="robot",
+    hears=(Hears("order(Kind)", "on(order)", source="person"),),
+    does=(
+        Does("accept(Order)", "on(accepted)", within_s=AT_ONCE_S),
+        Does("refuse(Order)", "on(refused)", within_s=AT_ONCE_S),
+        Does("enter(Name)", "on(state)", within_s=DRIVES_S),
+        Does("food(Held)", "on(food)", within_s=GRIPS_S),
+        Does("complete(Order)", "on(completed)", within_s=DRIVES_S),
+        Does("report_idle", "on(idle)", within_s=AT_ONCE_S),
+        Does("dock", "on(docked)", within_s=DRIVES_S),
+    ),
+    # How long drives and grips take is seen, and not modelled; when it is idle is its specification.
+    limits={"travel_time": 0.001, "detour_time": 0.001, "grip_time": 0.001, "idle_after": 30.0},
+    # It knows nobody who stays in the way, and no battery.
+    until=f"{GIVEN_UP} | on(state) & battery < 0.2",
+)
+
+ONLINE = Online(
+    agent="person",
+    hears=(
+        Hears("refused(Order)", 'on(refused) & refused.reason == "I cannot do that"', source="robot"),
+        Hears("given_up(Order)", GIVEN_UP, source="robot"),
+        Hears("idle", "on(idle)", source="robot"),
+        Hears("held_up", 'fall(acts) & state != "Ready" & state != "Off"', source="robot"),
+    ),
+)
