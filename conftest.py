@@ -162,9 +162,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 "patience_for_sensors": "sensing_timeout_s",
                 "sensing_step": "sensing_timeout_s",
             },
-            # It knows nobody in the arm's way, no leg that leaves a closed hand, and no grip beyond what people do.
-            until="on(way_blocked) | rise(leg_torn) | rise(hand_gripped) & hand_place != 'handover'"
-            " | rise(!once[0:15](!hand_gripped))",
+            # It knows nobody in the arm's way, no leg that leaves a closed hand, and nobody who holds the fingers shut.
+            until="on(way_blocked) | on(fingers_held) | rise(leg_torn)",
         ),
         disturbances={
             "leg_late": Disturbance({"for_s": Range(1.0, 120.0, "s")}, disturbances.leg_late),

@@ -11,7 +11,8 @@ def reset(robot: Robot) -> str:
     robot.journal.begin(robot.clock.now_s())
     if robot.hand.holds():
         robot.note("something is in the hand at the start")
-        robot.hand.open()
+        while not robot.hand.open():
+            robot.clock.sleep(robot.settings.retry_s)
     arrived = robot.move([HOME])
     robot.listen()
     return "at home" if arrived else "stuck"
@@ -24,13 +25,16 @@ def move_hand(robot: Robot) -> str:
 
 
 def fetch(robot: Robot) -> str:
-    """Reach for the leg at the pickup place, close the hand, lift, bring to the handover place; what went wrong."""
+    """Reach for the leg at the pickup place, close the hand, lift, bring to the handover place; what went wrong.
+
+    With the leg in the hand, whoever is in the way is waited for: from here no other way is taught that lifts it first.
+    """
     if not robot.move(TO_PICKUP):
         return "pickup place not reached"
     if not grasp(robot):
         return "no leg in the hand"
-    if not robot.move(TO_HANDOVER):
-        return "handover place not reached"
+    while robot.hand.holds() and not robot.move(TO_HANDOVER):
+        robot.clock.sleep(robot.settings.retry_s)
     if not robot.hand.holds():
         return "leg lost on the way"
     return ""

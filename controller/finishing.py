@@ -8,38 +8,42 @@ from controller.waypoints import HOME, TO_RESUPPLY
 
 
 def release(robot: Robot) -> str:
-    """Open the hand and make sure that it is open; try again after a while when it is not.
+    """Open the hand and make sure that it is open; try again after a while for as long as it is not.
 
-    A robot that gives up closes its hand, or the leg would fall on the way to the re-supply place.
+    It is not closed again: a person who keeps it from opening has a hand there.
     """
-    for attempt in range(1, robot.settings.release_attempts + 1):
-        if attempt > 1:
-            robot.clock.sleep(robot.settings.release_retry_s)
-        if robot.hand.open():
-            robot.outcome = RELEASED
-            if attempt > 1:
-                robot.reason = f"released at attempt {attempt}"
-                robot.note(robot.reason)
-            retreat(robot)
-            return next_turn(robot)
-    robot.reason = "the fingers did not open"
-    robot.note(robot.reason)
-    robot.hand.close()
-    return "stuck"
+    attempt = 1
+    while not robot.hand.open():
+        robot.clock.sleep(robot.settings.retry_s)
+        attempt += 1
+    robot.outcome = RELEASED
+    if attempt > 1:
+        robot.reason = f"released at attempt {attempt}"
+        robot.note(robot.reason)
+    retreat(robot)
+    return next_turn(robot)
 
 
 def discard(robot: Robot) -> str:
-    """Take the leg away from the person to the re-supply place and drop it there."""
-    if robot.hand.holds():
-        if not robot.move(TO_RESUPPLY):
-            robot.note("discarding where the arm stands")
-        if not robot.hand.open():
-            robot.note("leg stays in the hand")
-    else:
+    """Take the leg away from the person to the re-supply place and drop it there.
+
+    Whoever is in the way, or holds the fingers, is waited for: dropped elsewhere, a leg falls on somebody or is handed
+    over, and with a leg in the hand the arm does not go home.
+    """
+    if not robot.hand.holds():
         robot.note("nothing to discard")
-        robot.hand.open()
+    while not emptied(robot):
+        robot.clock.sleep(robot.settings.retry_s)
     retreat(robot)
     return next_turn(robot)
+
+
+def emptied(robot: Robot) -> bool:
+    """Open the hand, over the re-supply place if it holds a leg; whether it is open."""
+    if robot.hand.holds() and not robot.move(TO_RESUPPLY):
+        robot.note("no way to discard the leg yet")
+        return False
+    return robot.hand.open()
 
 
 def retreat(robot: Robot) -> None:

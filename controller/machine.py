@@ -51,7 +51,6 @@ TRANSITIONS: dict[tuple[str, str], str] = {
     ("Decide", "not ready"): "Discard",
     ("Release", "next leg"): "Receive1",
     ("Release", "table done"): DONE,
-    ("Release", "stuck"): "Discard",
     ("Discard", "next leg"): "Receive1",
     ("Discard", "table done"): DONE,
 }

@@ -21,8 +21,7 @@ class Settings:
     settle_s: float = 2.0
     sensing_timeout_s: float = 30.0
     close_attempts: int = 2
-    release_attempts: int = 5
-    release_retry_s: float = 3.0
+    retry_s: float = 3.0
     on_time_s: float = 300.0
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 
 from controller.ports import HumanReady, Request
-from sim.events import SupplyDisturbed, WayBlocked
+from sim.events import FingersHeld, SupplyDisturbed, WayBlocked
 from sim.geometry import Vector
 from sim.gripper import FingerMotion
 from sim.layout import HANDOVER_M, PICKUP_M, REST_HAND_M
@@ -164,7 +164,11 @@ def hand_held_shut(shop: Workshop, parameters: Parameters) -> None:
     def opens() -> bool:
         return world.gripper.motion is FingerMotion.OPENING and world.legs.in_hand is not None
 
-    shop.when(opens, lambda: world.person.hold_shut(parameters["grip_s"]))
+    def hold() -> None:
+        shop.tell(FingersHeld())
+        world.person.hold_shut(parameters["grip_s"])
+
+    shop.when(opens, hold)
 
 
 def hand_held_open(shop: Workshop, parameters: Parameters) -> None:

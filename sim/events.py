@@ -17,4 +17,11 @@ class WayBlocked:
     blocked: bool
 
 
-EVENTS = (SupplyDisturbed, WayBlocked)
+@dataclass(frozen=True)
+class FingersHeld:
+    """Somebody begins to hold the robot's fingers shut, for longer than a handover takes."""
+
+
+Event = SupplyDisturbed | WayBlocked | FingersHeld
+
+EVENTS = (SupplyDisturbed, WayBlocked, FingersHeld)

@@ -9,7 +9,7 @@ from typing import Self
 from controller.ports import State, TableDone
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, topic_of
 from sim.engine import SimulationError
-from sim.events import SupplyDisturbed, WayBlocked
+from sim.events import Event
 from sim.human import Human
 from sim.robot import Robot, wait_until
 from sim.script import Step
@@ -91,7 +91,7 @@ class Workshop:
         self.kernel.spawn("sensors", self.sensors.sense)
         self.kernel.spawn("end of work", self._end)
 
-    def tell(self, event: SupplyDisturbed | WayBlocked) -> None:
+    def tell(self, event: Event) -> None:
         """Record an event that the robot hears nothing of."""
         self._bus.publish("world", event)
 

@@ -76,9 +76,11 @@ class ScriptedHand:
     opens: list[bool] = field(default_factory=list)
     held: bool = False
     opened_at_s: list[float] = field(default_factory=list)
+    closed_at_s: list[float] = field(default_factory=list)
 
     def close(self) -> bool:
         """See `controller.ports.Hand`."""
+        self.closed_at_s.append(self.kernel.now_s)
         self.kernel.sleep(CLOSE_S)
         self.held = self.catches.pop(0) if self.catches else True
         return self.held
@@ -167,12 +169,16 @@ class Bench:
 
     def say(self, at_s: float, message: object) -> None:
         """Let a message come at a time."""
+        self.later(at_s, lambda: self.bus.publish("somebody", message))
 
-        def speak() -> None:
+    def later(self, at_s: float, act: Callable[[], None]) -> None:
+        """Let something happen at a time."""
+
+        def wait_and_act() -> None:
             self.kernel.sleep(at_s)
-            self.bus.publish("somebody", message)
+            act()
 
-        self.kernel.spawn(f"message at {at_s} s", speak)
+        self.kernel.spawn(f"at {at_s} s", wait_and_act)
 
     @property
     def states(self) -> list[str]:

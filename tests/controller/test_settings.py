@@ -17,7 +17,7 @@ def test_a_number_that_is_not_above_0_is_refused_by_name(name: str, value: float
         Settings(**{name: value})  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("name", ["turns", "receive_polls", "close_attempts", "release_attempts"])
+@pytest.mark.parametrize("name", ["turns", "receive_polls", "close_attempts"])
 def test_a_count_is_a_whole_number(name: str) -> None:
     with pytest.raises(ValueError, match=f"{name} is 2.5: expected a whole number"):
         Settings(**{name: 2.5})  # type: ignore[arg-type]

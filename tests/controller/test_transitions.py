@@ -51,11 +51,6 @@ def fourth_turn(bench: Bench) -> None:
         bench.robot.end_turn()
 
 
-def fingers_are_stuck(bench: Bench) -> None:
-    bench.hand.held = True
-    bench.hand.opens = [False] * 10
-
-
 DRIVEN: list[tuple[str, Callable[[Bench], None], str, str]] = [
     ("Reset", nothing, "at home", "Receive1"),
     ("Reset", arm_is_locked, "stuck", DONE),
@@ -76,7 +71,6 @@ DRIVEN: list[tuple[str, Callable[[Bench], None], str, str]] = [
     ("Decide", gaze_elsewhere, "not ready", "Discard"),
     ("Release", nothing, "next leg", "Receive1"),
     ("Release", fourth_turn, "table done", DONE),
-    ("Release", fingers_are_stuck, "stuck", "Discard"),
     ("Discard", nothing, "next leg", "Receive1"),
     ("Discard", fourth_turn, "table done", DONE),
 ]

@@ -9,7 +9,7 @@ import pytest
 from controller.ports import JointPose, Reading, TableDone
 from controller.settings import Settings
 from controller.waypoints import HOME, TO_HANDOVER, TO_PICKUP, TO_RESUPPLY
-from tests.controller.bench import CLOSE_S, MOVE_S, OPEN_S, Bench
+from tests.controller.bench import MOVE_S, OPEN_S, Bench
 
 PICKUP, HANDOVER, RESUPPLY = TO_PICKUP[-1], TO_HANDOVER[-1], TO_RESUPPLY[-1]
 ONE_TURN_S = 60.0
@@ -42,33 +42,46 @@ def test_a_discarded_leg_is_opened_at_the_resupply_place() -> None:
     assert bench.arm.at == HOME
 
 
-@pytest.mark.parametrize(
-    ("goal", "reason"), [(PICKUP, "pickup place not reached"), (HANDOVER, "handover place not reached")]
-)
-def test_a_place_that_has_no_plan_costs_the_turn(goal: JointPose, reason: str) -> None:
+def test_a_pickup_place_that_has_no_plan_costs_the_turn() -> None:
     bench = Bench(asks=1)
-    bench.arm.no_plan.add(goal)
+    bench.arm.no_plan.add(PICKUP)
     bench.run(ONE_TURN_S)
     assert bench.states[2:5] == ["Move_hand", "Discard", "Receive1"]
-    assert (bench.outcomes, bench.reasons) == (["discarded"], [reason])
+    assert (bench.outcomes, bench.reasons) == (["discarded"], ["pickup place not reached"])
     assert any("no plan: a shelf is in the way" in note for note in bench.robot.journal.notes)
 
 
-@pytest.mark.parametrize("goal", [PICKUP, HANDOVER])
-def test_an_arm_that_did_not_arrive_costs_the_turn(goal: JointPose) -> None:
+def test_an_arm_that_did_not_arrive_at_the_pickup_place_costs_the_turn() -> None:
     bench = Bench(asks=1)
-    bench.arm.held_up.add(goal)
+    bench.arm.held_up.add(PICKUP)
     bench.run(ONE_TURN_S)
     assert bench.outcomes == ["discarded"]
     assert any("arm did not arrive within 5.0 s" in note for note in bench.robot.journal.notes)
 
 
-def test_a_leg_in_the_hand_is_dropped_where_the_arm_stands_when_no_way_leads_to_resupply() -> None:
-    bench = Bench(asks=1, readings=[NOTHING_SEEN])
-    bench.arm.no_plan.add(RESUPPLY)
-    bench.run(ONE_TURN_S)
+@pytest.mark.parametrize("hindrance", ["no_plan", "held_up"])
+@pytest.mark.parametrize(("goal", "outcome"), [(HANDOVER, "released"), (RESUPPLY, "discarded")])
+def test_with_a_leg_in_the_hand_the_robot_waits_until_the_way_is_free(
+    goal: JointPose, outcome: str, hindrance: str
+) -> None:
+    bench = Bench(asks=1, readings=[NOTHING_SEEN] if outcome == "discarded" else [])
+    getattr(bench.arm, hindrance).add(goal)
+    bench.later(100.0, getattr(bench.arm, hindrance).clear)
+    with_leg: list[JointPose] = []
+    bench.arm.arrives = lambda place: with_leg.append(place) if bench.hand.held else None
+    bench.run(200.0)
+    assert bench.hand.opened_at_s[0] > 100.0
+    assert with_leg[-1] == goal
     assert not bench.hand.held
-    assert any("discarding where the arm stands" in note for note in bench.robot.journal.notes)
+    assert bench.outcomes == [outcome]
+
+
+def test_a_leg_that_is_lost_while_the_way_is_not_free_is_not_waited_for() -> None:
+    bench = Bench(asks=1)
+    bench.arm.no_plan.add(HANDOVER)
+    bench.later(20.0, lambda: setattr(bench.hand, "held", False))
+    bench.run(ONE_TURN_S)
+    assert (bench.outcomes, bench.reasons) == (["discarded"], ["leg lost on the way"])
 
 
 def test_a_hand_that_caught_nothing_closes_a_second_time() -> None:
@@ -115,26 +128,24 @@ def test_fingers_that_do_not_open_are_tried_again() -> None:
     assert second - first == third - second == pytest.approx(OPEN_S + 3.0)
 
 
-def test_a_robot_that_gives_up_a_release_holds_the_leg_again_and_discards_it() -> None:
+def test_a_release_is_not_given_up_and_the_hand_not_closed_again() -> None:
     bench = Bench(asks=1)
-    bench.hand.opens = [False] * 5
-    bench.run(ONE_TURN_S)
-    assert bench.states[8:10] == ["Release", "Discard"]
-    assert (bench.outcomes, bench.reasons) == (["discarded"], ["the fingers did not open"])
-    *_, last_try_s, discarded_s = bench.hand.opened_at_s
-    (begun_s,) = bench.entered_s("Discard")
-    assert begun_s == pytest.approx(last_try_s + OPEN_S + CLOSE_S)
-    assert discarded_s == pytest.approx(begun_s + MOVE_S)
-    assert not bench.hand.held
+    bench.hand.opens = [False] * 12
+    bench.run(ONE_TURN_S + 12 * (OPEN_S + 3.0))
+    assert bench.states[8:10] == ["Release", "Receive1"]
+    assert (bench.outcomes, bench.reasons) == (["released"], ["released at attempt 13"])
+    assert bench.hand.closed_at_s[1:] == []
 
 
-def test_a_leg_that_stays_in_the_hand_is_noted_and_counts_as_a_turn() -> None:
+def test_the_turn_does_not_end_before_the_leg_is_out_of_the_hand() -> None:
     bench = Bench(asks=1, readings=[NOTHING_SEEN])
-    bench.hand.opens = [False]
-    bench.run(ONE_TURN_S)
-    assert bench.hand.held
+    bench.hand.opens = [False] * 10
+    held_at: list[JointPose] = []
+    bench.arm.arrives = lambda place: held_at.append(place) if bench.hand.held else None
+    bench.run(ONE_TURN_S + 10 * (OPEN_S + 3.0))
+    assert held_at[-1] == RESUPPLY
+    assert not bench.hand.held
     assert bench.outcomes == ["discarded"]
-    assert any("leg stays in the hand" in note for note in bench.robot.journal.notes)
 
 
 def test_an_arm_that_cannot_go_home_stays_and_the_turn_counts() -> None:
@@ -152,6 +163,15 @@ def test_something_in_the_hand_at_the_start_is_let_go() -> None:
     bench.run(limit_s=10.0)
     assert bench.hand.opened_at_s == [0.0]
     assert bench.robot.journal.notes[0] == "0.00 s: something is in the hand at the start"
+
+
+def test_what_is_in_the_hand_at_the_start_is_let_go_before_the_arm_moves() -> None:
+    bench = Bench(asks=0)
+    bench.hand.held = True
+    bench.hand.opens = [False, False]
+    bench.run(limit_s=20.0)
+    assert len(bench.hand.opened_at_s) == 3
+    assert not bench.hand.held
 
 
 def test_an_arm_that_cannot_go_home_at_the_start_ends_the_run() -> None:

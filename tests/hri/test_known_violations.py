@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import pytest
 
 from controller import finishing, machine
 from controller.robot import Robot
-from controller.settings import Settings
 from pytest_hricdv.execution.case import CaseResult
 from sim.layout import PICKUP_M
 from tests.hri import bench
@@ -46,7 +43,12 @@ def test_a_release_that_a_grip_delays_is_known(grip_s: float) -> None:
 
 
 def test_a_robot_that_gives_up_under_a_grip_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("controller.settings.Settings", partial(Settings, release_attempts=1))
+    def once(robot: Robot) -> str:
+        if not robot.hand.open():
+            robot.hand.close()
+        return finishing.discard(robot)
+
+    monkeypatch.setitem(machine.STATES, "Release", once)
     result = bench.run(bench.concrete(bench.leg(), grip_s=6.0))
     assert result.outcome.outcomes == ("discarded",)
     assert marks(result, "R1") == [True]
