@@ -13,9 +13,7 @@ def reset(robot: Robot) -> str:
         robot.note("something is in the hand at the start")
         while not robot.hand.open():
             robot.clock.sleep(robot.settings.retry_s)
-    arrived = robot.move([HOME])
-    robot.listen()
-    return "at home" if arrived else "stuck"
+    return "at home" if robot.move([HOME]) else "stuck"
 
 
 def move_hand(robot: Robot) -> str:

@@ -163,7 +163,8 @@ class Gripper:
         self._fingers.follow(self._torso.palm_pose())
         held = self._legs.in_hand
         if held is not None and held.torn():
-            self._signal("leg_torn", True)
+            if self.motion is not FingerMotion.OPENING:  # pulled out of a hand that opens, it is handed over sooner
+                self._signal("leg_torn", True)
             self._let_go(held)
         if self.motion is FingerMotion.CLOSING and self._stands_at(CLOSED):
             self._end_closing()

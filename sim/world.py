@@ -53,7 +53,7 @@ class World:
 
     Args:
         recorder: receives the signals `arm_speed` (rad/s, the arm's fastest joint, each physics step), `arm_moving`,
-            `leg_held`, `leg_torn` (it was pulled out of the closed hand), `hand_gripped` (a person's grip keeps the
+            `leg_held`, `leg_torn` (pulled out of a hand that does not open), `hand_gripped` (a person's grip keeps the
             fingers from opening), `hand_closing`, and each physics step while closing `hand_distance` (m, the person's
             hand to the robot's palm and fingers) and `hand_contact_force` (N, with which the fingers press on the
             person's hand); and each control tick `leg_offset` (m, leg's middle to the handover place), `leg_height`

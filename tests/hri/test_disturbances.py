@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
-from typing import Any
 
 import pytest
 
 from pytest_hricdv.coverage.measurement import Measurement
 from pytest_hricdv.execution.case import CaseResult
-from sim.engines import known
 from sim.workshop import Workshop
 from sim.world import World
 from tests.hri import bench
@@ -33,6 +31,7 @@ NEXT_LEG_SLIPS: list[Line] = [*LEG[:2], ("leg_slips", {"after_s": 1.0, "grasp_n"
 LEG_TAKEN: list[Line] = [ASKED, ("leg_taken", {"after_s": 1.0, "next_s": 60.0}), *THEN]
 HELD_LOOSELY: list[Line] = [("leg_loose", {"after_s": 1.0, "grasp_n": 5.5}), *LEG]
 PULLED_OUT: list[Line] = [("leg_pulled_out", {"after_s": 1.0, "pull_n": 20.0}), *LEG]
+PULLED_OUT_OF_THE_OPENING_HAND: list[Line] = [("leg_pulled_out", {"after_s": 7.9, "pull_n": 22.0}), *LEG]
 PULLED_OUT_LATE: list[Line] = [("leg_pulled_out", {"after_s": 5.0, "pull_n": 20.0}), *LEG]
 IN_HAND: list[Line] = [("leg_in_hand", {}), *LEG]
 NO_WAY_TO_THE_LEG: list[Line] = [in_the_way(0, 1.0), *LEG]
@@ -45,6 +44,7 @@ NO_WAY_TO_THE_BIN: list[Line] = [in_the_way(2, 1.0), *NOT_READY]
 NO_WAY_HOME: list[Line] = [*NOT_READY[:2], in_the_way(3, 0.0), *NOT_READY[2:]]
 HELD_SHUT: list[Line] = [("hand_held_shut", {"grip_s": 20.0}), *LEG]
 HELD_SHUT_OVER_THE_BIN: list[Line] = [("hand_held_shut", {"grip_s": 40.0}), *NOT_READY]
+HELD_SHUT_AT_THE_START: list[Line] = [("leg_in_hand", {}), ("hand_held_shut", {"grip_s": 40.0}), *bench.leg("110")]
 HELD_OPEN: list[Line] = [ASKED, ("hand_held_open", {"after_s": 5.0, "for_s": 30.0}), *THEN]
 SILENT: list[Line] = [("sensors_silent", {"for_s": 150.0}), *LEG]
 LATE: list[Line] = [("sensors_late", {"late_s": 8.0}), *LEG]
@@ -65,12 +65,10 @@ REACHED = {
     'self.note(f"no plan: {error}")': NO_WAY_TO_THE_LEG,
     'return "pickup place not reached"': STOPPED_BEFORE_THE_LEG,
     'self.note(f"arm did not arrive within {path.duration_s:.1f} s")': STEPS_IN_BEFORE_THE_LEG,
-    'return "handover place not reached"': NO_WAY_TO_THE_PERSON,
+    "robot.clock.sleep(robot.settings.retry_s)": NO_WAY_TO_THE_PERSON,
     'return "leg lost on the way"': LEG_SLIPS,
-    'robot.note("discarding where the arm stands")': NO_WAY_TO_THE_BIN,
+    'robot.note("no way to discard the leg yet")': NO_WAY_TO_THE_BIN,
     'robot.note("arm stays where it is")': NO_WAY_HOME,
-    'robot.reason = "the fingers did not open"': HELD_SHUT,
-    'robot.note("leg stays in the hand")': HELD_SHUT_OVER_THE_BIN,
     'robot.reason = "leg pulled out of the hand"': GONE_UNNOTICED,
 }
 """The first statement of each block that only a disturbance reaches."""
@@ -94,7 +92,7 @@ def test_error_paths_are_reached(statement: str) -> None:
     assert statement not in undisturbed()
 
 
-ENDS: list[tuple[Any, ...]] = [
+ENDS: list[tuple[list[Line], str]] = [
     (NO_LEG, "discarded"),
     (LEG_BESIDE, "discarded"),
     (LEG_TAKEN, "discarded"),
@@ -102,18 +100,20 @@ ENDS: list[tuple[Any, ...]] = [
     (HELD_LOOSELY, "discarded"),
     (NEXT_LEG_SLIPS, "released discarded"),
     (PULLED_OUT, "discarded"),
+    (PULLED_OUT_OF_THE_OPENING_HAND, "released"),
     (GONE_UNNOTICED, "discarded"),
     (IN_HAND, "released"),
     (NO_WAY_TO_THE_LEG, "discarded"),
     (STOPPED_BEFORE_THE_LEG, "discarded"),
-    (NO_WAY_TO_THE_PERSON, "discarded", "R16"),
-    (STOPPED_BEFORE_THE_PERSON, "discarded", "R16"),
+    (NO_WAY_TO_THE_PERSON, "discarded"),
+    (STOPPED_BEFORE_THE_PERSON, "no-human-ready"),
     (STEPS_IN_BEFORE_THE_LEG, "discarded"),
-    (STEPS_IN_BEFORE_THE_BIN, "discarded", "R16"),
-    (NO_WAY_TO_THE_BIN, "discarded", "R2 R16 R22"),
+    (STEPS_IN_BEFORE_THE_BIN, "discarded"),
+    (NO_WAY_TO_THE_BIN, "discarded"),
     (NO_WAY_HOME, "discarded"),
-    (HELD_SHUT, "discarded", "R3"),
-    (HELD_SHUT_OVER_THE_BIN, "discarded", "R29 R21"),
+    (HELD_SHUT, "released"),
+    (HELD_SHUT_OVER_THE_BIN, "discarded"),
+    (HELD_SHUT_AT_THE_START, "discarded"),
     (HELD_OPEN, "discarded"),
     (SILENT, "sensing-timeout"),
     (LATE, "released"),
@@ -126,29 +126,19 @@ ENDS: list[tuple[Any, ...]] = [
     (ASKS_AGAIN, "released"),
     (FALLS_SILENT, "no-human-ready"),
 ]
-"""How the turns of a run end; and which requirements the controller then violates by faults of its own.
-
-A robot that cannot get to the bin opens its hand where it is, which hands the leg over or drops it. One that gives up a
-release closes its hand on the person's. One whose hand does not open over the bin goes home with the leg.
-"""
+"""How the turns of a run end, without a violation. Faults that some of these showed: `mended_faults`."""
 
 
-@pytest.mark.parametrize("case", ENDS, ids=[str(lines[0])[:40] for lines, *_ in ENDS])
-def test_turns_end_as_the_disturbance_has_it(case: tuple[Any, ...]) -> None:
-    lines, outcomes, *violated = case
+@pytest.mark.parametrize(("lines", "outcomes"), ENDS, ids=[str(lines[0])[:40] for lines, _ in ENDS])
+def test_turns_end_as_the_disturbance_has_it(lines: list[Line], outcomes: str) -> None:
     result = run(lines)
     assert " ".join(result.outcome.outcomes) == outcomes
     assert not result.faults
-    assert unknown_violations(result) == expected(" ".join(violated))
-
-
-def expected(violated: str) -> str:
-    """On MuJoCo a leg that jams in the bin slides out of the hand sooner, and the arm comes home in time."""
-    return "R29" if violated == "R29 R21" and known("") == "mujoco" else violated
+    assert not unknown_violations(result)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lines", [lines for lines, *_ in ENDS], ids=lambda lines: str(lines[0])[:40])
+@pytest.mark.parametrize("lines", [lines for lines, _ in ENDS], ids=lambda lines: str(lines[0])[:40])
 def test_freezing_changes_nothing_of_a_disturbance(lines: list[Line], monkeypatch: pytest.MonkeyPatch) -> None:
     frozen = run(lines)
     monkeypatch.setattr("sim.workshop.Workshop", partial(Workshop, freeze=False))
@@ -156,7 +146,7 @@ def test_freezing_changes_nothing_of_a_disturbance(lines: list[Line], monkeypatc
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lines", [lines for lines, *_ in ENDS], ids=lambda lines: str(lines[0])[:40])
+@pytest.mark.parametrize("lines", [lines for lines, _ in ENDS], ids=lambda lines: str(lines[0])[:40])
 def test_mujoco_from_tick_to_tick_changes_nothing_of_a_disturbance(
     lines: list[Line], monkeypatch: pytest.MonkeyPatch
 ) -> None:
