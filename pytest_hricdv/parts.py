@@ -1,12 +1,13 @@
 """The optional parts: each is a folder of `pytest_hricdv.extra`, and this list is the only place that names them.
 
-A part shows the core up to five faces, each a module of its folder that the core loads by name, when it needs it:
+A part shows the core up to six faces, each a module of its folder that the core loads by name, when it needs it:
 
 - `part`: what it does in a session: options, checks, work on each result and after the tests (`session.part.Part`);
 - `execution`: what it adds to runs: criteria, a middleware (`execution.execution_part.ExecutionPart`);
 - `records`: the keys that it adds to `report.json` (`results.section.Section`);
 - `merging`: its keys of a merged report, where they are not just absent (`merge(reports, merged)`);
-- `view`: what it shows of them: lines for the terminal, a section of the page (`report.view.View`).
+- `view`: what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
+- `commands`: what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command.Command`).
 
 So nothing below `extra` imports it, and a part is deleted with its folder, its line here, and its tests.
 """
@@ -26,7 +27,7 @@ PARTS = MappingProxyType(
         "campaign": ("records", "view"),
         "verification_plan": ("part", "records", "merging", "view"),
         "cluster": ("part",),
-        "diagnosis": ("part", "records", "view"),
+        "diagnosis": ("part", "records", "merging", "view", "commands"),
         "audit": ("part", "records", "view"),  # before what follows failures up: some are none
         "search": ("part", "records", "merging", "view"),
         "trend": ("part", "records", "view"),
@@ -44,7 +45,7 @@ def faces(face: str, name: str) -> tuple[Any, ...]:
     """What parts offer under a name in their modules of one face, in the order of the list.
 
     Args:
-        face: `part`, `execution`, `records`, `merging` or `view`.
+        face: `part`, `execution`, `records`, `merging`, `view` or `commands`.
         name: of an attribute of that module; a part whose module has none offers nothing.
     """
     modules = (import_module(f"pytest_hricdv.extra.{part}.{face}") for part, has in PARTS.items() if face in has)

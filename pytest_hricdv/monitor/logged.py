@@ -56,11 +56,17 @@ def watched(condition: PastFormula, log: Log) -> ConditionMonitor:
     Raises:
         MonitorError: as from `evaluate`.
     """
+    return all_watched([condition], log)[0]
+
+
+def all_watched(conditions: Iterable[PastFormula], log: Log) -> tuple[ConditionMonitor, ...]:
+    """The same of several conditions, in one pass over the run."""
+    conditions = tuple(conditions)
     monitors = MonitorSet()
-    monitor = monitors.watch(condition)
-    _feed(monitors, log, names_of([condition]), topics_of([condition]))
+    watchers = tuple(map(monitors.watch, conditions))
+    _feed(monitors, log, names_of(conditions), topics_of(conditions))
     monitors.finish(log.end_s)
-    return monitor
+    return watchers
 
 
 def _feed(monitors: MonitorSet, log: Log, kinds: Mapping[str, Kind], topics: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.report merge|gate|rebuild|minimal|export`: commands on reports that were written."""
+"""`python -m pytest_hricdv.report merge|gate|rebuild|minimal|export|triage`: commands on reports that were written."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.report import EXPORT_FORMATS, terminal
 from pytest_hricdv.report.carrying import Carrying
+from pytest_hricdv.report.command import commands_of_parts
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.report.files import write, write_text
 from pytest_hricdv.report.rebuilding import rebuild_report
@@ -77,6 +78,10 @@ def _parser() -> argparse.ArgumentParser:
         exporting.add_argument(f"--{name}", type=Path, metavar="FILE", help=purpose)
     exporting.add_argument("--root", default=".", help="the folder that file names are relative to (default .)")
     exporting.set_defaults(do=_export)
+    for command in commands_of_parts():
+        parser_of_part = commands.add_parser(command.name, help=command.purpose)
+        command.add_arguments(parser_of_part)
+        parser_of_part.set_defaults(do=command.do)
     return parser
 
 

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
 from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.extra.diagnosis.decisions import Decisions
-from pytest_hricdv.extra.diagnosis.experiments import Experiments
+from pytest_hricdv.extra.diagnosis.experiments import Experiments, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.places import weighted
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Decision, Diagnosis, SuspiciousPlace
+from pytest_hricdv.extra.diagnosis.records import (
+    CAUSES,
+    DIAGNOSIS,
+    Cause,
+    Decision,
+    Diagnosis,
+    KindName,
+    SuspiciousPlace,
+)
 from pytest_hricdv.extra.diagnosis.runs import runner
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.rng import digest
@@ -79,11 +88,24 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     session.interrupted |= experiments.ended == "interrupted"
     _trace(experiments, groups)
     made = tuple(
-        _cause(subject, group, experiments.evidence, decisions.of(group), _traces(experiments, group))
+        cause_of(subject, group, experiments.evidence, decisions.of(group), _traces(experiments, group))
         for group in groups
     )
     report = CAUSES.put(report, made)
-    return DIAGNOSIS.put(report, Diagnosis(runs=experiments.used, budget=budget, ended=experiments.ended))
+    vocabulary = session.context.run_settings.testbench.vocabulary()
+    basis = Diagnosis(
+        runs=experiments.used,
+        budget=budget,
+        ended=experiments.ended,
+        experiments=shown(experiments.evidence),
+        signals=_kinds(vocabulary.signals),
+        messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
+    )
+    return DIAGNOSIS.put(report, basis)
+
+
+def _kinds(names: Mapping[str, type]) -> dict[str, KindName]:
+    return {name: cast("KindName", kind.__name__) for name, kind in names.items()}
 
 
 def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
@@ -108,9 +130,18 @@ def _traces(experiments: Experiments, group: Group) -> list[Trace]:
     return [run.traces[requirement] for requirement, run in runs if run is not None and requirement in run.traces]
 
 
-def _cause(
+def cause_of(
     subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, traces: Sequence[Trace]
 ) -> Cause:
+    """What a report says of a group of failures.
+
+    Args:
+        subject: what the failures are of.
+        group: the failures.
+        evidence: of experiments.
+        decision: what decides; None where nobody tried.
+        traces: of runs that failed for it, up to what failed first.
+    """
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
     )

@@ -9,15 +9,38 @@ known. Experiments are counted, not timed, so the same report leads to the same 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, Evidence, Group
-from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd
+from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd, Experiment
 from pytest_hricdv.extra.diagnosis.runs import Ran, Run
 from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteTest
+
+
+def shown(evidence: Evidence) -> tuple[Experiment, ...]:
+    """Evidence, as a report has it."""
+    confirmed = [(*key, change, True) for key, change in evidence.confirmed.items()]
+    refuted = [(*key, change, False) for key, changes in evidence.refuted.items() for change in sorted(changes)]
+    return tuple(
+        Experiment(nodeid=nodeid, requirement=requirement, change=change, is_confirmed=is_confirmed)
+        for nodeid, requirement, change, is_confirmed in sorted([*confirmed, *refuted])
+    )
+
+
+def evidence_of(experiments: Iterable[Experiment]) -> Evidence:
+    """What experiments of reports have shown."""
+    confirmed: dict[tuple[str, str], Change] = {}
+    refuted: dict[tuple[str, str], set[Change]] = {}
+    for experiment in experiments:
+        key = experiment.nodeid, experiment.requirement
+        if experiment.is_confirmed:
+            confirmed[key] = experiment.change
+        else:
+            refuted.setdefault(key, set()).add(experiment.change)
+    return Evidence(confirmed, refuted)
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal
 
 from msgspec.structs import replace
@@ -11,6 +12,9 @@ from pytest_hricdv.results.section import FileNames, Section
 
 DiagnosisEnd = Literal["done", "runs", "interrupted"]
 """Why experiments ended: none was left, or the budget of runs was used up, or Ctrl-C."""
+
+DIAGNOSIS_ENDS: tuple[DiagnosisEnd, ...] = ("done", "runs", "interrupted")
+"""Of a merged report, the last of these counts."""
 
 
 class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
@@ -96,6 +100,25 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     is_known: bool = False
 
 
+class Experiment(PlainRecord, frozen=True, kw_only=True):
+    """What a run has shown of a failure.
+
+    Args:
+        nodeid: of the test.
+        requirement: that it violated.
+        change: the disturbance that was left out.
+        is_confirmed: it passes without; otherwise it fails all the same.
+    """
+
+    nodeid: str
+    requirement: str
+    change: str
+    is_confirmed: bool
+
+
+KindName = Literal["bool", "float", "str"]
+
+
 class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     """What the causes rest on.
 
@@ -103,11 +126,17 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
         runs: of experiments.
         budget: so many runs were allowed.
         ended: why they ended.
+        experiments: what they have shown.
+        signals: of the testbench, with their types: in these conditions are learned.
+        messages: of the testbench: topic -> field -> type.
     """
 
     runs: Count
     budget: Count
     ended: DiagnosisEnd
+    experiments: tuple[Experiment, ...] = ()
+    signals: Mapping[str, KindName] = {}
+    messages: Mapping[str, Mapping[str, KindName]] = {}
 
 
 def _renamed(causes: tuple[Cause, ...], names: FileNames) -> tuple[Cause, ...]:

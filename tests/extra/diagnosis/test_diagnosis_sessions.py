@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests import json_schema
-from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
+from tests.plugin.project import change, command, plain_and_slowly_in_other_modes, report
 
 IMPORT = "\n    from pytest_hricdv.testbench import Disturbance"
 SURGE = """code=("lamps",),
@@ -75,6 +75,20 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     page = (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert "passes without the disturbance surge" in page
     assert "The same test with enter cellar instead of enter hall passes" in page
+
+
+@pytest.mark.slow
+def test_a_merged_report_has_the_causes_of_all_shards(surging: pytest.Pytester) -> None:
+    surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60")
+    whole = report(surging.path)["causes"]
+    for shard in ("1", "2"):
+        surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60", f"--hri-shard={shard}/2", f"--hri-report=part{shard}")
+    command("merge", "part1", "part2", "-o", "hri-report")
+    merged = report(surging.path)
+    json_schema.REPORT.validate(merged)
+    parts = [[cause.get(key) for key in ("id", "tests", "decides", "confirmed")] for cause in merged["causes"]]
+    assert parts == [[cause.get(key) for key in ("id", "tests", "decides", "confirmed")] for cause in whole]
+    assert "The same test with enter cellar" in (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -1,0 +1,246 @@
+"""Conditions: the shortest formula that holds at some moments of runs and not at others.
+
+Formulas are conjunctions, or disjunctions, of up to three atoms: a text or bool now, a text or bool that ever was, a
+message that ever came, or came lately, a number on one side of a threshold. All atoms are judged by the monitors, in
+one pass over each run.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from pytest_hricdv.monitor import Log, Vocabulary, parse_condition
+from pytest_hricdv.monitor.logged import all_watched
+from pytest_hricdv.monitor.vocabulary import IDENTIFIER
+
+MOST_ATOMS = 3
+"""In a formula. Chosen: nobody would agree to a longer one without reading the code."""
+
+LATELY_S = (1, 5)
+"""Messages are looked for so far back (s). Chosen: a reaction takes about a second; a motion a few."""
+
+_MOST_TEXTS = 40
+"""Values of one text. Chosen: a text with more of them is no state."""
+
+_LONGEST_TEXT = 60
+"""Characters. Chosen: a longer one is prose, which reports may have cut."""
+
+_MOST_COMBINED = 60
+"""Of atoms, the best are combined: 60 have 34,000 triples, which takes a tenth of a second."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A moment of a run: node id of its test, and time (s)."""
+
+    nodeid: str
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Moments that a condition is to tell apart.
+
+    Args:
+        inside: it is to hold there.
+        outside: it is not to hold there.
+        elsewhere: it should rather not hold there; of formulas of one length, that one is taken which does least.
+    """
+
+    inside: tuple[Moment, ...]
+    outside: tuple[Moment, ...] = ()
+    elsewhere: tuple[Moment, ...] = ()
+
+    @property
+    def all(self) -> tuple[Moment, ...]:
+        """In the order inside, outside, elsewhere."""
+        return (*self.inside, *self.outside, *self.elsewhere)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A formula that tells examples apart, or comes nearest to it.
+
+    Args:
+        text: the formula.
+        wrong: the moments outside where it holds.
+    """
+
+    text: str
+    wrong: tuple[Moment, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Atom:
+    """Part of a formula: its rank (the simplest first), its text, and the moments at which it holds, as bits."""
+
+    rank: int
+    text: str
+    holds: int
+
+
+def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> Condition | None:
+    """The shortest condition that holds at all moments inside.
+
+    Args:
+        examples: at least one inside.
+        logs: node id -> log.
+        vocabulary: names that it may use.
+
+    Returns:
+        One that holds at none outside, where there is one; else the one that holds at the fewest; None where no atom
+        holds at all inside.
+    """
+    atoms = _atoms(examples, logs, vocabulary)
+    best = min(_formulas(atoms, examples), default=None)
+    if best is None:
+        return None
+    _, _, _, _, text = best
+    holds = truths([text], examples.all, logs, vocabulary)[0]  # once more, as the whole formula
+    if not all(holds[: len(examples.inside)]):
+        return None
+    after = holds[len(examples.inside) :]
+    return Condition(text, tuple(moment for moment, is_true in zip(examples.outside, after, strict=False) if is_true))
+
+
+def truths(
+    texts: Sequence[str], moments: Sequence[Moment], logs: Mapping[str, Log], vocabulary: Vocabulary
+) -> list[list[bool]]:
+    """Whether conditions hold at moments, as monitors say: condition by condition."""
+    parsed = [parse_condition(text, vocabulary) for text in texts]
+    places: dict[str, list[int]] = {}
+    for place, moment in enumerate(moments):
+        places.setdefault(moment.nodeid, []).append(place)
+    holds = [[False] * len(moments) for _ in texts]
+    for nodeid, of_test in places.items():
+        for number, watcher in enumerate(all_watched(parsed, logs[nodeid])):
+            for place in of_test:
+                holds[number][place] = watcher.holds_at(moments[place].time_s)
+    return holds
+
+
+def _atoms(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> list[_Atom]:
+    """Atoms, of those that hold at the same moments only the simplest."""
+    used = {moment.nodeid: logs[moment.nodeid] for moment in examples.all}
+    texts = [*dict.fromkeys(_texts(used.values(), vocabulary)), *_thresholds(examples, used, vocabulary)]
+    atoms: dict[int, _Atom] = {}
+    for rank, (text, holds) in enumerate(zip(texts, truths(texts, examples.all, used, vocabulary), strict=True)):
+        bits = sum(1 << place for place, is_true in enumerate(holds) if is_true)
+        atoms.setdefault(bits, _Atom(rank, text, bits))
+    return [*atoms.values()]
+
+
+def _texts(logs: Iterable[Log], vocabulary: Vocabulary) -> Iterator[str]:
+    """Atoms without numbers, the simplest first."""
+    seen: dict[str, set[object]] = {}
+    topics: set[str] = set()
+    for log in logs:
+        for name, (_, values) in log.signals.items():
+            seen.setdefault(name, set()).update(values)
+        for message in log.messages:
+            topics.add(message.topic)
+            for name, value in message.fields.items():
+                seen.setdefault(f"{message.topic}.{name}", set()).add(value)
+    kinds = _kinds(vocabulary)
+    texts = [
+        f'{name} == "{value}"'
+        for name in sorted(seen)
+        if kinds.get(name) is str and len(seen[name]) <= _MOST_TEXTS
+        for value in sorted(map(str, seen[name]))
+        if len(value) <= _LONGEST_TEXT and value.isprintable() and '"' not in value and "\\" not in value
+    ]
+    bools = [name for name in sorted(seen) if kinds.get(name) is bool]
+    named = [topic for topic in sorted(topics) if all(map(IDENTIFIER.fullmatch, topic.split("/")))]
+    yield from texts
+    for name in bools:
+        yield from (name, f"!{name}")
+    for topic in named:
+        yield from (f"once(on({topic}))", f"!once(on({topic}))")
+    for inner in (*bools, *texts):
+        yield from (f"once({inner})", f"!once({inner})")
+    for topic in named:
+        yield from (f"once[0:{span_s}](on({topic}))" for span_s in LATELY_S)
+
+
+def _kinds(vocabulary: Vocabulary) -> dict[str, type]:
+    fields = {
+        f"{topic}.{name}": kind for topic, of_topic in vocabulary.messages.items() for name, kind in of_topic.items()
+    }
+    return {**vocabulary.signals, **fields}
+
+
+def _thresholds(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> Iterator[str]:
+    """Comparisons of numbers that hold at all moments inside, and not at some outside."""
+    for name in sorted(name for name, kind in _kinds(vocabulary).items() if kind is float):
+        inside = [_value(logs[moment.nodeid], name, moment.time_s) for moment in examples.inside]
+        others = [
+            _value(logs[moment.nodeid], name, moment.time_s) for moment in (*examples.outside, *examples.elsewhere)
+        ]
+        numbers = [value for value in inside if value is not None]
+        if len(numbers) < len(inside):
+            continue
+        below = [value for value in others if value is not None and value < min(numbers)]
+        above = [value for value in others if value is not None and value > max(numbers)]
+        if below:
+            yield f"{name} >= {_between(max(below), min(numbers))}"
+        if above:
+            yield f"{name} <= {_between(max(numbers), min(above))}"
+
+
+def _value(log: Log, name: str, time_s: float) -> float | None:
+    """The last value of a number at a time (s); None where it had none."""
+    topic, _, field = name.partition(".")
+    if field:
+        heard = [message for message in log.messages if message.topic == topic and message.time_s <= time_s]
+        return float(str(heard[-1].fields[field])) if heard else None
+    times, values = log.signals.get(name, ((), ()))
+    count = bisect_right(times, time_s)
+    return float(values[count - 1]) if count else None
+
+
+def _between(low: float, high: float) -> str:
+    """The shortest number between two."""
+    middle = (low + high) / 2
+    for digits in range(1, 17):
+        text = f"{middle:.{digits}g}"
+        if low < float(text) < high:
+            return repr(float(text))
+    return repr(high)
+
+
+_Formula = tuple[int, int, int, int, str]
+"""At how many moments outside it holds, atoms, moments elsewhere, ranks together, text: the least is the best."""
+
+
+def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:
+    inside = (1 << len(examples.inside)) - 1
+    outside = ((1 << len(examples.outside)) - 1) << len(examples.inside)
+
+    def formula(parts: Sequence[_Atom], holds: int, sign: str) -> _Formula:
+        elsewhere = (holds & ~inside & ~outside).bit_count()
+        text = f" {sign} ".join(part.text for part in parts)
+        return (holds & outside).bit_count(), len(parts), elsewhere, sum(part.rank for part in parts), text
+
+    always = _best((atom for atom in atoms if atom.holds & inside == inside), outside)
+    for size in range(1, MOST_ATOMS + 1):
+        for parts in combinations(always, size):
+            holds = -1
+            for part in parts:
+                holds &= part.holds
+            yield formula(parts, holds, "&")
+    never = _best((atom for atom in atoms if not atom.holds & outside and atom.holds & inside), ~inside)
+    for size in range(2, MOST_ATOMS + 1):
+        for parts in combinations(never, size):
+            holds = 0
+            for part in parts:
+                holds |= part.holds
+            if holds & inside == inside:
+                yield formula(parts, holds, "|")
+
+
+def _best(atoms: Iterable[_Atom], unwanted: int) -> list[_Atom]:
+    """Those that hold at the fewest unwanted moments."""
+    return sorted(atoms, key=lambda atom: ((atom.holds & unwanted).bit_count(), atom.rank))[:_MOST_COMBINED]

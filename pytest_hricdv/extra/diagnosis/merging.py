@@ -1,0 +1,52 @@
+"""Causes of a merged report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from pytest_hricdv.extra.diagnosis.diagnosing import Subject, cause_of
+from pytest_hricdv.extra.diagnosis.experiments import evidence_of
+from pytest_hricdv.extra.diagnosis.grouping import Group
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision
+from pytest_hricdv.results.model import Report
+
+
+def merge(reports: Sequence[Report], merged: Report) -> Report:
+    """The merged report with the causes of all its failures: what experiments have shown is put together."""
+    subject = Subject.of(merged)
+    bases = [basis for report in reports if (basis := DIAGNOSIS.of(report)) is not None]
+    if not subject.failures or not bases:
+        return merged
+    before = [cause for report in reports for cause in CAUSES.of(report)]
+    experiments = tuple(dict.fromkeys(experiment for basis in bases for experiment in basis.experiments))
+    evidence = evidence_of(experiments)
+    made = (
+        cause_of(subject, group, evidence, _decision_of(subject, group, before), ())
+        for group in subject.groups(evidence)
+    )
+    basis = replace(
+        bases[0],
+        runs=sum(basis.runs for basis in bases),
+        budget=sum(basis.budget for basis in bases),
+        ended=max((basis.ended for basis in bases), key=DIAGNOSIS_ENDS.index),
+        experiments=experiments,
+    )
+    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_with_hints(cause, before) for cause in made)), basis)
+
+
+def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Decision | None:
+    """What decides, of a cause of one of the reports, if the same failure is in this group."""
+    failures = {(subject.tests[failure.nodeid].id, failure.requirement) for failure in group.failures}
+    decided = (
+        cause.decision
+        for cause in before
+        if cause.decision and any((cause.decision.test, name) in failures for name in cause.requirements)
+    )
+    return min(decided, key=lambda decision: (not decision.kind, len(decision.concrete)), default=None)
+
+
+def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
+    hints = dict.fromkeys(hint for other in before if other.id == cause.id for hint in other.hints)
+    return replace(cause, hints=tuple(hints))

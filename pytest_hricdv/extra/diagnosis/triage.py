@@ -1,0 +1,165 @@
+"""Triage: for each cause an entry of `hri_known_violations`, with a condition for its violations and no others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from pytest_hricdv.extra.diagnosis.conditions import Condition, Examples, Moment, condition_for
+from pytest_hricdv.extra.diagnosis.diagnosing import Subject
+from pytest_hricdv.extra.diagnosis.experiments import evidence_of
+from pytest_hricdv.extra.diagnosis.failures import FAULT
+from pytest_hricdv.extra.diagnosis.grouping import Group
+from pytest_hricdv.extra.diagnosis.logs import log_of, rounded, vocabulary_of
+from pytest_hricdv.extra.diagnosis.records import Diagnosis
+from pytest_hricdv.monitor import Log, Vocabulary
+from pytest_hricdv.report.formatting import by_requirement, plural
+from pytest_hricdv.results.model import Report, TestResult
+
+REASON = "why is this tolerated? [owner?]"
+"""In place of reason and owner: people have to say them."""
+
+MOST_PASSING = 20
+"""So many tests that pass show where else a condition would hold. Chosen: each costs a pass of the monitors."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A proposal for one requirement of a cause.
+
+    Args:
+        requirement: its id.
+        condition: that holds in its violations; None where none could be learned.
+        line: to be pasted; empty where no condition separates.
+        replaces: the condition of the entry that the requirement has now; empty where it has none.
+        note: what is to be said of it; may be empty.
+    """
+
+    requirement: str
+    condition: Condition | None
+    line: str = ""
+    replaces: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What is proposed for a cause: its failures, and an entry for each of its requirements."""
+
+    group: Group
+    entries: tuple[Entry, ...]
+
+
+def proposals(report: Report, diagnosis: Diagnosis) -> tuple[Proposal, ...]:
+    """A proposal for each cause that is not known.
+
+    Args:
+        report: with failing tests.
+        diagnosis: of it.
+    """
+    triage = _Triage(report, vocabulary_of(diagnosis))
+    subject = Subject.of(report)
+    groups = [group for group in subject.groups(evidence_of(diagnosis.experiments)) if not group.is_known]
+    return tuple(Proposal(group, tuple(triage.entries(group))) for group in groups)
+
+
+@dataclass
+class _Triage:
+    report: Report
+    vocabulary: Vocabulary
+    _logs: dict[str, Log] = field(default_factory=dict)
+
+    @cached_property
+    def _tests(self) -> Mapping[str, TestResult]:
+        return {test.nodeid: test for test in self.report.tests if test.timeline is not None}
+
+    def entries(self, group: Group) -> Iterator[Entry]:
+        """One for each requirement that fails for the cause."""
+        for requirement in sorted(group.requirements, key=by_requirement):
+            if requirement == FAULT:
+                yield Entry(FAULT, None, note="a fault of a run is no violation: no entry makes it a known one")
+            else:
+                tests = {failure.nodeid for failure in group.failures if failure.requirement == requirement}
+                yield self._entry(requirement, tests)
+
+    def _entry(self, requirement: str, tests: set[str]) -> Entry:
+        examples = self._examples(requirement, tests)
+        condition = condition_for(examples, self._logs_of(examples), self.vocabulary)
+        if condition is None or condition.wrong:
+            return Entry(requirement, condition, note=self._inseparable(requirement, examples, condition))
+        replaces = "" if self.report.strict else self.report.known_while.get(requirement, "")
+        text = f"({replaces}) | ({condition.text})" if replaces else condition.text
+        reason = f"{self.report.known_violations[requirement]}; {REASON}" if replaces else REASON
+        return Entry(requirement, condition, f"{requirement} while {text}: {reason}", replaces)
+
+    def _examples(self, requirement: str, tests: set[str]) -> Examples:
+        """All violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
+        inside: list[Moment] = []
+        outside: list[Moment] = []
+        elsewhere: list[Moment] = []
+        passing = 0
+        for nodeid, test in self._tests.items():
+            result = test.requirements.get(requirement)
+            if result is None:
+                continue
+            violated = [Moment(nodeid, rounded(violation.time_s)) for violation in result.violations]
+            (inside if nodeid in tests else outside).extend(violated)
+            if result.verdict == "Passed" and passing < MOST_PASSING:
+                passing += 1
+                elsewhere += [Moment(nodeid, time_s) for time_s in _decided(test, requirement)]
+        unique = (tuple(dict.fromkeys(moments)) for moments in (inside, outside, elsewhere))
+        return Examples(*unique)
+
+    def _logs_of(self, examples: Examples) -> Mapping[str, Log]:
+        for nodeid in dict.fromkeys(moment.nodeid for moment in examples.all):
+            if nodeid not in self._logs:
+                self._logs[nodeid] = log_of(self._tests[nodeid], self.vocabulary)
+        return self._logs
+
+    def _inseparable(self, requirement: str, examples: Examples, condition: Condition | None) -> str:
+        count = plural(len(examples.inside), "violation")
+        if condition is None:
+            return f"no signal, message or state is the same at its {count}"
+        ids = dict.fromkeys(self._tests[moment.nodeid].id for moment in condition.wrong)
+        where = f"`{condition.text}` holds at its {count}, and at {len(condition.wrong)} of other causes"
+        return f"no condition separates it; {where}, first in {next(iter(ids))}"
+
+
+def _decided(test: TestResult, requirement: str) -> Iterator[float]:
+    """When triggers of a requirement were decided (s)."""
+    for trigger in (test.timeline.triggers.get(requirement, "") if test.timeline else "").split():
+        yield float(trigger.rstrip("!?").rpartition("-")[2])
+
+
+def lines(report: Report, made: Sequence[Proposal]) -> Iterator[str]:
+    """The proposals, for people: what each cause is, and then what to paste."""
+    ids = {test.nodeid: test.id for test in report.tests}
+    for number, proposal in enumerate(made, 1):
+        group = proposal.group
+        state = f", first in the state {group.first[1]}" if group.first[1] else ""
+        names = f"{', '.join(group.requirements)} in {plural(len(group.nodeids), 'test')}"
+        yield f"cause {number}: {names}{state}, as in {ids[group.nodeids[0]]}"
+        for entry in proposal.entries:
+            yield from _entry_lines(entry)
+    entries = [entry for proposal in made for entry in proposal.entries if entry.line]
+    twice = sorted({entry.requirement for entry in entries if _count(entries, entry.requirement) > 1})
+    if twice:
+        yield ""
+        yield f"A requirement has one entry: to tolerate several causes of {', '.join(twice)}, join conditions by |."
+    if entries:
+        yield ""
+        yield "An entry goes into the list hri_known_violations, with a reason and an owner."
+
+
+def _count(entries: Sequence[Entry], requirement: str) -> int:
+    return sum(entry.requirement == requirement for entry in entries)
+
+
+def _entry_lines(entry: Entry) -> Iterator[str]:
+    if entry.line:
+        yield f"    {entry.line}"
+        if entry.replaces:
+            yield f"      instead of the entry {entry.requirement} while {entry.replaces}"
+    if entry.note:
+        yield f"    {entry.requirement}: {entry.note}"

@@ -1,0 +1,67 @@
+"""Proposals of known violations: pasted, the same session has exactly those as known."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.extra.diagnosis.test_diagnosis_sessions import surging as surging
+from tests.plugin.project import change, command, outcomes, report
+
+SUITE = "--hri-suite=surges.txt"
+WITHOUT_KNOWN = ("hri_known_violations =\n    R2: the hall has no dimmer", "hri_known_violations =")
+
+
+@pytest.mark.slow
+def test_an_entry_that_is_pasted_makes_known_what_fails_for_its_cause_and_nothing_else(
+    surging: pytest.Pytester,
+) -> None:
+    change(surging.path, "pytest.ini", *WITHOUT_KNOWN)
+    surging.runpytest_inprocess(SUITE)
+    causes = report(surging.path)["causes"]
+    done = command("triage", "hri-report")
+    assert (done.returncode, done.stderr) == (0, "")
+    entries = re.findall(r"^    (R2 while .*)$", done.stdout, re.MULTILINE)
+    assert len(entries) == len(causes) == 2
+    assert "join conditions by |" in done.stdout
+    for entry, cause in zip(entries, causes, strict=True):
+        before = (surging.path / "pytest.ini").read_text(encoding="utf-8")
+        (surging.path / "pytest.ini").write_text(before + f"    {entry}\n", encoding="utf-8")
+        surging.runpytest_inprocess(SUITE)
+        found = outcomes(surging.path)
+        assert {name for name, outcome in found.items() if outcome == "known-violation"} == set(cause["tests"])
+        others = {test for other in causes if other is not cause for test in other["tests"]}
+        assert {name for name, outcome in found.items() if outcome == "failed"} == others
+        (surging.path / "pytest.ini").write_text(before, encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_an_entry_joins_the_one_that_is_there(surging: pytest.Pytester) -> None:
+    change(
+        surging.path, "pytest.ini", WITHOUT_KNOWN[0], "hri_known_violations =\n    R2 while once(on(wish)): no dimmer"
+    )
+    surging.runpytest_inprocess(SUITE)
+    done = command("triage", "hri-report")
+    (entry,) = re.findall(r"^    (R2 while .*)$", done.stdout, re.MULTILINE)
+    assert entry.startswith("R2 while (once(on(wish))) | (")
+    assert entry.endswith(": no dimmer; why is this tolerated? [owner?]")
+    assert "instead of the entry R2 while once(on(wish))" in done.stdout
+    change(surging.path, "pytest.ini", "R2 while once(on(wish)): no dimmer", entry)
+    surging.runpytest_inprocess(SUITE)
+    assert sorted(set(outcomes(surging.path).values())) == ["known-violation", "passed"]
+
+
+def test_nothing_to_tolerate(lamps: pytest.Pytester) -> None:
+    (lamps.path / "hello.txt").write_text("enter hall\n", encoding="utf-8")
+    lamps.runpytest_inprocess("--hri-suite=hello.txt")
+    done = command("triage", "hri-report")
+    assert (done.returncode, done.stdout) == (0, "no test fails: nothing to tolerate\n")
+
+
+def test_a_report_without_causes(lamps: pytest.Pytester) -> None:
+    (lamps.path / "glare.txt").write_text("enter hall\nset_lamp level = 100\n", encoding="utf-8")
+    lamps.runpytest_inprocess("--hri-suite=glare.txt", "--hri-strict", "--hri-diagnose=0")
+    done = command("triage", "hri-report")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "no causes in it; run the suite again without --hri-diagnose=0" in done.stderr
