@@ -24,13 +24,15 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     import observer
     from carebot.messages import SAID, Order
     from carebot.tasks import STATES, transitions
+    from crosses import CROSS
+    from disturbances import DISTURBANCES
     from house import house
     from people.beliefs import BELIEFS, LENGTHS, MODEL
     from people.coupling import CONFORMANCE, ONLINE
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, Lost, Range, Testbench
+    from pytest_hricdv.testbench import Concretization, Range, Testbench
 
     return Testbench(
         name="home-care",
@@ -38,7 +40,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         beliefs=BELIEFS,
         lengths=LENGTHS,
         bystanders=bystanders(),
-        disturbances={"order_lost": Lost("order")},
+        disturbances=DISTURBANCES,
         concretization=Concretization(COMMANDS, {**RUN, "battery": Range(0.19, 1.0)}),
         requirements=HERE / "tests" / "requirements.toml",
         messages=(Order, *SAID, DogCalled),
@@ -53,6 +55,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         conformance=CONFORMANCE,
         online=ONLINE,
         outcome_label="orders",
+        cross=CROSS,
     )
 
 
@@ -61,6 +64,8 @@ def run(run: Run) -> Outcome:
     from bridge import spawn_robot
     from carebot.config import Config, faults
     from carebot.robot import Carebot
+    from crosses import bins, served
+    from disturbances import Flat
     from house.house import House
     from observer import Observer
     from people.dog import spawn_dog
@@ -71,12 +76,15 @@ def run(run: Run) -> Outcome:
     config = Config(faults=faults(os.environ.get(FAULTS, "")))
     house = House(run.kernel, run.recorder, run.test.seed, battery=float(run.test.run["battery"]))
     run.kernel.world = house
-    run.disturbs(house)
+    run.disturbs(Flat(run.kernel, house))
     # First: it hears what people do at once.
     spawn_robot(run, lambda bus: Carebot(bus, house, house.gripper_port, house.battery_port, config).run())
-    run.kernel.spawn("observer", Observer(run, house).watch)
+    observer = Observer(run, house)
+    run.kernel.spawn("observer", observer.watch)
     spawn_person(run, house)
     spawn_dog(run, house)
     ended = run.go(LIMIT_S)
-    outcomes = tuple(m.topic for m in run.recorder.messages if m.topic in ("completed", "refused"))
-    return Outcome(ended, outcomes, house.skipped_us / 1e6, fidelity=run.fidelity)
+    messages = run.recorder.messages
+    outcomes = tuple(order.end for order in served(messages))
+    cross = bins(messages, observer.dog_met_s)
+    return Outcome(ended, outcomes, house.skipped_us / 1e6, cross, run.fidelity)

@@ -25,6 +25,9 @@ MARGIN_M = 0.05
 ROOM_M = 0.5
 """and so much between it and the person or the dog (chosen: what the robot keeps away from them, and a bit more)."""
 
+DOG_NEAR_M = 1.0
+"""A dog that comes nearer to the robot's hull than this while it works has been met (chosen: the robot has seen it)."""
+
 SIGNALS: dict[str, type[bool] | type[float]] = {
     "moved": float,
     "stood": bool,
@@ -46,6 +49,8 @@ class Observer:
         self._state = ""
         self._at = house.base.at
         self._recorded: dict[str, bool | float] = {}
+        self.dog_met_s: list[float] = []
+        """When the dog was near to the robot while that drove (s)."""
         self._sample()
 
     def watch(self) -> None:
@@ -71,6 +76,8 @@ class Observer:
         dx, dy = abs(base.at[0] - before[0]), abs(base.at[1] - before[1])
         to_x, to_y = (abs(there - here) for there, here in zip(PLACES["charger"], base.at, strict=True))
         acts = not base.resting or self._house.gripper.moving
+        if self._state in DRIVING and self._house.dog.gap_to(base.at, base.radius_m).width_m < DOG_NEAR_M:
+            self.dog_met_s.append(self._run.kernel.now_s)
         self._record("moved", round(math.hypot(dx, dy), 4))
         self._record("stood", dx < STOOD_X_M and dy < STOOD_Y_M)
         self._record("away", to_x > AWAY_M and to_y > AWAY_M)

@@ -10,6 +10,9 @@ from carebot.config import Config
 from carebot.messages import Accepted, Order, Refused
 from carebot.tasks import ENDED, TASKS
 
+UNKNOWN, FULL, ENDING = "I cannot do that", "too many orders", "there were to be no more orders"
+"""Why an order is refused."""
+
 
 class OrderDesk:
     """Takes orders in while others are carried out."""
@@ -45,15 +48,22 @@ class OrderDesk:
         return order
 
     def _answer(self, order: str) -> None:
-        if order not in TASKS and order != ENDED:
-            self._bus.publish(Refused(order, "I cannot do that"))
-        elif order != ENDED and self._config.faults.loses_orders and self.busy:
-            pass
-        elif order != ENDED and len(self._waiting) >= self._config.queue:
-            self._bus.publish(Refused(order, "too many orders"))
-        else:
+        reason = self._reason_against(order)
+        if reason:
+            self._bus.publish(Refused(order, reason))
+        elif order == ENDED or not (self._config.faults.loses_orders and self.busy):
             self._bus.publish(Accepted(order))
             self._keep(order)
+
+    def _reason_against(self, order: str) -> str:
+        """Why the robot will not do it; empty where it will."""
+        if order == ENDED:
+            return ""
+        if order not in TASKS:
+            return UNKNOWN
+        if ENDED in self._waiting:
+            return ENDING
+        return FULL if len(self._waiting) >= self._config.queue else ""
 
     def _keep(self, order: str) -> None:
         self._waiting.append(order)

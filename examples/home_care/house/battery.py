@@ -39,6 +39,10 @@ class Battery:
         if charging != self._charging:
             self._then, self._then_us, self._charging = self.level(now_us), now_us, charging
 
+    def is_at(self, level: float, now_us: int) -> None:
+        """It is this full now, whatever it was before."""
+        self._then, self._then_us = level, now_us
+
     def shown(self, now_us: int) -> float:
         """The level as requirements see it."""
         return round(math.floor((self.level(now_us) + _ROUNDING) / GRAIN) * GRAIN, 2)

@@ -30,21 +30,25 @@ class Gripper:
         self.holds = False
         self.dropped = False
         """Whether something was let go elsewhere than at table or sink, ever."""
+        self.jammed = False
+        """Whether the fingers stay as they are, whatever they are told."""
         self._goal = 1.0
 
     @property
     def moving(self) -> bool:
         """Whether the fingers move."""
-        return self.opening != self._goal
+        return self.opening != self._goal and not self.jammed
 
     def command(self, *, close: bool, at: Point) -> None:
         """Begin to close or open; `at`: where the robot is."""
         self._goal = (HELD_OPENING if self.holds else 0.0) if close else 1.0
-        if not close and self.holds:
+        if not close and self.holds and not self.jammed:
             self.let_go(at)
 
     def step(self, duration_s: float, at: Point) -> None:
         """Let time pass."""
+        if self.jammed:
+            return
         if self._goal > self.opening:
             self.opening = min(self._goal, self.opening + duration_s / OPENS_S)
         elif self._goal < self.opening:

@@ -213,6 +213,10 @@ class House:
         """How full the battery is, 0 to 1."""
         return self.battery.level(self._us)
 
+    def battery_is(self, level: float) -> None:
+        """The battery is this full now: emptier than one thought."""
+        self.battery.is_at(level, self._us)
+
     def take_food(self) -> None:
         """The person takes what the gripper holds."""
         self.gripper.hand_over()
