@@ -131,6 +131,8 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
+    from pytest_hricdv.session.shown_failures import ShownFailures
+    from pytest_hricdv.session.summary_section import SummarySection
 
     collection = context.collection
     collection.generate_further = lambda suites: [suite for part in parts() for suite in part.generate(context, suites)]
@@ -143,7 +145,9 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     config.pluginmanager.register(aggregation, "hricdv-aggregation")
     config.pluginmanager.register(aggregation.journaling, "hricdv-journaling")
     config.pluginmanager.register(reporting, "hricdv-reporting")
-    config.pluginmanager.register(reporting.repeated_errors, "hricdv-repeated-errors")
+    failures = ShownFailures(aggregation, lambda: reporting.report)
+    config.pluginmanager.register(failures, "hricdv-shown-failures")
+    config.pluginmanager.register(SummarySection(reporting, failures), "hricdv-summary-section")
     config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
     config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")
 

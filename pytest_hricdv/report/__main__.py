@@ -17,6 +17,7 @@ from pytest_hricdv.report import EXPORT_FORMATS, terminal
 from pytest_hricdv.report.carrying import Carrying
 from pytest_hricdv.report.command import commands_of_parts
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
+from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.files import write, write_text
 from pytest_hricdv.report.rebuilding import rebuild_report
 from pytest_hricdv.results.baseline import (
@@ -187,7 +188,13 @@ def _minimal(options: argparse.Namespace) -> int:
 
 def _printed(report: Report, checked: GateResult, folder: Path) -> int:
     """Says what a session says at its end."""
-    for line in (*terminal.summary(report, folder, shutil.get_terminal_size().columns), *terminal.findings(report)):
+    columns = shutil.get_terminal_size().columns
+    failing = FailingTests.of(report, columns)
+    for line in (
+        *(failing.lines(columns) if failing.causes is not None else ()),
+        *terminal.summary(report, folder, columns, brief=failing.causes is not None),
+        *terminal.findings(report),
+    ):
         print(harmless_line(line.text))
     print(f"expected {expected(report)}, merged {report.reported}")
     for text in checked.improved:

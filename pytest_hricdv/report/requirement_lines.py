@@ -11,17 +11,30 @@ _MAX_UNUSED = 3
 """Alternatives that a requirement never needed; chosen: formulas with more are rare, and the report has them."""
 
 
-def requirement_lines(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
-    """A suite's requirements: how many tests passed and failed each, what was not checked, and what is known."""
+_MAX_PASSED = 8
+"""Requirements that no test failed are listed in a failed session if they are no more; chosen: few take no room."""
+
+
+def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief: bool = False) -> Iterator[Line]:
+    """A suite's requirements: how many tests passed and failed each, what was not checked, and what is known.
+
+    Args:
+        brief: without those that no test failed, if they are many, and without what never decided.
+    """
     rows = totals.requirement_rows(report, suite)
     if not rows:
         yield Line("  no requirements", "dim")
         return
-    yield from _table(rows, columns)
+    passed = [row for row in rows if row.passed and not row.failed]
+    if brief and len(passed) > _MAX_PASSED:
+        yield from _table([row for row in rows if row not in passed], columns)
+        yield Line(f"  {len(passed)} others: no test failed them; -v lists all", "ok")
+    else:
+        yield from _table(rows, columns)
     yield from _unchecked(rows, columns)
     yield from _pending(rows, columns)
     yield from _known(rows, columns)
-    if totals.is_whole(report, suite):
+    if totals.is_whole(report, suite) and not brief:
         yield from _unused(rows, columns)
 
 

@@ -33,6 +33,7 @@ from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
 # Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
 _MAX_GAPS = 8
+_MAX_BRIEF_GAPS = 3
 _MAX_NOT_RUN = 3
 _MAX_FAULTS = 3
 _SLOW_FACTOR, _SLOW_S = 5.0, 1.0  # a test is named as slow when it takes this many times the mean, and this long
@@ -59,15 +60,18 @@ def replay_header(testbench: str, files: int) -> str:
     return visible(f"hri: {testbench}, replay of {plural(files, 'test')}")
 
 
-def summary(report: Report, directory: Path, width: int = 80) -> tuple[Line, ...]:
+def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = False) -> tuple[Line, ...]:
     """The report in lines of at most `width` columns.
 
     The line with the report's path may be longer: a path that is cut cannot be opened.
+
+    Args:
+        brief: of a session that failed, what that is about, without all that passed and is not covered.
     """
     lines = [*_unchecked(report, width)]
     for suite in report.suites:
-        lines += [*_suite(report, suite, width), Line("")]
-    uncovered = [*_files(report, width), *_gaps(report, width)]
+        lines += [*_suite(report, suite, width, brief=brief), Line("")]
+    uncovered = [*_files(report, width), *(_gaps_counted(report, width) if brief else _gaps(report, width))]
     lines += [*uncovered, Line("")] if uncovered else []
     changed = list(behaviour_view.lines(report, width))
     lines += [*changed, Line("")] if changed else []
@@ -100,11 +104,11 @@ def _unchecked(report: Report, columns: int) -> Iterator[Line]:
         yield Line("")
 
 
-def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
+def _suite(report: Report, suite: SuiteResult, columns: int, *, brief: bool) -> Iterator[Line]:
     simulation = f", {suite.fidelity} simulation" if suite.fidelity else ""
     simulation += f" on {suite.engine}" if suite.engine else ""
     yield Line(f"suite {suite.name}, seed {suite.seed}: {totals.tests_text(report, suite)}{simulation}", "title")
-    yield from requirement_lines(report, suite, columns)
+    yield from requirement_lines(report, suite, columns, brief=brief)
     yield from _code("statements", suite.code.statements, report, columns)
     yield from _code("branches", suite.code.branches, report, columns)
     for agent in sorted(suite.plans):
@@ -112,7 +116,7 @@ def _suite(report: Report, suite: SuiteResult, columns: int) -> Iterator[Line]:
         yield from labelled(f"plans of {agent}", f"{percent(share(covered, total))} ({covered} of {total})", columns)
     if suite.cross.bins:
         yield from labelled("cross product", _cross(suite.cross), columns)
-    yield from _generation(suite.generation, columns)
+    yield from _generation(suite.generation, columns, brief=brief)
 
 
 def _code(kind: str, coverage: CodeCoverage | None, report: Report, columns: int) -> Iterator[Line]:
@@ -129,7 +133,7 @@ def _cross(cross: CrossCoverage) -> str:
     return f"{text}, {cross.impossible} impossible" if cross.impossible else text
 
 
-def _generation(generation: GenerationResult, columns: int) -> Iterator[Line]:
+def _generation(generation: GenerationResult, columns: int, *, brief: bool) -> Iterator[Line]:
     parts = []
     if generation.iterations:
         at = generation.converged_at
@@ -139,8 +143,10 @@ def _generation(generation: GenerationResult, columns: int) -> Iterator[Line]:
         parts.append(plural(generation.bdi_runs, "model run"))
     parts.append(plural(generation.distinct_texts, "distinct text"))
     parts.append("cached" if generation.cached else seconds(generation.wall_s))
-    yield from labelled("learned in" if generation.iterations else "generated in", ", ".join(parts), columns, "dim")
-    yield from labelled("variety", _variety(generation.diagnosis), columns, "dim")
+    if not brief:
+        label = "learned in" if generation.iterations else "generated in"
+        yield from labelled(label, ", ".join(parts), columns, "dim")
+        yield from labelled("variety", _variety(generation.diagnosis), columns, "dim")
     for note in generation.notes:
         yield from labelled("note", note, columns, "warn")
 
@@ -182,6 +188,14 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
         yield Line(start + listing([visible(item) for item in gap.items], max(columns - width(start), 12)))
     if len(gaps) > _MAX_GAPS:
         yield Line(f"  ... and {plural(len(gaps) - _MAX_GAPS, 'more place')}: see the report", "dim")
+
+
+def _gaps_counted(report: Report, columns: int) -> Iterator[Line]:
+    gaps = totals.gaps(report)
+    if len(gaps) > _MAX_BRIEF_GAPS:
+        yield Line(f"not covered: {plural(len(gaps), 'place')}; -v names them", "dim")
+    else:
+        yield from _gaps(report, columns)
 
 
 def _totals(report: Report, columns: int) -> Iterator[Line]:

@@ -37,6 +37,30 @@ class PageSection:
 
 
 @dataclass(frozen=True)
+class FailureCause:
+    """What tests fail for.
+
+    Args:
+        label: what a line on a test calls it, as `cause 1`.
+        lines: what the terminal says of it.
+        tests: node ids, the best example first.
+    """
+
+    label: str
+    lines: tuple[Line, ...]
+    tests: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FailureCauses:
+    """What the tests of a report fail for: how many causes there are, each of them, and what this rests on."""
+
+    headline: str
+    causes: tuple[FailureCause, ...]
+    remark: str = ""
+
+
+@dataclass(frozen=True)
 class RequirementNote:
     """A sentence on a requirement's page: `before`, then `status` in bold, then `after`; and a command to copy."""
 
@@ -64,6 +88,14 @@ class View:
     def file_lines(self, report: Report, columns: int) -> Iterable[Line]:
         """Of the terminal's summary, below the totals: on files beside the report."""
         return ()
+
+    def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
+        """What its tests fail for, which the terminal shows first; None where nobody looked for it.
+
+        Args:
+            columns: of the terminal; None where lines may have any width.
+        """
+        return None
 
     def findings(self, report: Report) -> Iterable[Line]:
         """Of the terminal, of any width, after the summary: commands must not be cut."""

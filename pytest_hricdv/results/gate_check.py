@@ -64,6 +64,19 @@ def gates_of(
     )
 
 
+def policy_of(gates: Gates) -> GatePolicy | None:
+    """The gates of a session, as its report keeps them; None where it has none: then it does not speak of them."""
+    thresholds = {threshold.kind: threshold.percent for threshold in gates.thresholds}
+    if not (thresholds or gates.fail_on_nc or gates.fail_on_change or gates.fail_on_pending):
+        return None
+    return GatePolicy(
+        thresholds=thresholds,
+        fail_on_nc=gates.fail_on_nc,
+        fail_on_change=gates.fail_on_change,
+        fail_on_pending=gates.fail_on_pending,
+    )
+
+
 def _day(text: str) -> datetime.date | None:
     try:
         return datetime.date.fromisoformat(text) if text else None

@@ -7,7 +7,6 @@ requirements are not folded: each has its own story. Reports stay as they are fo
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -24,42 +23,22 @@ ALL_FROM_VERBOSITY = 2
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _VIOLATED = re.compile(r"^(?:E +)?(?P<name>\S+) Failed(?=[:\n]|$)", re.MULTILINE)
-_VIOLATION = re.compile(r"^\S+ failed at ")
-_FOLDED = ("failed", "error")
+VIOLATION = re.compile(r"^\S+ failed at ")
+"""The first line of the text of a test that violated a requirement."""
 
 Key = tuple[object, ...]
 
 
 class RepeatedErrors:
-    """Folds what the terminal shows of failures. Registered in the controlling process only."""
+    """Folds what the terminal shows of failures."""
 
     def __init__(self, aggregation: Aggregation) -> None:
         self._aggregation = aggregation
-        self._left_out: dict[str, list[Any]] = {}
-        """Kind -> all reports of that kind, while some of them are not to be shown."""
 
-    @pytest.hookimpl(wrapper=True, tryfirst=True)
-    def pytest_terminal_summary(
-        self, terminalreporter: pytest.TerminalReporter, config: pytest.Config
-    ) -> Iterator[None]:
-        """Before pytest shows the failures."""
-        shows_all = config.get_verbosity() >= ALL_FROM_VERBOSITY or config.getoption("tbstyle", "auto") in (
-            "no",
-            "line",
-        )
-        for kind in () if shows_all else _FOLDED:
-            self._fold(terminalreporter, kind)
-        try:
-            return (yield)
-        finally:
-            self.restore(terminalreporter)
-
-    def restore(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Let the terminal have all reports again: for its list of failures, and for its counts."""
-        terminalreporter.stats.update(self._left_out)
-        self._left_out.clear()
-
-    def _fold(self, terminalreporter: pytest.TerminalReporter, kind: str) -> None:
+    def fold(self, terminalreporter: pytest.TerminalReporter, kind: str) -> None:
+        """Leave out what repeats an error, of the reports of a kind that are to be shown."""
+        if terminalreporter.config.get_verbosity() >= ALL_FROM_VERBOSITY:
+            return
         reports = terminalreporter.stats.get(kind, [])
         shown: list[Any] = []
         repeats: dict[Key, tuple[Any, list[str]]] = {}
@@ -73,7 +52,6 @@ class RepeatedErrors:
                 repeats.setdefault(key, (report, []))
         if len(shown) == len(reports):
             return
-        self._left_out[kind] = reports
         terminalreporter.stats[kind] = shown
         for report, others in repeats.values():
             if others:
@@ -85,7 +63,7 @@ class RepeatedErrors:
         if getattr(report, "nodeid", None) not in self._aggregation.chosen or crash is None:
             return None
         first = crash.message.partition("\n")[0]
-        if _VIOLATION.match(first):
+        if VIOLATION.match(first):
             return None
         violated = tuple(match["name"] for match in _VIOLATED.finditer(report.longreprtext))
         return report.when, crash.path, crash.lineno, _NUMBER.sub("#", first), violated

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import shutil
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -16,7 +15,6 @@ import msgspec
 import pytest
 
 from pytest_hricdv._base.hash_seed import SEVERAL
-from pytest_hricdv._base.message import visible
 from pytest_hricdv._base.self_check import complaint, wrong_answers
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.reachability import Reachability, explore, unexplored
@@ -24,39 +22,29 @@ from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model, untested_beliefs
-from pytest_hricdv.report import files, terminal
+from pytest_hricdv.report import files
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
-from pytest_hricdv.results.model import GatePolicy, ModelSource, Report, RerunOptions, TestResult
+from pytest_hricdv.results.gate_check import policy_of
+from pytest_hricdv.results.model import ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.results.origin import ReportOrigin, origin_of_session
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.part import Part, PartSession, parts
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
-from pytest_hricdv.session.repeated_errors import RepeatedErrors
 from pytest_hricdv.session.run_context import RunContext
-
-MARKUP: dict[str, dict[str, bool]] = {
-    "title": {"bold": True},
-    "ok": {"green": True},
-    "bad": {"red": True, "bold": True},
-    "warn": {"yellow": True},
-    "dim": {"light": True},
-    "plain": {},
-}
 
 
 class Reporting:
-    """Shrinks and searches, builds the report, checks the gates, writes the report and the terminal's summary."""
+    """Shrinks and searches, builds the report, checks the gates, writes the report."""
 
     def __init__(self, collection: Collection, context: RunContext, aggregation: Aggregation, gates: GateCheck) -> None:
         self.collection = collection
         self.context = context
         self.aggregation = aggregation
         self.options = collection.options
-        self.repeated_errors = RepeatedErrors(aggregation)
         self.report: Report | None = None
         self._gate_check = gates
         self._missing = ""
@@ -241,27 +229,10 @@ class Reporting:
         origin = msgspec.structs.replace(origin, hash_seed=self.aggregation.hash_seed)
         return encode(msgspec.structs.replace(declared, origin=origin)).encode()
 
-    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Writes one section at the end."""
-        self.repeated_errors.restore(terminalreporter)
-        if self._missing:
-            terminalreporter.write_line(visible(f"hricdv: {self._missing.strip()}"), red=True)
-        if self.report is None and not self.session.problems:
-            return
-        terminalreporter.write_sep("=", "human-robot interaction")
-        if self.report is not None:
-            for line in terminal.summary(self.report, self.options.report, shutil.get_terminal_size().columns):
-                terminalreporter.write_line(line.text, **MARKUP[line.style])
-            for line in terminal.findings(self.report):
-                terminalreporter.write_line(line.text, **MARKUP[line.style])
-        for text in self.report.gates.improved if self.report and self.report.gates else ():
-            terminalreporter.write_line(visible(text), green=True)
-        for text in self.session.warnings:
-            terminalreporter.write_line(visible(text), yellow=True)
-        for text in self.aggregation.journaling.lines(had_header=terminalreporter.verbosity >= 0):
-            terminalreporter.write_line(visible(text), yellow=True)
-        for problem in self.session.problems:
-            terminalreporter.write_line(visible(f"FAILED {problem}"), red=True, bold=True)
+    @property
+    def missing(self) -> str:
+        """Why tests that the command line names were not found; empty where all were."""
+        return self._missing
 
     def session_info(self) -> SessionInfo:
         """What the report is made of, beside results."""
@@ -284,24 +255,10 @@ class Reporting:
             workers=self.aggregation.workers,
             sizes=Counter(case.suite for case in self.collection.everything),
             shard=str(self.options.shard or ""),
-            policy=self._policy,
+            policy=policy_of(self.options.gates),
             rerun=RerunOptions(suite=self.options.suites, options=self.options.again),
             models=self._models,
             reachability=self._reachability,
-        )
-
-    @property
-    def _policy(self) -> GatePolicy | None:
-        """The gates of the session; None where it has none, so that a report does not speak of them."""
-        gates = self.options.gates
-        thresholds = {threshold.kind: threshold.percent for threshold in gates.thresholds}
-        if not (thresholds or gates.fail_on_nc or gates.fail_on_change or gates.fail_on_pending):
-            return None
-        return GatePolicy(
-            thresholds=thresholds,
-            fail_on_nc=gates.fail_on_nc,
-            fail_on_change=gates.fail_on_change,
-            fail_on_pending=gates.fail_on_pending,
         )
 
     @cached_property

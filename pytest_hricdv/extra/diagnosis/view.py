@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.diagnosis.cause_lines import cause_lines, replay_of, summary_of
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause
-from pytest_hricdv.report.explanation import replay_command
-from pytest_hricdv.report.formatting import Line, plural
+from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.markdown_text import escaped
-from pytest_hricdv.report.view import PageSection, View
+from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.results.model import Report
-
-_MOST_LINES = 3
-"""So many lines of the shortest test are in the terminal: a cause takes eight lines at most."""
-
-_MOST_PLACES = 2
-_MOST_REQUIREMENTS = 8
 
 
 class DiagnosisView(View):
@@ -24,16 +17,24 @@ class DiagnosisView(View):
 
     name = "diagnosis"
 
-    def findings(self, report: Report) -> Iterator[Line]:
+    def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
         """How many causes there are, then each of them."""
         causes = CAUSES.of(report)
         if not causes:
-            return
-        yield Line(headline(causes), "title")
-        for number, cause in enumerate(causes, 1):
-            yield from _lines(number, cause, report.rerun.options)
-        if basis := _basis(report):
-            yield Line(basis, "dim")
+            return None
+        nodeids: dict[str, list[str]] = {}
+        for test in report.tests:
+            nodeids.setdefault(test.id, []).append(test.nodeid)
+        options = report.rerun.options
+        blocks = (
+            FailureCause(
+                label=f"cause {number}",
+                lines=cause_lines(number, cause, options, columns),
+                tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
+            )
+            for number, cause in enumerate(causes, 1)
+        )
+        return FailureCauses(headline(causes), tuple(blocks), _basis(report))
 
     def section(self, report: Report) -> PageSection | None:
         """A table of the causes."""
@@ -41,7 +42,7 @@ class DiagnosisView(View):
         if not causes:
             return None
         nodeids = {test.id: test.nodeid for test in report.tests}
-        commands = {cause.id: _replay(cause, report.rerun.options) for cause in causes}
+        commands = {cause.id: replay_of(cause, report.rerun.options) for cause in causes}
         values = {"causes": causes, "nodeids": nodeids, "commands": commands, "basis": _basis(report)}
         return PageSection(
             "causes", "Causes", "diagnosis/causes.html.jinja", values, place="after suites", headline=headline(causes)
@@ -51,7 +52,7 @@ class DiagnosisView(View):
         """One paragraph a cause."""
         for number, cause in enumerate(CAUSES.of(report), 1):
             place = next((f", at {place.file}:{place.line}" for place in cause.places), "")
-            yield f"**Cause {number}**: {escaped(_what(cause) + place)}"
+            yield f"**Cause {number}**: {escaped(summary_of(cause) + place)}"
 
 
 VIEW = DiagnosisView()
@@ -64,31 +65,6 @@ def headline(causes: Sequence[Cause]) -> str:
     verb = "fails" if len(tests) == 1 else "fail"
     text = f"{plural(len(tests), 'test')} {verb} for {plural(len(causes), 'cause')}"
     return f"{text}, {declared} of them known" if declared else text
-
-
-def _lines(number: int, cause: Cause, options: Sequence[str]) -> Iterator[Line]:
-    yield Line(visible(f"cause {number}: {_what(cause)}"), "warn" if cause.is_known else "bad")
-    for place in cause.places[:_MOST_PLACES]:
-        yield Line(visible(f"  at {place.file}:{place.line} in {place.function}, {place.score:.2f}: {place.text}"))
-    if cause.decides:
-        yield Line(visible(f"  {cause.decides}"))
-    actions = "; ".join(cause.minimal[:_MOST_LINES])
-    more = f"; ... {len(cause.minimal) - _MOST_LINES} more" if len(cause.minimal) > _MOST_LINES else ""
-    yield Line(visible(f"  shortest test {cause.tests[0]}: {actions}{more}"))
-    if command := _replay(cause, options):
-        yield Line(visible(f"  {command}"), "dim")
-
-
-def _what(cause: Cause) -> str:
-    """`R29, R21 in 6 tests, first in the state releasing`."""
-    names, left = cause.requirements[:_MOST_REQUIREMENTS], len(cause.requirements) - _MOST_REQUIREMENTS
-    listed = ", ".join(names) + (f" and {left} more" if left > 0 else "")
-    where = f", first in the state {cause.state}" if cause.state else ""
-    return f"{listed} in {plural(len(cause.tests), 'test')}{where}{' (known)' if cause.is_known else ''}"
-
-
-def _replay(cause: Cause, options: Sequence[str]) -> str:
-    return replay_command(cause.replay, options) if cause.replay else ""
 
 
 def _basis(report: Report) -> str:

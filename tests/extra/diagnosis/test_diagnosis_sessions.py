@@ -67,9 +67,9 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     result.stdout.fnmatch_lines(
         [
             "5 tests fail for 2 causes",
-            "cause 1: R2 in 3 tests*",
+            "cause 1 (????????): R2 in 3 tests*",
             "  passes without the disturbance surge: 3 of 3 tests were run without it",
-            "cause 2: R2 in 2 tests*",
+            "cause 2 (????????): R2 in 2 tests*",
         ]
     )
     page = (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")

@@ -1,0 +1,94 @@
+"""A cause in the terminal: at most eight lines, which fit, except that a command is never cut."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.diagnosis.records import Cause, SuspiciousPlace
+from pytest_hricdv.report.explanation import replay_command
+from pytest_hricdv.report.formatting import Line, Style, and_more, fit, fit_path, plural, width, wrap
+
+MOST_LINES = 8
+"""Of a cause in the terminal."""
+
+_MOST_ACTIONS = 3
+_MOST_PLACES = 2
+_MOST_REQUIREMENTS = 8
+_MOST_WRAPPED = 2
+"""Lines of a sentence; chosen: then all of a cause is in `MOST_LINES`."""
+
+
+def cause_lines(number: int, cause: Cause, options: Sequence[str], columns: int | None) -> tuple[Line, ...]:
+    """What it is, where, what decides, its shortest test, and the command that runs this again.
+
+    Args:
+        number: of the cause, from 1.
+        options: of the session, as far as a replay needs them.
+        columns: of the terminal; None where lines may have any width.
+    """
+    lines = [
+        *_sentence(f"cause {number} ({cause.id}): {summary_of(cause)}", columns, "  "),
+        *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in _places(cause)),
+    ]
+    style: Style = "warn" if cause.is_known else "bad"
+    shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
+    for sentence in (cause.decides, *cause.hints[:1]):
+        shown += [Line(text) for text in _sentence(f"  {sentence}", columns, "    ") if sentence]
+    shown += [Line(_shortest(cause, columns))]
+    if command := replay_of(cause, options):
+        shown.append(Line(f"  {visible(command)}", "dim"))
+    while len(shown) > MOST_LINES:  # the second place, or the end of a sentence: all is on the page
+        del shown[2]
+    return tuple(shown)
+
+
+def summary_of(cause: Cause) -> str:
+    """`R29, R21 in 6 tests, first in the state releasing`."""
+    names, left = cause.requirements[:_MOST_REQUIREMENTS], len(cause.requirements) - _MOST_REQUIREMENTS
+    listed = ", ".join(names) + and_more(max(left, 0))
+    where = f", first in the state {cause.state}" if cause.state else ""
+    return f"{listed} in {plural(len(cause.tests), 'test')}{where}{' (known)' if cause.is_known else ''}"
+
+
+def replay_of(cause: Cause, options: Sequence[str]) -> str:
+    """The command that runs its shortest test again; empty where this has no file."""
+    return replay_command(cause.replay, options) if cause.replay else ""
+
+
+def _places(cause: Cause) -> Sequence[SuspiciousPlace]:
+    return cause.places[:_MOST_PLACES]
+
+
+def _place(file: str, line: int, function: str, score: float, text: str, columns: int | None) -> str:
+    """`  at file:line in function, 0.87: the line`; of what is too long, the statement is cut before the place."""
+    place = visible(f"{file}:{line}")
+    rest = visible(f" in {function}, {score:.2f}: {text}")
+    if columns is None:
+        return f"  at {place}{rest}"
+    return fit(f"  at {fit_path(place, max(columns - 5, 8))}{rest}", columns)
+
+
+def _shortest(cause: Cause, columns: int | None) -> str:
+    """The test, whose id is not cut, and its first actions, as far as there is room."""
+    start = visible(f"  shortest test {cause.tests[0]}")
+    for count in range(min(_MOST_ACTIONS, len(cause.minimal)), 0, -1):
+        left = len(cause.minimal) - count
+        text = f"{start}: {visible('; '.join(cause.minimal[:count]))}{f'; ... {left} more' if left else ''}"
+        if columns is None or width(text) <= columns:
+            return text
+    return start
+
+
+def _sentence(text: str, columns: int | None, indent: str) -> Iterator[str]:
+    """A sentence in at most `_MOST_WRAPPED` lines, the later ones indented."""
+    shown = visible(text)
+    if columns is None or width(shown) <= columns:
+        yield shown
+        return
+    begin = shown[: len(shown) - len(shown.lstrip())]
+    lines = wrap(shown.split(), columns - len(indent))
+    kept = lines[:_MOST_WRAPPED]
+    if len(lines) > len(kept):
+        kept[-1] = fit(f"{kept[-1]} {lines[len(kept)]}", columns - len(indent))
+    yield from (f"{indent if number else begin}{line}" for number, line in enumerate(kept))

@@ -1,0 +1,123 @@
+"""What the terminal shows of failures: what tests fail for, one example in full, and the first lines of all.
+
+pytest shows each failure in full, fifty lines of each, and again in its short summary. Here causes come first, each
+with a line for each of its tests, and of violations only examples are shown in full, unless `-v` asks for all. Reports
+stay as they are for everybody else, as JUnit XML and editors.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.report.failing_tests import FailingTests
+from pytest_hricdv.report.formatting import Line, Style
+from pytest_hricdv.results.model import Report
+from pytest_hricdv.session.aggregation import Aggregation
+from pytest_hricdv.session.repeated_errors import VIOLATION, RepeatedErrors
+
+MARKUP: dict[Style, dict[str, bool]] = {
+    "title": {"bold": True},
+    "ok": {"green": True},
+    "bad": {"red": True, "bold": True},
+    "warn": {"yellow": True},
+    "dim": {"light": True},
+    "plain": {},
+}
+
+MOST_EXAMPLE_LINES = 40
+"""The first example is shown in any case, further ones as long as all together have so many lines. Chosen: with causes,
+a line for each test and the summary, a session with 20 failures has at most 120 lines."""
+
+_KINDS = ("failed", "error")
+
+
+class ShownFailures:
+    """Shows causes first and examples in full. Registered in the controlling process only.
+
+    Args:
+        aggregation: the tests that were selected.
+        report: the session's, once it is made.
+    """
+
+    def __init__(self, aggregation: Aggregation, report: Callable[[], Report | None]) -> None:
+        self._aggregation = aggregation
+        self._report = report
+        self._repeated = RepeatedErrors(aggregation)
+        self._all: dict[str, list[Any]] = {}
+        """Kind -> all reports of that kind, while some of them are not to be shown."""
+        self._failing: FailingTests | None = None
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_terminal_summary(
+        self, terminalreporter: pytest.TerminalReporter, config: pytest.Config
+    ) -> Iterator[None]:
+        """Before pytest shows the failures."""
+        self._all = {kind: terminalreporter.stats[kind] for kind in _KINDS if kind in terminalreporter.stats}
+        report = self._report()
+        if report is not None:
+            self._show_causes(terminalreporter, report, is_verbose=config.get_verbosity() > 0)
+        if config.getoption("tbstyle", "auto") not in ("no", "line"):
+            if config.get_verbosity() <= 0:
+                self._leave_out(terminalreporter)
+            for kind in _KINDS:
+                self._repeated.fold(terminalreporter, kind)
+        try:
+            return (yield)
+        finally:
+            self.list_all(terminalreporter)
+
+    def _show_causes(self, reporter: pytest.TerminalReporter, report: Report, *, is_verbose: bool) -> None:
+        columns = _columns()
+        failing = self._failing = FailingTests.of(report, columns)
+        if failing.tests and (failing.causes is not None or len(failing.tests) > 1):
+            reporter.write_sep("=", "what tests fail for" if failing.causes is not None else "failing tests")
+            write_lines(reporter, failing.lines(columns, all_rows=is_verbose))
+
+    def _leave_out(self, reporter: pytest.TerminalReporter) -> None:
+        """Of violations, leave all out but the examples."""
+        reports = {report.nodeid: report for report in self._all.get("failed", ()) if self._is_violation(report)}
+        kept: set[str] = set()
+        lines = 0
+        for nodeid in self._failing.examples if self._failing is not None else ():
+            if nodeid in reports:
+                lines += len(reports[nodeid].longreprtext.splitlines())
+                if not kept or lines <= MOST_EXAMPLE_LINES:
+                    kept.add(nodeid)
+        if kept:
+            reporter.stats["failed"] = [
+                report for report in self._all["failed"] if report.nodeid in kept or report.nodeid not in reports
+            ]
+
+    def _is_violation(self, report: Any) -> bool:
+        crash = getattr(getattr(report, "longrepr", None), "reprcrash", None)
+        is_listed = self._failing is not None and getattr(report, "nodeid", None) in self._failing.tests
+        return is_listed and crash is not None and VIOLATION.match(crash.message) is not None
+
+    def list_all(self, reporter: pytest.TerminalReporter) -> None:
+        """Let the terminal have all reports again, for its list of failures and its counts, with their causes."""
+        reporter.stats.update(self._all)
+        labels = self._failing.labels() if self._failing is not None else {}
+        for report in self._all.get("failed", ()):
+            if self._is_violation(report) and report.nodeid in labels:
+                crash = report.longrepr.reprcrash
+                label = f" ({labels[report.nodeid]})"
+                crash.message = f"{crash.message.removesuffix(label)}{label}"
+        self._all = {}
+
+
+def write_lines(reporter: pytest.TerminalReporter, lines: Iterable[Line]) -> None:
+    """Write lines in the colours of their styles, where the terminal has any."""
+    for line in lines:
+        reporter.write_line(line.text, **MARKUP[line.style])
+
+
+def _columns() -> int | None:
+    """Of the terminal; None where there is none: a log has lines of any width."""
+    is_terminal = sys.stdout.isatty() or "COLUMNS" in os.environ
+    return shutil.get_terminal_size().columns if is_terminal else None

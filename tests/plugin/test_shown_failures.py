@@ -1,0 +1,82 @@
+"""Many failures in the terminal: causes first, an example in full, a line for each test."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.plugin.project import A_WORKER, change, report
+
+SUITE = ("--hri-suite=bright.txt", "--hri-strict")
+TITLE = "what tests fail for"
+
+
+@pytest.fixture
+def bright(lamps: pytest.Pytester) -> pytest.Pytester:
+    """The lamps project, where 24 of 28 tests fail."""
+    failing = ("enter hall\nset_lamp level = 100\n" + "enter hall\n" * number for number in range(24))
+    passing = ("enter hall\n" * number for number in range(1, 5))
+    (lamps.path / "bright.txt").write_text("\n".join([*failing, *passing]), encoding="utf-8")
+    return lamps
+
+
+def between(lines: list[str], first: str, last: str) -> list[str]:
+    """The lines from the section with one title up to that with another."""
+    start, end = (next(number for number, line in enumerate(lines) if f" {title} " in line) for title in (first, last))
+    return lines[start + 1 : end]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("columns", [60, 80, 120])
+def test_a_suite_with_twenty_failures_is_read_on_two_screens(
+    bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    result = bright.runpytest_inprocess(*SUITE)
+    result.assert_outcomes(failed=24, passed=4, deselected=1)
+    assert len(result.outlines) <= 120
+    causes = between(result.outlines, TITLE, "FAILURES")
+    assert causes[0] == "24 tests fail for 1 cause"
+    assert all(len(line) <= columns for line in causes if "--hri-replay" not in line)
+    ids = [test["id"] for test in report(bright.path)["tests"] if test["outcome"] == "failed"]
+    assert [sum(line.startswith(f"  {name} ") for line in causes) for name in ids] == [1] * 24
+    assert result.stdout.str().count("what the human did around then") == 1
+    assert sum(line.startswith("FAILED test_lamps.py") for line in result.outlines) == 24
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "worker"])
+def test_with_v_all_are_shown_with_formulas(bright: pytest.Pytester, options: tuple[str, ...]) -> None:
+    text = bright.runpytest_inprocess(*SUITE, "-v", *options).stdout.str()
+    assert text.count("what the human did around then") == 24
+    assert text.count("checked as  always(lamp_level > 0 -> lamp_level <= 80)") == 24
+    assert TITLE in text
+
+
+@pytest.mark.slow
+def test_services_read_the_cause_in_the_short_summary(bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CI", "true")
+    result = bright.runpytest_inprocess(*SUITE)
+    lines = [line for line in result.outlines if line.startswith("FAILED test_lamps.py")]
+    assert len(lines) == 24
+    assert all(line.endswith("by 20 % (cause 1)") for line in lines)
+    assert result.outlines.index(lines[0]) == len(result.outlines) - 25
+
+
+@pytest.mark.slow
+def test_without_causes_there_is_a_line_for_each_test(bright: pytest.Pytester) -> None:
+    result = bright.runpytest_inprocess(*SUITE, "--hri-diagnose=0", "-q")
+    assert between(result.outlines, "failing tests", "FAILURES")[0] == "24 tests failed"
+    assert len(result.outlines) <= 120
+
+
+@pytest.mark.slow
+def test_colours_where_they_are_asked_for(bright: pytest.Pytester) -> None:
+    assert "\x1b[31m\x1b[1mcause 1" in bright.runpytest_inprocess(*SUITE, "--color=yes").stdout.str()
+
+
+def test_errors_of_the_code_keep_their_tracebacks(lamps: pytest.Pytester) -> None:
+    error = "raise (ValueError if level == 100 else KeyError)(level)"
+    change(lamps.path, "lamps/guide.py", "        lamp.set(level)\n", f"        {error}\n")
+    text = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-strict", "--hri-diagnose=0").stdout.str()
+    assert text.count(">           raise (ValueError if level == 100 else KeyError)(level)") == 2
+    assert "4 tests failed" in text

@@ -1,0 +1,125 @@
+"""What tests fail for, and a line for each of them."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from msgspec import convert
+from msgspec.structs import replace
+
+from pytest_hricdv.extra.diagnosis.records import CAUSES, Cause, SuspiciousPlace
+from pytest_hricdv.report.failing_tests import MOST_ROWS, FailingTests
+from pytest_hricdv.report.formatting import width
+from pytest_hricdv.results.model import Report, TestResult
+from tests.report import sample, sample_tests
+
+PLACE = SuspiciousPlace(file="controller/states.py", line=58, function="discard", score=0.873, text="self.hand.open()")
+
+
+def failing(number: int, *names: str) -> TestResult:
+    """A test that fails requirements."""
+    made = sample_tests.test(random.Random(number), "rl")
+    made["requirements"] = {
+        name: sample_tests.requirement_result("Failed" if name in names else "Passed", 8.25)
+        for name in sample_tests.TITLES
+    }
+    result = convert({**made, "outcome": "failed"}, TestResult)
+    return replace(result, replay=f"hri-report/failures/{result.id}.json")
+
+
+def report_of(*tests: TestResult) -> Report:
+    report = replace(sample.report(tests=0), tests=tests, known_violations={}, strict=False)
+    first, *others = tests
+    causes = (
+        Cause(
+            id="3f2a91bc",
+            requirements=("R2", "R3"),
+            tests=tuple(test.id for test in others),
+            state="releasing",
+            minimal=("tell leg", "disturb hand_held_shut", "receivesignal", "tell humanReady"),
+            replay=others[0].replay,
+            places=(PLACE, PLACE),
+            hints=("repaired if `discard` returned before opening when the arm did not arrive: 17 of 17 pass",),
+            decides="passes without the disturbance hand_held_shut: 2 of 2 tests were run without it",
+        ),
+        Cause(id="00000001", requirements=("R1",), tests=(first.id,), replay=first.replay),
+    )
+    return CAUSES.put(report, causes)
+
+
+TESTS = (failing(1, "R1"), *(failing(number, "R2", "R3") for number in range(2, 20)))
+
+
+def texts(report: Report, columns: int | None, *, all_rows: bool = False) -> list[str]:
+    return [line.text for line in FailingTests.of(report, columns).lines(columns, all_rows=all_rows)]
+
+
+def test_causes_come_with_a_line_for_each_test() -> None:
+    lines = texts(report_of(*TESTS), None)
+    assert lines[0] == "19 tests fail for 2 causes"
+    assert lines[1] == "cause 1 (3f2a91bc): R2, R3 in 18 tests, first in the state releasing"
+    second = lines.index("cause 2 (00000001): R1 in 1 test")
+    rows = [line for line in lines if line.endswith(".json") and "pytest" not in line]
+    assert len(rows) == 19
+    assert f"  {TESTS[3].id}  R2 R3  {TESTS[3].replay}" in rows
+    assert lines[second + 3] == f"  {TESTS[0].id}  R1  {TESTS[0].replay}"
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80, 120, None])
+def test_a_cause_has_at_most_eight_lines_and_fits(columns: int | None) -> None:
+    failing_tests = FailingTests.of(report_of(*TESTS), columns)
+    assert failing_tests.causes is not None
+    assert all(len(cause.lines) <= 8 for cause in failing_tests.causes.causes)
+    lines = [line.text for line in failing_tests.lines(columns)]
+    assert all(width(line) <= (columns or 999) for line in lines if "--hri-replay" not in line)
+    for test in TESTS:  # what tells rows apart is there, whole
+        row = next(line for line in lines if line.startswith(f"  {test.id} "))
+        assert row.split()[1] == ("R1" if test is TESTS[0] else "R2")
+    command = f"  pytest --hri-replay={TESTS[1].replay}"
+    assert command in lines
+
+
+def test_names_that_do_not_fit_go_on_below() -> None:
+    many = failing(30, *sample_tests.TITLES)
+    lines = texts(report_of(TESTS[0], many), 30)
+    start = lines.index(f"  {many.id}  R1 R2 R3")
+    assert lines[start + 1] == f"{'':{len(many.id) + 4}}R4"
+
+
+def test_where_replays_do_not_fit_it_is_said_how_they_are_named() -> None:
+    lines = texts(report_of(*TESTS), 60)
+    assert f"  {TESTS[0].id}  R1" in lines
+    assert "replay each: --hri-replay=hri-report/failures/ID.json" in lines
+
+
+def test_a_test_is_listed_at_its_first_cause_and_named_with_all() -> None:
+    report = report_of(*TESTS)
+    first, second = CAUSES.of(report)
+    report = CAUSES.put(report, (first, replace(second, tests=(TESTS[0].id, TESTS[1].id))))
+    failing_tests = FailingTests.of(report)
+    assert failing_tests.labels()[TESTS[1].nodeid] == "causes 1, 2"
+    assert failing_tests.labels()[TESTS[0].nodeid] == "cause 2"
+    assert sum(line.text.startswith(f"  {TESTS[1].id} ") for line in failing_tests.lines(None)) == 1
+    assert failing_tests.examples == [TESTS[1].nodeid, TESTS[0].nodeid]
+
+
+def test_thousands_of_tests_are_counted_unless_all_are_asked_for() -> None:
+    tests = [failing(number, "R2") for number in range(100, 300)]
+    report = report_of(*tests)
+    lines = texts(report, None)
+    assert lines[-1] == f"and {200 - MOST_ROWS} more tests: -v lists all"
+    assert sum(line.endswith(".json") and "pytest" not in line for line in lines) == MOST_ROWS
+    assert sum(line.endswith(".json") and "pytest" not in line for line in texts(report, None, all_rows=True)) == 200
+
+
+def test_without_causes_there_are_the_tests() -> None:
+    report = CAUSES.put(report_of(*TESTS), ())
+    assert texts(report, None)[0] == "19 tests failed"
+    assert texts(replace(report, tests=TESTS[:1]), None) == []
+
+
+def test_known_violations_are_not_what_a_test_fails_for() -> None:
+    report = replace(report_of(TESTS[0], failing(50, "R1", "R3")), known_violations={"R3": "no crush prevention"})
+    row = next(line for line in texts(report, None) if line.endswith(".json") and "pytest" not in line)
+    assert row.split()[1:-1] == ["R1"]
