@@ -36,8 +36,9 @@ lint: $(VENV)/.installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	cd examples/home_care && $(abspath $(BIN))/mypy
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest_hricdv.bdi lint models_bdi/table_assembly.mas2j
+	$(BIN)/python -m pytest_hricdv.bdi lint models_bdi/table_assembly.mas2j examples/home_care/models_bdi/home_care.mas2j
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 

@@ -1,0 +1,47 @@
+"""Ways on the map: from each place to each other one, with room to the walls, and around who stands in between."""
+
+from __future__ import annotations
+
+from itertools import pairwise, permutations
+from math import hypot
+
+import pytest
+from carebot.flatmap import HULL_M, PLACES, FlatMap
+from carebot.wayfinding import AROUND_M, Point, Wayfinder, length_m
+
+
+def points_on(start: Point, way: list[Point]) -> list[Point]:
+    """A point each 5 cm."""
+    corners, points = [start, *way], []
+    for (x1, y1), (x2, y2) in pairwise(corners):
+        pieces = max(round(hypot(x2 - x1, y2 - y1) / 0.05), 1)
+        points += [(x1 + (x2 - x1) * n / pieces, y1 + (y2 - y1) * n / pieces) for n in range(pieces + 1)]
+    return points
+
+
+@pytest.mark.parametrize(("start", "goal"), [*permutations(PLACES, 2)])
+def test_each_place_is_reached_from_each_other_one_without_touching(start: str, goal: str) -> None:
+    flat = FlatMap()
+    way = Wayfinder(flat).way(PLACES[start], PLACES[goal])
+    assert way is not None
+    assert way[-1] == PLACES[goal]
+    for point in points_on(PLACES[start], way):
+        assert flat.clearance_m(*point) > HULL_M, point
+    assert length_m(PLACES[start], way) < 12.0
+
+
+def test_it_leads_around_who_stands_in_the_way() -> None:
+    start, goal, person = PLACES["charger"], PLACES["fridge"], (-0.7, 0.2)
+    way = Wayfinder(FlatMap()).way(start, goal, [person])
+    assert way is not None
+    assert len(way) > 1
+    # Corners are on the grid, and cut by less than half a cell in between.
+    assert min(hypot(x - person[0], y - person[1]) for x, y in points_on(start, way)) > HULL_M + AROUND_M - 0.125
+
+
+def test_there_is_none_where_somebody_stands_at_the_goal_or_across_the_opening() -> None:
+    finder = Wayfinder(FlatMap())
+    assert finder.way(PLACES["fridge"], PLACES["sink"], [PLACES["sink"]]) is None
+    across = [(-2.6 + 0.5 * number, -0.9) for number in range(7)]
+    assert finder.way(PLACES["fridge"], PLACES["table"], across) is None
+    assert finder.way(PLACES["fridge"], PLACES["sink"], across) is not None
