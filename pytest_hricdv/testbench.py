@@ -172,8 +172,8 @@ class Testbench:
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
         fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
         engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
-            before the first test; whose ImportError says what to install. The first engine that is installed is used,
-            unless `--hri-engine` chooses another one.
+            before the first test; whose ImportError says what to install. An own one that needs no package has an empty
+            text. The first engine that is installed is used, unless `--hri-engine` chooses another one.
         engine: the one in use, which `Run.engine` hands to `run`; empty where there are none.
         engine_tolerances: requirement -> by how much its margins may differ between engines, in its own unit: a verdict
             that depends on the engine is then explained by their tolerance.

@@ -27,6 +27,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from crosses import CROSS
     from disturbances import DISTURBANCES
     from house import house
+    from house.fidelity import ENGINES, FILM
     from people.beliefs import BELIEFS, LENGTHS, MODEL
     from people.coupling import CONFORMANCE, ONLINE
     from people.dog import DogCalled, bystanders
@@ -52,6 +53,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         code=("carebot",),
         virtual=("asyncio",),
         run=run,
+        engines=ENGINES,
+        film=FILM,
         conformance=CONFORMANCE,
         online=ONLINE,
         outcome_label="orders",
@@ -66,6 +69,7 @@ def run(run: Run) -> Outcome:
     from carebot.robot import Carebot
     from crosses import bins, served
     from disturbances import Flat
+    from house.fidelity import new_mechanics
     from house.house import House
     from observer import Observer
     from people.dog import spawn_dog
@@ -74,7 +78,8 @@ def run(run: Run) -> Outcome:
     from pytest_hricdv.testbench import Outcome
 
     config = Config(faults=faults(os.environ.get(FAULTS, "")))
-    house = House(run.kernel, run.recorder, run.test.seed, battery=float(run.test.run["battery"]))
+    mechanics, battery = new_mechanics(run.engine), float(run.test.run["battery"])
+    house = House(run.kernel, run.recorder, run.test.seed, mechanics, battery)
     run.kernel.world = house
     run.disturbs(Flat(run.kernel, house))
     # First: it hears what people do at once.

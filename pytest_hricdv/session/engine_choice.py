@@ -21,27 +21,33 @@ def on_installed_engine(testbench: Testbench) -> Testbench:
     names = tuple(testbench.engines)
     if not names:
         return testbench
-    return dataclasses.replace(testbench, engine=next(filter(_is_installed, names), names[0]))
+    installed = (name for name in names if _is_installed(testbench, name))
+    return dataclasses.replace(testbench, engine=next(installed, names[0]))
 
 
 def passed_over(testbench: Testbench) -> tuple[str, ...]:
     """The engines before the one in use, in the testbench's order, that are not installed."""
     before = tuple(testbench.engines)[: list(testbench.engines).index(testbench.engine)] if testbench.engine else ()
-    return tuple(name for name in before if not _is_installed(name))
+    return tuple(name for name in before if not _is_installed(testbench, name))
+
+
+def engine_modules(testbench: Testbench) -> tuple[str, ...]:
+    """What has to be imported for the engine in use: one module, or none."""
+    module = testbench.engines[testbench.engine] if testbench.engine else ""
+    return (module,) if module else ()
 
 
 def import_engine(testbench: Testbench) -> None:
     """Import the engine in use, if there is one. Raises pytest.UsageError, with what else there is."""
     name = testbench.engine
-    if not name:
-        return
     try:
-        importlib.import_module(testbench.engines[name])
+        for module in engine_modules(testbench):
+            importlib.import_module(module)
     except ImportError as error:
         others = ", ".join(engine for engine in testbench.engines if engine != name)
         instead = f"; or choose another one with --hri-engine: {others}" if others else ""
         raise usage_error(f"engine {name!r}: {error}{instead}") from None
 
 
-def _is_installed(name: str) -> bool:
-    return find_spec(name) is not None
+def _is_installed(testbench: Testbench, name: str) -> bool:
+    return not testbench.engines[name] or find_spec(name) is not None

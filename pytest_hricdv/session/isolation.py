@@ -34,6 +34,7 @@ from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.runtime.virtual.modules import STAND_INS
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of, worker_input
+from pytest_hricdv.session.engine_choice import engine_modules
 from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
 from pytest_hricdv.session.isolated_call import Answer, answer_of
 from pytest_hricdv.session.part import parts
@@ -139,9 +140,8 @@ class Isolation:
         self._is_prepared = True
         context, testbench = self._context, self._context.collection.testbench
         _ = context.run_settings, context.measurement, context.provenance, context.texts
-        engine = [testbench.engines[testbench.engine]] if testbench.engine else []
         plugins = (module for part in execution_parts() for module in part.preloaded)
-        for name in (*testbench.requires, *engine, *STAND_INS, *plugins):
+        for name in (*testbench.requires, *engine_modules(testbench), *STAND_INS, *plugins):
             importlib.import_module(name)
         if isinstance(context.measurement, OwnMeasurement):
             context.measurement.begin()

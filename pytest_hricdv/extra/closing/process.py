@@ -28,6 +28,7 @@ from pytest_hricdv.online.chooser import Weight
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
+from pytest_hricdv.session.engine_choice import engine_modules
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import END, in_session, introduce, leave_no_core, limit_time, preload, session
 
@@ -106,8 +107,7 @@ class _Serving:
         """Run one batch after the other, until there is none."""
         leave_no_core()
         testbench = self._collection.testbench
-        engine = [testbench.engines[testbench.engine]] if testbench.engine else []
-        for name in (*testbench.requires, *engine):
+        for name in (*testbench.requires, *engine_modules(testbench)):
             importlib.import_module(name)
         _ = self._context.code, self._context.measurement, self._roles  # once, and not in each fork
         introduce(self._context, self._write)

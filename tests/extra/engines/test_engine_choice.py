@@ -1,0 +1,41 @@
+"""Which physics engine a testbench runs on, where nobody has chosen one."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_hricdv.session.engine_choice import engine_modules, import_engine, on_installed_engine, passed_over
+from pytest_hricdv.testbench import Testbench
+from tests.actors.corridor.bench import ward
+
+
+def bench(**engines: str) -> Testbench:
+    return on_installed_engine(dataclasses.replace(ward(), engines=engines))
+
+
+@pytest.mark.parametrize(
+    ("engines", "used", "missing", "modules"),
+    [
+        ({}, "", (), ()),
+        ({"json": "json.decoder"}, "json", (), ("json.decoder",)),
+        ({"no_such_engine": "json", "json": "json.decoder"}, "json", ("no_such_engine",), ("json.decoder",)),
+        # An own one needs no package: it is there, whatever it is called, and nothing is imported for it.
+        ({"planar": "", "no_such_engine": "json"}, "planar", (), ()),
+        ({"no_such_engine": "json", "planar": ""}, "planar", ("no_such_engine",), ()),
+        ({"no_such_engine": "no_such_engine"}, "no_such_engine", (), ("no_such_engine",)),
+    ],
+)
+def test_the_first_that_is_there_is_used(
+    engines: dict[str, str], used: str, missing: tuple[str, ...], modules: tuple[str, ...]
+) -> None:
+    chosen = bench(**engines)
+    assert (chosen.engine, passed_over(chosen), engine_modules(chosen)) == (used, missing, modules)
+
+
+def test_what_is_missing_is_said_with_what_else_there_is() -> None:
+    import_engine(bench(planar=""))
+    chosen = dataclasses.replace(bench(planar="", no_such_engine="no_such_engine"), engine="no_such_engine")
+    with pytest.raises(pytest.UsageError, match=r"no_such_engine.*choose another one with --hri-engine: planar"):
+        import_engine(chosen)
