@@ -57,13 +57,16 @@ queue([]).
    <- !accept(Kind);
       +wanted.
 
-// In one go, so that no order is lost that comes meanwhile.
-@accepts[atomic] +!accept(Kind) : queue(Waiting)
+@accepts +!accept(Kind)
    <- -order(Kind)[source(person)];
       accept(Kind);
-      .concat(Waiting, [Kind], Longer);
-      -+queue(Longer);
+      !keep(Kind);
       .send(person, tell, accepted(Kind)).
+
+// In one go, so that no order is lost that comes meanwhile.
+@keeps[atomic] +!keep(Kind) : queue(Waiting)
+   <- .concat(Waiting, [Kind], Longer);
+      -+queue(Longer).
 
 // --- one order after the other
 

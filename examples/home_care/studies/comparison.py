@@ -84,16 +84,17 @@ def run_suite(text: str, environment: Mapping[str, str], workers: int, keep: Pat
     """
     suite, report, made_with = keep / "published.txt", keep / "report", keep / "environment.json"
     asked = json.dumps(dict(environment))
-    if not (
-        (report / "report.json").exists()
-        and suite.read_text(encoding="utf-8") == text
-        and made_with.read_text(encoding="utf-8") == asked
-    ):
+    held = (report / "report.json", suite, made_with)
+    if not all(path.exists() for path in held) or [_text(suite), _text(made_with)] != [text, asked]:
         keep.mkdir(parents=True, exist_ok=True)
         suite.write_text(text, encoding="utf-8")
         made_with.write_text(asked, encoding="utf-8")
         _session(suite, report, environment, workers)
-    return runs_of(json.loads((report / "report.json").read_text(encoding="utf-8")))
+    return runs_of(json.loads(_text(report / "report.json")))
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
 
 
 def _session(suite: Path, report: Path, environment: Mapping[str, str], workers: int) -> None:
