@@ -30,16 +30,16 @@ def spawn_robot(run: Run, program: Program) -> None:
         run: the run.
         program: gets the robot's bus; awaited in a new event loop.
     """
-    port, bus = run.bus.port("robot"), Bus()
+    port = run.bus.port("robot")
 
     async def live() -> None:
-        loop = asyncio.get_running_loop()
+        loop, bus = asyncio.get_running_loop(), Bus()
         for kind in HEARD:
-            run.kernel.spawn(f"robot hears {kind.__name__}", partial(hear, kind, loop))
+            run.kernel.spawn(f"robot hears {kind.__name__}", partial(hear, kind, loop, bus))
         bus.listen(lambda message: port.publish(message) if isinstance(message, SAID) else None)
         await program(bus)
 
-    def hear(kind: type[object], loop: asyncio.AbstractEventLoop) -> None:
+    def hear(kind: type[object], loop: asyncio.AbstractEventLoop, bus: Bus) -> None:
         subscription = port.subscribe(kind)
         while not loop.is_closed():
             message = subscription.wait(REST_OF_RUN_S)

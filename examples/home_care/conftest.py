@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import pytest
+    from carebot.bus import Bus
 
     from pytest_hricdv.testbench import Outcome, Run, Testbench
 
@@ -77,13 +78,16 @@ def run(run: Run) -> Outcome:
 
     from pytest_hricdv.testbench import Outcome
 
-    config = Config(faults=faults(os.environ.get(FAULTS, "")))
     mechanics, battery = new_mechanics(run.engine), float(run.test.run["battery"])
     house = House(run.kernel, run.recorder, run.test.seed, mechanics, battery)
     run.kernel.world = house
     run.disturbs(Flat(run.kernel, house))
-    # First: it hears what people do at once.
-    spawn_robot(run, lambda bus: Carebot(bus, house, house.gripper_port, house.battery_port, config).run())
+
+    async def program(bus: Bus) -> None:
+        config = Config(faults=faults(os.environ.get(FAULTS, "")))
+        await Carebot(bus, house, house.gripper_port, house.battery_port, config).run()
+
+    spawn_robot(run, program)  # first: it hears what people do at once
     observer = Observer(run, house)
     run.kernel.spawn("observer", observer.watch)
     spawn_person(run, house)

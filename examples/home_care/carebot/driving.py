@@ -77,7 +77,7 @@ class Driver:
         pose = self._base.pose()
         dx, dy = abs(goal[0] - pose.x), abs(goal[1] - pose.y)
         if self._config.faults.stops_on_either:
-            return dx <= EITHER_X_M or dy <= EITHER_Y_M
+            return dx <= EITHER_X_M or dy <= EITHER_Y_M  # unreachable: a published fault, which is off
         return hypot(dx, dy) <= ARRIVED_M
 
     async def _step(self, way: list[Point]) -> list[Point]:
@@ -99,7 +99,7 @@ class Driver:
         bearing, distance_m = atan2(corner[1] - pose.y, corner[0] - pose.x), _distance_m(pose, corner)
         error = (bearing - pose.heading + pi) % (2 * pi) - pi
         if self._config.faults.waits_for_ever and any(other.distance_m < self._config.near_m / 2 for other in seen):
-            return None
+            return None  # unreachable: a published fault, which is off
         if self._turning or abs(error) > OFF_COURSE_RAD:
             self._turning = abs(error) > TURNED_RAD
             # The last piece is as slow as it has to be, so that it is not turned too far.
@@ -117,8 +117,8 @@ class Driver:
         """Stand, give others the time to leave, and find a way around those that stay."""
         self._base.drive(STAND)
         if self._config.faults.waits_for_ever:
-            await asyncio.sleep(self._config.period_s)
-            return self._way(goal, ())
+            await asyncio.sleep(self._config.period_s)  # unreachable: a published fault, which is off
+            return self._way(goal, ())  # unreachable: a published fault, which is off
         await asyncio.sleep(self._config.patience_s if way else LOOK_AGAIN_S)
         self._turning = False
         pose = self._base.pose()

@@ -134,10 +134,14 @@ class Carebot:
 
     async def _charge(self) -> None:
         """Stay at the charger until the battery is not low any more."""
-        while self._is_at_charger() and self._battery.level() < self._config.battery_enough:
+        if self._is_to_charge():
             self._enter(CHARGING)
+        while self._is_to_charge():
             await asyncio.sleep(CHARGE_CHECK_S)
         self._enter(READY)
+
+    def _is_to_charge(self) -> bool:
+        return self._is_at_charger() and self._battery.level() < self._config.battery_enough
 
     def _is_at_charger(self) -> bool:
         pose, (x, y) = self._base.pose(), PLACES[CHARGER]
