@@ -26,7 +26,7 @@ from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.interleaving_way import InterleavingWay
-from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError
+from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, searched
 from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.online_run import roles_of
@@ -39,6 +39,7 @@ from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingResu
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
 from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
 from pytest_hricdv.extra.closing.targets import impossible_points, target_points
+from pytest_hricdv.extra.closing.violation_way import ViolationWay
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.part import PART as CLUSTER
@@ -60,7 +61,7 @@ from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
 from pytest_hricdv.session.usage import usage_error
 
-CACHE_SCHEMA = "hricdv-closing/5"
+CACHE_SCHEMA = "hricdv-closing/6"
 
 
 class Closing:
@@ -125,14 +126,18 @@ class Closing:
         if ended is None:
             budget = Budget(self._options.runs, self._options.seconds)
             ways, let_through = self._used_ways(), self._signals.let_through
-            loop = Loop(
-                archive, ways, runs.run, seed, budget, progress.show, FallbackWay(self._pool), let_through, faults
-            )
-            ended = loop.run()
+            loop = Loop(archive, ways, runs.run, seed, budget, progress.show, FallbackWay(self._pool), self._searcher)
+            loop.let_through, loop.faults = let_through, faults
+            ended = searched(loop, loop.run(), self._options.search)
         suite, result = self._suite(archive, ended, runs, faults)
         self._signals.interrupted |= result.ended == "interrupted"
         progress.end(archive, result.ended, faults, len(suite.tests), goes_on=not self._signals.terminated)
         return suite, result
+
+    @property
+    def _searcher(self) -> Way | None:
+        requirements = [requirement.id for requirement in self._context.requirements]
+        return ViolationWay(requirements, self._collection.testbench.commands) if self._options.search != 0 else None
 
     def _used_ways(self) -> tuple[Way, ...]:
         """The ways that are not left out."""
@@ -276,6 +281,7 @@ class Closing:
             self._context.code.sha256,
             of_file,
             self._options.runs,
+            self._options.search,
             self._options.without,
             options.coverage,
             testbench.name,

@@ -11,8 +11,10 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive, Entry
+from pytest_hricdv.extra.closing.nearness import nearest_runs, violation_estimate
 from pytest_hricdv.extra.closing.open_points import Surroundings, missing, nearest, waiver
 from pytest_hricdv.extra.closing.records import (
+    RULE_OF_THREE,
     ClosingEnd,
     ClosingResult,
     GoodTuring,
@@ -25,11 +27,9 @@ from pytest_hricdv.extra.closing.records import (
     WayResult,
 )
 from pytest_hricdv.extra.closing.targets import by_kind
+from pytest_hricdv.extra.closing.violation_way import NAME as SEARCHING
 from pytest_hricdv.extra.closing.violations import KINDS, described
 from pytest_hricdv.generate.suite_files import dump_tests
-
-RULE_OF_THREE = 3.0
-"""-ln(0.05), rounded up: 95 % confidence. From the paper above."""
 
 
 def evidence(
@@ -63,6 +63,8 @@ def evidence(
     left, others = _open(
         [target for target in archive.targets if target not in seen.first], archive, handed, surroundings
     )
+    near = tuple(nearest_runs(archive, {entry.number for entry in handed}, without))
+    others |= _unhanded(archive, handed, {run.test for run in near if run.spread})
     return ClosingResult(
         suite=suite,
         ended=ended,
@@ -80,6 +82,9 @@ def evidence(
         impossible=closed,
         open=left,
         violations=_violations(archive, handed, without),
+        searched=sum(entry.way == SEARCHING for entry in runs),
+        near=near,
+        kinds_left=violation_estimate(archive, without),
         nearest=others,
     )
 
@@ -165,6 +170,16 @@ def _open(
             )
         )
     return tuple(open_points), others
+
+
+def _unhanded(archive: Archive, handed: Sequence[Entry], ids: Container[str]) -> dict[str, str]:
+    """The texts of tests with these ids that are not handed over."""
+    numbers = {entry.number for entry in handed}
+    return {
+        entry.test.id: dump_tests([entry.test])
+        for entry in archive.entries
+        if entry.test.id in ids and entry.number not in numbers
+    }
 
 
 def _kinds(

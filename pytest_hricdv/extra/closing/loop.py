@@ -10,7 +10,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
 from typing import Protocol
@@ -32,6 +32,9 @@ NAME = "closure"
 GENERATION = 8
 """So many tests are proposed at a time. Fewer learn sooner, more keep more processes busy. Chosen; its effect was not
 measured."""
+
+STALLED = 10 * GENERATION
+"""After so many runs without a new target nothing pays. Chosen: a fifth of the default budget."""
 
 OnlineWeights = Mapping[int, Sequence[Weight]]
 """The numbers of the tests (from 0) in which the person decides during the run, with the weights of choices."""
@@ -71,6 +74,9 @@ class Loop:
         budget: of runs and seconds. Runs are what a result depends on; seconds only guard.
         progress: called with the archive after each generation.
         fallback: proposes where the ways know no more.
+        searcher: of violations; proposes a quarter of each generation, beside the ways, while nothing pays: from
+            `STALLED` runs on that hit no new target.
+        search_only: it searches for violations until the budget is spent, whatever is closed.
         let_through: within what it gives, Ctrl-C may be raised; elsewhere it would leave the archive in pieces.
     """
 
@@ -81,6 +87,8 @@ class Loop:
     budget: Budget
     progress: Callable[[Archive], None] = lambda archive: None
     fallback: Way | None = None
+    searcher: Way | None = None
+    search_only: bool = False
     let_through: Callable[[], AbstractContextManager[None]] = nullcontext
     faults: list[str] = field(default_factory=list)
     """What went wrong in the loop itself, each in a sentence: it goes on without the way that it went wrong in."""
@@ -120,7 +128,7 @@ class Loop:
         return self._ended() or "runs"
 
     def _ended(self) -> ClosingEnd | None:
-        if not self.archive.open:
+        if not self.archive.open and not self.search_only:
             return "closed"
         if self.budget.used >= self.budget.runs:
             return "runs"
@@ -132,6 +140,9 @@ class Loop:
         kinds = Counter(point[0] for point in self.archive.open)
         rng = make_rng(NAME, self.seed, number, "shares")
         proposals: list[Proposal] = []
+        if self.searcher is not None and (self.search_only or self._stalls()):
+            share = count if self.search_only else count // 4
+            proposals += self._proposed(self.searcher, share, self._rng(number, self.searcher, int(self.search_only)))
         ways = [way for way in self.ways if way.name not in self._left_out]
         for attempt in range(len(ways)):
             shares = bandit.shares([way.name for way in ways], count - len(proposals), kinds, rng)
@@ -147,8 +158,14 @@ class Loop:
                 proposals += self.fallback.propose(self.archive, count - len(proposals), rng)
         return proposals
 
+    def _stalls(self) -> bool:
+        last = self.archive.entries[-STALLED:]
+        return len(last) == STALLED and not any(entry.new for entry in last)
+
     def _proposed(self, way: Way, share: int, rng: Random) -> list[Proposal]:
         """What a way proposes; nothing, from now on, once it has failed."""
+        if way.name in self._left_out:
+            return []
         try:
             with self.let_through():
                 return way.propose(self.archive, share, rng)[:share]
@@ -181,6 +198,25 @@ class Loop:
         """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
         self._drafts += drafts
         return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]
+
+
+def searched(loop: Loop, ended: ClosingEnd, runs: int | None) -> ClosingEnd:
+    """Go on with a search for violations, where nothing is left to close; why all of it ended.
+
+    Args:
+        loop: that has ended, with a searcher.
+        ended: why.
+        runs: so many, of those that are left; None: a tenth of those made, and at least a generation.
+    """
+    budget = loop.budget
+    wanted = max(GENERATION, budget.used // 10) if runs is None else runs
+    if loop.searcher is None or ended not in ("closed", "nothing to try") or not loop.archive.entries:
+        return ended
+    budget.runs = min(budget.runs, budget.used + wanted)
+    if budget.used >= budget.runs:
+        return ended
+    end = replace(loop, ways=(), fallback=None, search_only=True).run()
+    return end if end in ("seconds", "interrupted", "error") else ended
 
 
 def _located(error: Exception) -> str:

@@ -39,6 +39,8 @@ class Observation(msgspec.Struct, frozen=True):
         distances: (a point that it does not hit, how far it was from it); 0 is a hit, and points are compared with
             themselves only.
         missing: requirement that nothing triggered -> the conditions that were false when it was nearest to it.
+        margins: requirement -> its least margin, where something was compared.
+        unused: requirement that was triggered -> the alternatives of its response by which it never held.
         sim_s: simulated time (s).
         record_sha256: of its record.
         failed: requirements that it violates and that are not known to fail; then its faults.
@@ -52,6 +54,8 @@ class Observation(msgspec.Struct, frozen=True):
     hits: dict[str, tuple[Bin, ...]] = {}
     distances: tuple[tuple[Point, float], ...] = ()
     missing: dict[str, tuple[str, ...]] = {}
+    margins: dict[str, float] = {}
+    unused: dict[str, tuple[str, ...]] = {}
     sim_s: float = 0.0
     record_sha256: str = ""
     failed: tuple[str, ...] = ()
@@ -99,6 +103,8 @@ def observe(
         missing={
             verdict.requirement: verdict.nearest_miss.missing for verdict in result.verdicts if verdict.nearest_miss
         },
+        margins={verdict.requirement: verdict.margin for verdict in result.verdicts if verdict.margin is not None},
+        unused={verdict.requirement: verdict.unused for verdict in result.verdicts if verdict.triggers},
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
         failed=(*undeclared_violations(result, known_violations), *result.faults),

@@ -29,6 +29,12 @@ class ClosingPart(Part[ClosingOptions]):
             "S",
             f"closure: end the closing loop after S seconds, whatever is open (default {ClosingOptions.seconds})",
         ),
+        Value(
+            "close-search",
+            "N",
+            "closure: of the runs that are left, search in N for violations where margins are smallest "
+            "(default: a tenth of the runs made; 0: none)",
+        ),
         Value("close-without", "WAY[,...]", "closure: leave these ways of reaching points out, to see what they bring"),
     )
 
@@ -44,6 +50,7 @@ class ClosingPart(Part[ClosingOptions]):
             asked=close or NAME in named,
             given=close and any(name != NAME for name in named),
             runs=reader.integer("close_runs", ClosingOptions.runs, least=1) or 0,
+            search=reader.integer("close_search", None, least=0),
             seconds=reader.integer("close_seconds", ClosingOptions.seconds, least=1) or 0,
             without=tuple(_names(reader.text("close_without"))),
         )
@@ -55,7 +62,7 @@ class ClosingPart(Part[ClosingOptions]):
         """The budget, and the ways left out."""
         if reader.named("close"):
             yield "--hri-close"
-        for name in ("runs", "without"):
+        for name in ("runs", "search", "without"):
             value = reader.named(f"close_{name}")
             if value is not None:
                 yield f"--hri-close-{name}={value}"

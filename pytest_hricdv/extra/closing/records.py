@@ -7,12 +7,16 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord
+from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
 from pytest_hricdv.results.section import Section
 
 ClosingEnd = Literal["closed", "runs", "seconds", "nothing to try", "interrupted", "error"]
 """Why a loop ended: nothing is open, the budget has no runs or seconds left, no way knows a test, Ctrl-C, or an error
 of the loop itself, of which the notes of the suite say more."""
+
+RULE_OF_THREE = 3.0
+"""-ln(0.05), rounded up: where n runs had no success, a run has one with less than 3/n (95 % confidence); of the paper
+that `evidence` names."""
 
 Probability = Annotated[int, Meta(ge=0, le=1)] | Annotated[float, Meta(ge=0, le=1)]
 
@@ -130,6 +134,43 @@ class GoodTuring(PlainRecord, frozen=True, kw_only=True):
     points: NotNegative
 
 
+class NearestRun(PlainRecord, frozen=True, kw_only=True):
+    """How near runs came to violating a requirement.
+
+    Args:
+        margin: the least one of all runs, in its unit; None where nothing was compared.
+        spread: by how much the least margins of runs differ, in the same unit.
+        test: the id of the test that had the least margin; empty where none had one.
+        runs: so many triggered it.
+        searched: so many runs were made to violate it.
+        never_decisive: the alternatives of its response by which it never held.
+    """
+
+    requirement: str
+    margin: Number | None
+    spread: NotNegative | None
+    test: str
+    runs: Count
+    searched: Count
+    never_decisive: Names = ()
+
+
+class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
+    """How many kinds of violations a further run would find (Good-Turing, as `GoodTuring`).
+
+    Args:
+        kinds: of violations that are not known, in all runs.
+        once: so many of them in exactly one run.
+        runs: that came to their end.
+        new: once / runs: how many further kinds a further run is expected to show.
+    """
+
+    kinds: Count
+    once: Count
+    runs: Count
+    new: NotNegative
+
+
 class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     """The result of a closing loop. Bounds and estimates are as if runs were independent.
 
@@ -144,8 +185,11 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
         ways: what each way has brought.
         growth: the runs that hit new points, in order.
         violations: of each kind that a run had, those that are not known first.
-        nearest: tests that came nearest to an open point and are in no suite: id -> text, as `--hri-suite=FILE` reads
-            it.
+        searched: so many of the runs searched for violations.
+        near: of each requirement that a run triggered, how near runs came to violating it.
+        kinds_left: how many further kinds of violations there probably are; None without runs.
+        nearest: tests that came nearest to an open point, or to a violation, and are in no suite: id -> text, as
+            `--hri-suite=FILE` reads it.
     """
 
     suite: str
@@ -164,6 +208,9 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     impossible: tuple[ImpossiblePoint, ...]
     open: tuple[OpenPoint, ...]
     violations: tuple[ViolationKind, ...] = ()
+    searched: Count = 0
+    near: tuple[NearestRun, ...] = ()
+    kinds_left: ViolationEstimate | None = None
     nearest: Mapping[str, str] = {}
 
 

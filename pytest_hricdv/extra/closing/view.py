@@ -5,8 +5,29 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult, GoodTuring, GrowthStep, OpenPoint, ViolationKind
-from pytest_hricdv.report.formatting import Line, Style, and_more, pad, percent, plural, quantity, seconds
+from pytest_hricdv.extra.closing.records import (
+    CLOSING,
+    RULE_OF_THREE,
+    ClosingResult,
+    GoodTuring,
+    GrowthStep,
+    NearestRun,
+    OpenPoint,
+    ViolationEstimate,
+    ViolationKind,
+)
+from pytest_hricdv.report.formatting import (
+    Line,
+    Style,
+    and_more,
+    by_requirement,
+    pad,
+    percent,
+    plural,
+    quantity,
+    seconds,
+)
+from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
@@ -16,6 +37,9 @@ _MAX_OPEN = 9
 
 _MAX_VIOLATIONS = 5
 """In the terminal, of a line each; chosen: those that are not known come first, the report has all."""
+
+_MAX_NEAR = 3
+"""In the terminal, in one line; chosen: the report has all."""
 
 _KINDS = {"verdict": "verdicts", "branch": "branches"}
 _ENDED = {
@@ -50,6 +74,9 @@ class ClosingView(View):
         for text in notes(result):
             yield Line(f"  {text}", "dim")
         yield from _violations(result)
+        nearest = ", ".join(near_text(near, report) for near in nearest_first(result)[:_MAX_NEAR])
+        if nearest:
+            yield Line(visible(f"  nearest to a violation: {nearest}"), "dim")
         for point in _shown(result.open):
             yield Line(visible(f"  open: {point_text(point.point)}: {evidence_text(point)}"), "warn")
         if len(result.open) > _MAX_OPEN:
@@ -113,6 +140,34 @@ def notes(result: ClosingResult) -> Iterator[str]:
         yield f"{plural(result.erring, 'run')} came to no end"
     if result.good_turing is not None and result.open:
         yield _further(result.good_turing)
+    if result.searched:
+        yield f"{plural(result.searched, 'run')} of these searched for violations where margins were smallest"
+    if result.kinds_left is not None:
+        yield kinds_left_text(result.kinds_left)
+
+
+def kinds_left_text(estimate: ViolationEstimate) -> str:
+    """What a further run would probably find; runs of a loop are not independent, so it is an estimate."""
+    if not estimate.kinds:
+        bound = percent(100.0 * min(1.0, RULE_OF_THREE / estimate.runs))
+        return (
+            f"no new violation in {plural(estimate.runs, 'run')}: a further one has one with less than {bound} (95 %)"
+        )
+    share = f"{estimate.once} of {estimate.kinds} came once"
+    return f"a further run would find {quantity(estimate.new)} more kinds of violations (Good-Turing: {share})"
+
+
+def nearest_first(result: ClosingResult) -> list[NearestRun]:
+    """Requirements that are not violated, those first whose least margin is small beside how much margins differ."""
+    violated = {violation.requirement for violation in result.violations}
+    near = [run for run in result.near if run.requirement not in violated and run.margin is not None and run.spread]
+    return sorted(near, key=lambda run: ((run.margin or 0.0) / (run.spread or 1.0), by_requirement(run.requirement)))
+
+
+def near_text(near: NearestRun, report: Report) -> str:
+    """`R7 by 1.5 s (closure-x)`: how near a requirement came."""
+    margin = margin_text(near.margin or 0.0, margin_unit(report, near.requirement))
+    return f"{near.requirement} by {margin}"
 
 
 def _further(estimate: GoodTuring) -> str:
@@ -169,6 +224,10 @@ def page(report: Report) -> dict[str, Any] | None:
         "result": result,
         "headline": headline(result),
         "notes": [*notes(result)],
+        "near": [
+            (near, margin_text(near.margin, margin_unit(report, near.requirement)) if near.margin is not None else "-")
+            for near in sorted(result.near, key=lambda near: by_requirement(near.requirement))
+        ],
         "kinds": {kind_text(kind): count for kind, count in result.kinds.items()},
         "anchors": anchors,
         "open": [(point, kind_text(point.point[0]), point_text(point.point)) for point in result.open],

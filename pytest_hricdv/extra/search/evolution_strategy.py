@@ -19,7 +19,12 @@ from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, Parame
 from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler
 
-_PATIENCE = 8
+PATIENCE = 8
+"""So many steps without an improvement, and it is the next start's turn. Chosen."""
+
+FIRST_WIDTH = 0.1
+"""The first steps are of at most so large a share of a range. Chosen."""
+
 _WIDER, _NARROWER = 1.5, 1.5**-0.25  # with one success in five, the width stays the same
 _WIDTHS = (0.01, 0.5)
 _NEW_SAMPLE, _SIMPLE_VALUE = 0.1, 0.1  # shares of all changes; the rest are steps nearby
@@ -68,7 +73,7 @@ class _Individual:
     start: int
     test: ConcreteTest
     evaluation: Evaluation
-    width: float = 0.1
+    width: float = FIRST_WIDTH
     failures: int = 0
     """Steps in a row without an improvement."""
 
@@ -108,7 +113,7 @@ def search_violation(
 
 def _turn(individual: _Individual) -> tuple[int, float, int]:
     """The best one first, until it has not improved for a while."""
-    return individual.failures // _PATIENCE, individual.evaluation.objective, individual.start
+    return individual.failures // PATIENCE, individual.evaluation.objective, individual.start
 
 
 def _step(
@@ -121,8 +126,12 @@ def _step(
     if evaluation.objective <= before:  # an equal one is accepted, too, to cross plateaus
         individual.test, individual.evaluation = test, evaluation
     individual.failures = 0 if improved else individual.failures + 1
-    width = individual.width * (_WIDER if improved else _NARROWER)
-    individual.width = min(max(width, _WIDTHS[0]), _WIDTHS[1])
+    individual.width = next_width(individual.width, improved=improved)
+
+
+def next_width(width: float, *, improved: bool) -> float:
+    """The width of the next step: wider after an improvement."""
+    return min(max(width * (_WIDER if improved else _NARROWER), _WIDTHS[0]), _WIDTHS[1])
 
 
 def mutate(test: ConcreteTest, space: Concretization, step: float, rng: Random) -> ConcreteTest:

@@ -189,3 +189,84 @@ def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_se
     assert whole["closing"]["ended"] == "runs"
     assert any("15 beliefs beside" in note for note in whole["suites"][0]["generation"]["notes"])
     assert "disturbances" in whole["closing"]["ways"]
+
+
+LIFT = '''
+"""The lift of the hall."""
+
+from lamps.messages import Left
+
+ENTERS_S = 2.0
+
+
+def called(bus, clock, at_s):
+    """Somebody on another floor calls after a time: the lift leaves, whoever is in its door."""
+    clock.sleep(at_s)
+    bus.publish(Left(from_door_s=abs(at_s - ENTERS_S)))
+'''
+
+LEFT = '''
+
+@dataclass(frozen=True)
+class Left:
+    """The lift has left, so long before or after a robot was in its door (s)."""
+
+    from_door_s: float
+'''
+
+DOOR = """
+[R9]
+title = "The lift does not leave while a robot is in its door"
+formula = "always(on(left) -> left.from_door_s > 0.02)"
+"""
+
+
+def add_lift(project: pytest.Pytester) -> None:
+    """A lift that leaves as the robot enters, once in a hundred runs; nothing that is covered depends on it."""
+    (project.path / "lamps" / "lift.py").write_text(LIFT.lstrip("\n"), encoding="utf-8")
+    for name, text in (("lamps/messages.py", LEFT), ("requirements.toml", DOOR)):
+        path = project.path / name
+        path.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")
+    change(
+        project.path,
+        "conftest.py",
+        "import Answer, Greeting, Switched, Wish\n",
+        "import Answer, Greeting, Left, Switched, Wish\n",
+    )
+    change(project.path, "conftest.py", "messages=(Answer,", "messages=(Left, Answer,")
+    change(project.path, "conftest.py", "run={", 'run={"called_s": Range(0.0, 4.0, "s"), ')
+    spawned = '    run.kernel.spawn("guide",'
+    lift = (
+        "    from lamps.lift import called\n\n"
+        '    port, at_s = run.bus.port("lift"), run.test.run["called_s"]\n'
+        '    run.kernel.spawn("lift", run.measured(lambda: called(port, run.kernel, at_s)))\n'
+    )
+    change(project.path, "conftest.py", spawned, lift + spawned)
+
+
+@pytest.mark.slow
+def test_a_lift_that_leaves_as_the_robot_enters_is_found_by_the_search_after_closing(lamps: pytest.Pytester) -> None:
+    add_lift(lamps)
+    options = ("--hri-suite=closure", "--hri-close-runs=200", "-p", "no:cacheprovider")
+    closed = lamps.runpytest_inprocess(*options, "--hri-close-search=0")
+    before = report(lamps.path)["closing"]
+    assert closed.ret == 0
+    assert "violated" not in closed.stdout.str()
+    (lift,) = [near for near in before["near"] if near["requirement"] == "R9"]
+    assert lift["margin"] > 0.02
+    assert before["searched"] == lift["searched"] == 0
+    assert before["kinds_left"]["kinds"] == 0
+    closed.stdout.fnmatch_lines(["  no new violation in * runs: a further one has one with less than * (95 %)"])
+    searched = lamps.runpytest_inprocess(*options, "--hri-close-search=150")
+    after = report(lamps.path)["closing"]
+    assert searched.ret == 1
+    assert after["ended"] == before["ended"] == "closed"
+    assert after["runs"] <= 200
+    assert after["searched"] == after["runs"] - before["runs"] == after["ways"]["violations"]["runs"]
+    (kind,) = [violation for violation in after["violations"] if not violation["known"]]
+    assert kind["requirement"] == "R9"
+    failed = [test["id"] for test in report(lamps.path)["tests"] if test["outcome"] == "failed"]
+    assert failed == [kind["test"]]
+    hashes = {test["id"]: test["record_sha256"] for test in report(lamps.path)["tests"]}
+    lamps.runpytest_inprocess(*options, "--hri-close-search=150", *A_WORKER)
+    assert hashes == {test["id"]: test["record_sha256"] for test in report(lamps.path)["tests"]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -89,3 +90,40 @@ def test_a_report_without_a_loop_says_nothing_of_it() -> None:
     report = sample.report()
     assert "Closing" not in Page(html.page(report)[0]).words
     assert not [line for line in terminal.summary(report, Path("out"), 80) if "closing" in line.text]
+
+
+NEAR = {
+    "searched": 40,
+    "near": [
+        {"requirement": "R1", "margin": 4.0, "spread": 5.0, "test": "closure-x", "runs": 90, "searched": 2},
+        {"requirement": "R2", "margin": 0.25, "spread": 50.0, "test": "closure-near", "runs": 300, "searched": 30},
+        {"requirement": "R3", "margin": None, "spread": None, "test": "", "runs": 7, "searched": 8}
+        | {"never_decisive": ["on(<b>late</b>)"]},
+        {"requirement": "R4", "margin": -1.0, "spread": 2.0, "test": "closure-x", "runs": 9, "searched": 0},
+    ],
+    "kinds_left": {"kinds": 9, "once": 2, "runs": 400, "new": 0.005},
+}
+
+
+def with_near(**changed: object) -> dict[str, Any]:
+    return DATA | {"closing": sample_sections.CLOSING | NEAR | changed}
+
+
+def test_the_summary_says_what_came_nearest_and_what_a_further_run_would_find() -> None:
+    SCHEMA.validate(with_near())
+    lines = [line.text for line in terminal.summary(sample.typed(with_near()), Path("out"), 120)]
+    assert "  40 runs of these searched for violations where margins were smallest" in lines
+    assert "  a further run would find 0.005 more kinds of violations (Good-Turing: 2 of 9 came once)" in lines
+    (nearest,) = [line for line in lines if line.startswith("  nearest to a violation: ")]
+    assert re.fullmatch(r"  nearest to a violation: R2 by 0\.25\b.*, R1 by 4\b.*", nearest)  # R4 is violated
+    none = with_near(kinds_left={"kinds": 0, "once": 0, "runs": 300, "new": 0.0})
+    lines = [line.text for line in terminal.summary(sample.typed(none), Path("out"), 120)]
+    assert "  no new violation in 300 runs: a further one has one with less than 1.0 % (95 %)" in lines
+
+
+def test_the_page_has_how_near_each_requirement_came() -> None:
+    words = " ".join(Page(html.page(sample.typed(with_near()))[0]).words.split())
+    assert "How near requirements came 4 requirements" in words
+    assert "300 30 closure-near" in words
+    assert "R3 - - 7 8 on( late )" not in words
+    assert "on(<b>late</b>)" in words

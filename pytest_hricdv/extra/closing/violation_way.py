@@ -1,0 +1,136 @@
+"""The way `violations`: varies the parameters of the runs that came nearest to violating a requirement.
+
+It is the search of `pytest_hricdv.extra.search`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of
+the loop, and a generation at a time. It aims at the requirements that are not violated, those first that came nearest;
+and at alternatives of a response that never were decisive, of which no distance is known: there it varies widely.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from random import Random
+
+from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.extra.closing.archive import Archive, Entry
+from pytest_hricdv.extra.closing.violations import NEW
+from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.extra.search.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
+from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.concrete import Concretization, concretize, values_of
+
+NAME = "violations"
+
+STARTS = 5
+"""So many runs are varied for a requirement, one after the other. As of `pytest_hricdv.extra.search.searching`."""
+
+WIDE = 0.5
+"""Where nothing says what is nearer, parameters change by up to half of their ranges. Chosen; its effect was not
+measured."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What is searched for: a violation of a requirement, or that a part of it decides once.
+
+    Args:
+        target: of the proposals for it.
+        starts: the runs that are varied, the nearest first.
+        share: how near it is: its least margin, in proportion to how much margins of runs differ; 1 of what has none,
+            infinite where they are all the same.
+        margin: whether runs have one, which is made smaller.
+    """
+
+    target: Point
+    starts: Sequence[Entry]
+    share: float = 1.0
+    margin: bool = False
+
+
+class ViolationWay:
+    """See the module.
+
+    Args:
+        requirements: their ids, in order.
+        space: the ranges of all parameters.
+    """
+
+    name = NAME
+
+    def __init__(self, requirements: Sequence[str], space: Concretization) -> None:
+        self._requirements = tuple(requirements)
+        self._space = space
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """See `Way`."""
+        aims = [*self._aims(archive)]
+        failures, widths = {}, {}
+        for aim in aims:
+            failures[aim.target], widths[aim.target] = _progress(archive, aim)
+        proposals: list[Proposal] = []
+        used = Counter[Point]()
+        while aims and len(proposals) < count:
+            # The nearest first, until it has not come nearer for a while; two of a generation for one aim.
+            aim = min(aims, key=lambda aim: (used[aim.target] // 2, failures[aim.target] // PATIENCE, aim.share))
+            start = aim.starts[(failures[aim.target] // PATIENCE) % len(aim.starts)]
+            draft = self._varied(start, widths[aim.target], rng)
+            if draft is None:
+                aims.remove(aim)  # none of its parameters can have another value
+                continue
+            used[aim.target] += 1
+            proposals.append(Proposal(draft, NAME, (aim.target,)))
+        return proposals
+
+    def _varied(self, start: Entry, width: float, rng: Random) -> Draft | None:
+        test = start.test
+        before = concretize(test, self._space)
+        after = mutate(before, self._space, width, rng)
+        if after == before:
+            return None
+        values = values_of(after)
+        return Draft(test.target, test.beliefs, test.lines, test.plans, values=values, seed=test.seed, after=test.after)
+
+    def _aims(self, archive: Archive) -> Iterator[Aim]:
+        violated = {point[1] for point in archive.hit_by if point[0] == NEW}
+        for name in self._requirements:
+            runs = [entry for entry in archive.entries if name in entry.observation.unused]
+            if name in violated or not runs:
+                continue
+            margins = {entry.number: entry.observation.margins.get(name, math.inf) for entry in runs}
+            nearest = sorted(runs, key=lambda entry: (margins[entry.number], -entry.number))
+            finite = [margin for margin in margins.values() if margin < math.inf]
+            yield Aim((NEW, name), nearest[:STARTS], _share(finite), margin=bool(finite))
+            for part in never_decisive(archive, name):
+                yield Aim(("part", name, part), nearest[:STARTS])
+
+
+def _share(margins: Sequence[float]) -> float:
+    if not margins:
+        return 1.0
+    spread = max(margins) - min(margins)
+    return max(min(margins), 0.0) / spread if spread > 0.0 else math.inf
+
+
+def never_decisive(archive: Archive, requirement: str) -> tuple[str, ...]:
+    """The alternatives of a requirement's response by which it never held, in any run that triggered it."""
+    unused = [
+        entry.observation.unused[requirement] for entry in archive.entries if requirement in entry.observation.unused
+    ]
+    first, *others = unused or [()]
+    return tuple(part for part in first if all(part in parts for parts in others))
+
+
+def _progress(archive: Archive, aim: Aim) -> tuple[int, float]:
+    """So many runs for an aim, the last ones, came no nearer; and how wide the next one varies."""
+    name, least = aim.target[1], math.inf
+    failures, width = 0, FIRST_WIDTH if aim.margin else WIDE
+    for entry in archive.entries:
+        margin = entry.observation.margins.get(name, math.inf)
+        if entry.way == NAME and aim.target in entry.targets:
+            improved = margin < least
+            failures = 0 if improved else failures + 1
+            width = next_width(width, improved=improved) if aim.margin else WIDE
+        least = min(least, margin)
+    return failures, width

@@ -1,0 +1,220 @@
+"""The search for violations after a loop: what it aims at, how many runs it has, and what is said of further ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from random import Random
+
+import pytest
+
+from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.loop import GENERATION, STALLED, Loop, OnlineWeights, searched
+from pytest_hricdv.extra.closing.nearness import nearest_runs, violation_estimate
+from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.records import NearestRun, ViolationEstimate
+from pytest_hricdv.extra.closing.violation_way import NAME, ViolationWay, never_decisive
+from pytest_hricdv.extra.closing.violations import NEW
+from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.extra.search import Budget
+from pytest_hricdv.generate.abstract import AbstractTest, Draft
+from pytest_hricdv.generate.concrete import Concretization, concretize
+from pytest_hricdv.generate.sampler import Range
+
+SPACE = Concretization(commands={"enter": {"at_s": Range(0.0, 60.0, "s")}, "wait": {}}, run={})
+LEAVES_S, DOOR_S = 41.0, 0.5
+"""The lift leaves then, and a robot is in its door for so long before and after it has entered."""
+
+
+def at_s(test: AbstractTest) -> float:
+    return concretize(test, SPACE).actions[0].parameters["at_s"]
+
+
+def entering(test: AbstractTest) -> Observation:
+    """R1: the lift does not leave while the robot is in its door. R2 is near to nothing, R3 compares nothing."""
+    margin = abs(at_s(test) - LEAVES_S) - DOOR_S
+    violated = [(NEW, "R1", "in the door", "", "")] if margin < 0.0 else []
+    return Observation(
+        test.to_data(),
+        points=(("entered",), *violated),
+        margins={"R1": margin, "R2": 100.0 + at_s(test)},
+        unused={"R1": (), "R2": (), "R3": ("early", "late") if at_s(test) < 55.0 else ("early",)},
+        sim_s=1.0,
+    )
+
+
+@dataclass
+class Enters:
+    """A way that proposes the same draft as often as it is asked to."""
+
+    lines: tuple[str, ...] = ("enter",)
+    name: str = "enters"
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """See `Way`."""
+        return [Proposal(Draft("one", (), self.lines), self.name) for _ in range(count)]
+
+
+@dataclass
+class Runs:
+    """Runs tests, forwards or backwards, and keeps how many at a time."""
+
+    yields: Callable[[AbstractTest], Observation] = entering
+    backwards: bool = False
+    sizes: list[int] = field(default_factory=list)
+
+    def __call__(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
+        """See `Runner`."""
+        self.sizes.append(len(tests))
+        observed = [(number, self.yields(test)) for number, test in enumerate(tests)]
+        return reversed(observed) if self.backwards else observed
+
+
+def closed(runs: int, search: int | None, runner: Runs | None = None, seed: int = 0) -> Archive:
+    """The archive of a loop that is closed by its first generation, and of the search after it."""
+    archive = Archive([("entered",)])
+    way = ViolationWay(("R1", "R2", "R3"), SPACE)
+    whole = Loop(archive, [Enters()], runner or Runs(), seed, Budget(runs), searcher=way)
+    assert searched(whole, whole.run(), search) == "closed"
+    return archive
+
+
+def of(archive: Archive, requirement: str) -> int:
+    """How many runs searched for a violation of it."""
+    return sum((NEW, requirement) in entry.targets for entry in archive.entries if entry.way == NAME)
+
+
+def is_violated(archive: Archive) -> bool:
+    return any(point[0] == NEW for point in archive.best)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_closing_has_not_shown_a_search_after_it_shows(seed: int) -> None:
+    found = closed(400, 150, seed=seed)
+    assert is_violated(found)
+    assert of(found, "R1") < 60
+    without = closed(400, 0, seed=seed)
+    assert [entry.way for entry in without.entries] == ["enters"] * GENERATION
+
+
+def test_the_result_does_not_depend_on_the_order_in_which_runs_end() -> None:
+    forwards, backwards = closed(400, 80), closed(400, 80, Runs(backwards=True))
+    assert [entry.observation for entry in forwards.entries] == [entry.observation for entry in backwards.entries]
+    assert [entry.test.id for entry in forwards.entries] == [entry.test.id for entry in backwards.entries]
+
+
+@pytest.mark.parametrize(
+    ("runs", "search", "made"),
+    [(400, None, GENERATION), (400, 30, 30), (12, None, 4), (12, 30, 4), (8, None, 0), (400, 0, 0)],
+)
+def test_a_search_has_a_tenth_of_the_runs_made_and_none_but_those_left(
+    runs: int, search: int | None, made: int
+) -> None:
+    assert len(closed(runs, search).entries) == GENERATION + made
+
+
+def test_a_tenth_of_many_runs_is_more_than_a_generation() -> None:
+    budget = Budget(1000)
+    budget.used = 300
+    archive = Archive([])
+    archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
+    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationWay(("R3",), SPACE))
+    assert searched(loop, "closed", None) == "closed"
+    assert budget.used == 330
+
+
+def test_a_loop_that_ended_early_is_not_followed_by_a_search() -> None:
+    budget = Budget(100)
+    archive = Archive([("never",)])
+    archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
+    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationWay(("R1",), SPACE))
+    for ended in ("runs", "seconds", "interrupted", "error"):
+        assert searched(loop, ended, 20) == ended  # type: ignore[arg-type]
+    assert budget.used == 0
+
+
+def test_a_requirement_that_is_violated_is_not_searched_any_more() -> None:
+    archive = closed(400, 150)
+    first = next(
+        entry.number for entry in archive.entries if any(point[0] == NEW for point in entry.observation.points)
+    )
+    after = [entry for entry in archive.entries if entry.number >= first + GENERATION]
+    assert after
+    assert not any((NEW, "R1") in entry.targets for entry in after)
+
+
+def test_what_was_never_decisive_is_aimed_at_until_it_is() -> None:
+    archive = closed(400, 150)
+    aimed = [entry.targets[0][2] for entry in archive.entries if entry.targets and entry.targets[0][0] == "part"]
+    assert set(aimed) == {"early", "late"}
+    assert never_decisive(archive, "R3") == ("early",)
+    last = max(entry.number for entry in archive.entries if ("part", "R3", "late") in entry.targets)
+    assert "early" in {entry.targets[0][-1] for entry in archive.entries[last:]}
+
+
+def test_values_stay_in_their_ranges_and_other_chance_as_it_was() -> None:
+    archive = closed(400, 100)
+    seeds = {entry.test.seed for entry in archive.entries if entry.way != NAME}
+    for entry in archive.entries:
+        assert 0.0 <= at_s(entry.test) <= 60.0
+        assert entry.test.seed in seeds
+
+
+def test_where_no_parameter_can_have_another_value_nothing_is_searched() -> None:
+    archive = Archive([("entered",)])
+
+    def yields(test: AbstractTest) -> Observation:
+        return Observation(
+            test.to_data(), points=(("entered",),), margins={"R1": 1.0}, unused={"R1": ("a",)}, sim_s=1.0
+        )
+
+    loop = Loop(archive, [Enters(("wait",))], Runs(yields), 0, Budget(400), searcher=ViolationWay(("R1",), SPACE))
+    assert searched(loop, loop.run(), 50) == "closed"
+    assert len(archive.entries) == GENERATION
+
+
+def test_a_quarter_of_the_runs_searches_while_nothing_pays() -> None:
+    runner = Runs()
+    archive = Archive([("entered",), ("never",)])
+    loop = Loop(archive, [Enters()], runner, 0, Budget(STALLED + 5 * GENERATION), searcher=ViolationWay(("R3",), SPACE))
+    assert loop.run() == "runs"
+    searching = [entry.number for entry in archive.entries if entry.way == NAME]
+    assert min(searching) >= STALLED
+    by_generation = [sum(number // GENERATION == place for number in searching) for place in range(15)]
+    assert set(by_generation) <= {0, GENERATION // 4}
+    assert by_generation[-1] == GENERATION // 4
+    assert set(runner.sizes) == {GENERATION}
+
+
+def test_the_nearest_run_is_that_of_the_least_margin_beside_how_much_margins_differ() -> None:
+    archive = Archive([])
+    for margin, unused in ((3.0, ("a", "b")), (1.0, ("a",)), (1.0, ("a", "b"))):
+        number = len(archive.entries)
+        test = AbstractTest(f"t{number}", "s", "t", (), ("enter",))
+        archive.add(Observation(test.to_data(), margins={"R1": margin}, unused={"R1": unused, "R2": ()}), way="model")
+    r1, r2 = nearest_runs(archive, {2}, ())
+    assert r1 == NearestRun(
+        requirement="R1", margin=1.0, spread=2.0, test="t2", runs=3, searched=0, never_decisive=("a",)
+    )
+    assert (r2.margin, r2.spread, r2.test, r2.runs) == (None, None, "", 3)
+    assert next(nearest_runs(archive, (), {1, 2})).margin == 3.0
+
+
+@pytest.mark.parametrize(
+    ("kinds", "expected"),
+    [
+        ([], None),
+        ([(), ()], ViolationEstimate(kinds=0, once=0, runs=2, new=0.0)),
+        ([("a",), ("a", "b"), ("c",), ()], ViolationEstimate(kinds=3, once=2, runs=4, new=0.5)),
+    ],
+)
+def test_kinds_that_came_once_say_how_many_are_left(
+    kinds: Sequence[Sequence[str]], expected: ViolationEstimate | None
+) -> None:
+    archive = Archive([])
+    for number, names in enumerate(kinds):
+        test = AbstractTest(f"t{number}", "s", "t", (), ("enter",))
+        points = [(NEW, name, "", "", "") for name in names]
+        archive.add(Observation(test.to_data(), points=(("known violation", "R9", "", "", ""), *points)))
+    archive.add(Observation(AbstractTest("e", "s", "t", (), ("enter",)).to_data(), error="it broke"))
+    assert violation_estimate(archive, ()) == expected
