@@ -235,6 +235,7 @@ def add_lift(project: pytest.Pytester) -> None:
     )
     change(project.path, "conftest.py", "messages=(Answer,", "messages=(Left, Answer,")
     change(project.path, "conftest.py", "run={", 'run={"called_s": Range(0.0, 4.0, "s"), ')
+    change(project.path, "lamps/guide.py", '\n\ndef serviced():\n    return "by hand"\n', "")
     spawned = '    run.kernel.spawn("guide",'
     lift = (
         "    from lamps.lift import called\n\n"
