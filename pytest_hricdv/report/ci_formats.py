@@ -1,12 +1,13 @@
-"""A report in the formats of CI services: markdown for a job's summary, GitHub's annotations, JUnit properties."""
+"""A report in the formats of CI services: markdown for a job's summary, JUnit properties."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import MAX_LINE, cut, visible
 from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.records import CodeCoverage, PlanCoverage
 from pytest_hricdv.report import behaviour_view, totals
 from pytest_hricdv.report.explanation import instructions_of
+from pytest_hricdv.report.failing_tests import MOST_ROWS, FailingTests
 from pytest_hricdv.report.formatting import by_requirement, fit, percent, plural, seconds, share
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.markdown_text import escaped
@@ -14,16 +15,10 @@ from pytest_hricdv.report.view import views
 from pytest_hricdv.report.violation_lines import failed_in_order, violation_line
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
-MAX_ANNOTATIONS = 10
-"""GitHub shows ten of a kind per step."""
-
-Place = tuple[str, int]
-"""A file, relative to the repository's root, and a line from 1."""
-
 _MAX_FAILURES = 10
-"""In the markdown of a job's summary; chosen, as are annotations: who has more opens the report."""
+"""In the markdown of a job's summary; chosen, as is GitHub's limit of annotations: who has more opens the report."""
 _MAX_SECTION_BYTES = 200_000
-"""Of each of the summary's five sections (chosen: together they stay below GitHub's limit of 1 MiB)."""
+"""Of each of the summary's six sections (chosen: together they stay below GitHub's limit of 1 MiB)."""
 _MAX_GAP_COLUMNS = 200
 """Of an entry with what is not covered; chosen: two or three lines of a browser."""
 
@@ -34,8 +29,8 @@ def markdown(report: Report) -> str:
     Names in it cannot break its tables, and it stays below GitHub's limit of 1 MiB, whatever a report has.
     """
     lines: list[str] = []
-    for part in (_head(report), _requirements(report), _coverage(report), _failures(report), _gaps(report)):
-        section = [*_fitting(part)]
+    for part in (_head, _causes, _requirements, _coverage, _failures, _gaps):
+        section = [*_fitting(part(report))]
         if section:
             lines += [*section, ""]
     return "\n".join(lines)
@@ -58,26 +53,6 @@ def _fitting(lines: Iterator[str]) -> Iterator[str]:
             fence = "" if line == fence else fence
         elif line.startswith("```") and line.endswith("`text"):
             fence = line.removesuffix("text")
-
-
-def annotations(report: Report, places: Mapping[str, Place]) -> tuple[str, ...]:
-    """Failures as GitHub's workflow commands: GitHub shows them beside the test in a pull request.
-
-    Format: GitHub Actions, "Workflow commands", `::error file=...,line=...,title=...::text`.
-
-    Args:
-        report: of the session.
-        places: node id -> file and line of its test function.
-
-    Returns:
-        A line for each requirement that was violated, for tests in error or with a fault, and for each gate that
-        failed; at most `MAX_ANNOTATIONS`.
-    """
-    commands = [*_violation_annotations(report, places), *_test_annotations(report, places), *_gate_annotations(report)]
-    if len(commands) > MAX_ANNOTATIONS:
-        rest = len(commands) - MAX_ANNOTATIONS + 1
-        commands[MAX_ANNOTATIONS - 1 :] = [_annotation("", f"and {plural(rest, 'more failure')}", "see the report", {})]
-    return tuple(commands)
 
 
 def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, str], ...]:
@@ -147,6 +122,28 @@ def _head(report: Report) -> Iterator[str]:
         yield from (f"\n{_escaped(text)}" for text in view.markdown(report))
 
 
+def _causes(report: Report) -> Iterator[str]:
+    """What tests fail for: of each cause what the terminal says, and its tests."""
+    failing = FailingTests.of(report)
+    if failing.causes is None:
+        return
+    yield f"### {_escaped(failing.causes.headline)}"
+    yield ""
+    for cause, nodeids in failing.groups:
+        if cause is None:
+            continue
+        yield f"**{_escaped(cause.title)}**"
+        yield ""
+        yield from _fenced([line.text for line in cause.lines[1:]])
+        if len(nodeids) > 1:
+            yield f"<details><summary>{plural(len(nodeids), 'test')}</summary>"
+            yield ""
+            yield from _fenced([line.text.strip() for line in failing.rows(nodeids[:MOST_ROWS])])
+            yield "</details>"
+        yield ""
+    yield _escaped(failing.causes.remark)
+
+
 def _requirements(report: Report) -> Iterator[str]:
     for suite in report.suites:
         yield f"### Suite {_escaped(suite.name)}, seed {suite.seed}: {totals.tests_text(report, suite)}"
@@ -193,7 +190,11 @@ def _cross(cross: CrossCoverage) -> str:
 
 
 def _failures(report: Report) -> Iterator[str]:
-    failed = [test for test in report.tests if test.fails]
+    examples = FailingTests.of(report).examples
+    failed = sorted(
+        (test for test in report.tests if test.fails),
+        key=lambda test: examples.index(test.nodeid) if test.nodeid in examples else len(examples),
+    )
     if not failed:
         return
     yield f"### {plural(len(failed), 'failure')}"
@@ -250,52 +251,6 @@ def _escaped(text: str) -> str:
 
 def _backquotes(line: str) -> list[str]:
     return "".join(char if char == "`" else " " for char in line).split()
-
-
-def _violation_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
-    for name in sorted(report.requirements, key=by_requirement):
-        failed = [test for test in report.tests if test.fails and test.violates(name)]
-        failed = [test for test in failed if not totals.is_tolerated(report, name, test)]
-        if not failed:
-            continue
-        worst = min(failed, key=lambda test: (test.requirements[name].margin or 0.0, test.id))
-        violations = sorted(worst.requirements[name].violations, key=lambda violation: not violation.outside)
-        unit = margin_unit(report, name)
-        first = [violation_line(violation, report.units or {}, unit) for violation in violations[:1]]
-        lines = [report.requirements[name].title, f"worst is {worst.id}", *first, *instructions_of(report, worst)]
-        yield _annotation(worst.nodeid, f"{name} failed in {plural(len(failed), 'test')}", "\n".join(lines), places)
-
-
-def _test_annotations(report: Report, places: Mapping[str, Place]) -> Iterator[str]:
-    errors = [(test, test.failure.strip().splitlines()[:1]) for test in report.tests if test.outcome == "error"]
-    faults = [(test, test.faults) for test in report.tests if test.faults]
-    for tests, ended in ((errors, "in error"), (faults, "with a fault")):
-        if tests:
-            first, texts = tests[0]
-            lines = [f"first is {first.id}", *texts, *instructions_of(report, first)]
-            yield _annotation(first.nodeid, f"{plural(len(tests), 'test')} {ended}", "\n".join(lines), places)
-
-
-def _gate_annotations(report: Report) -> Iterator[str]:
-    for text in totals.failed_gates(report):
-        yield _annotation("", "gate failed", text, {})
-
-
-def _annotation(nodeid: str, title: str, text: str, places: Mapping[str, Place]) -> str:
-    parameters = {"title": f"hri: {title}"}
-    if nodeid in places:
-        file, line = places[nodeid]
-        parameters = {"file": file, "line": str(line)} | parameters
-    properties = ",".join(f"{key}={_annotation_property(value)}" for key, value in parameters.items())
-    return f"::error {properties}::{_annotation_text(text)}"
-
-
-def _annotation_text(text: str) -> str:
-    return visible(cut(text, 2 * MAX_LINE), keep="\n").replace("%", "%25").replace("\n", "%0A")
-
-
-def _annotation_property(text: str) -> str:
-    return _annotation_text(text).replace(":", "%3A").replace(",", "%2C")
 
 
 def _suite_figures(suite: SuiteResult) -> Iterator[tuple[str, object]]:

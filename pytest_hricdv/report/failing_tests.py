@@ -80,7 +80,7 @@ class FailingTests:
             elif self.causes is not None:
                 yield Line(f"{plural(len(nodeids), 'more test')} failed", "bad")
             if len(self.tests) > 1:
-                yield from self._rows(nodeids[:room], columns)
+                yield from self.rows(nodeids[:room], columns)
                 room = max(0, room - len(nodeids))
         yield from self._replays(columns)
         if not all_rows and len(self.tests) > MOST_ROWS:
@@ -88,7 +88,7 @@ class FailingTests:
         if self.causes is not None and self.causes.remark:
             yield from (Line(line, "dim") for line in _wrapped(self.causes.remark, columns))
 
-    def _rows(self, nodeids: Sequence[str], columns: int | None) -> Iterator[Line]:
+    def rows(self, nodeids: Sequence[str], columns: int | None = None) -> Iterator[Line]:
         """`id  R29 R21  replay`: nothing that tells tests apart is cut, and commands are whole or not there."""
         tests = [self.tests[nodeid] for nodeid in nodeids]
         if not tests:

@@ -42,13 +42,19 @@ class FailureCause:
 
     Args:
         label: what a line on a test calls it, as `cause 1`.
-        lines: what the terminal says of it.
+        title: a line that stands alone.
+        lines: what the terminal says of it, the title first.
         tests: node ids, the best example first.
+        place: the file and line of the code where it probably is; None where nobody knows.
+        is_known: all of its violations are known ones.
     """
 
     label: str
+    title: str
     lines: tuple[Line, ...]
     tests: tuple[str, ...]
+    place: tuple[str, int] | None = None
+    is_known: bool = False
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,11 @@ import pytest
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
+from pytest_hricdv.report.annotations import Place, annotation_commands
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
+from pytest_hricdv.session.junit_causes import tell_causes
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.usage import usage_error
 
@@ -52,7 +54,7 @@ class Exporting:
         self._config = config
         self._reporting = reporting
         self._targets = targets
-        self._places: dict[str, ci_formats.Place] = {}
+        self._places: dict[str, Place] = {}
         self._notes: list[str] = []
         self._problems: list[str] = []
 
@@ -93,7 +95,7 @@ class Exporting:
         for problem in self._problems:
             terminalreporter.write_line(visible(f"FAILED {problem}"), red=True, bold=True)
         if self._targets.github and self._reporting.report is not None:
-            for annotation in ci_formats.annotations(self._reporting.report, self._places):
+            for annotation in annotation_commands(self._reporting.report, self._places, self._in_repository):
                 terminalreporter.write_line(annotation)
 
     def _export(self, report: Report) -> None:
@@ -109,6 +111,7 @@ class Exporting:
             if hasattr(plugin, "add_global_property"):
                 for name, value in ci_formats.junit_suite_properties(report):
                     plugin.add_global_property(name, value)
+                tell_causes(report, getattr(plugin, "node_reporters_ordered", ()))
 
     def _in_repository(self, file: str) -> str:
         """A file's name as GitHub expects it: relative to the checked-out repository, with slashes."""

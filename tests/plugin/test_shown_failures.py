@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
+
 import pytest
 
 from tests.plugin.project import A_WORKER, change, report
@@ -60,6 +62,31 @@ def test_services_read_the_cause_in_the_short_summary(bright: pytest.Pytester, m
     assert len(lines) == 24
     assert all(line.endswith("by 20 % (cause 1)") for line in lines)
     assert result.outlines.index(lines[0]) == len(result.outlines) - 25
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "worker"])
+def test_github_and_junit_read_causes(
+    bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
+) -> None:
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(bright.path / "summary.md"))
+    monkeypatch.setenv("GITHUB_WORKSPACE", str(bright.path.parent))
+    result = bright.runpytest_inprocess(*SUITE, "--junitxml=junit.xml", *options)
+    annotations = [line for line in result.outlines if line.startswith("::error")]
+    (cause,) = report(bright.path)["causes"]
+    place = cause["places"][0]
+    file = f"{bright.path.name}/{place['file']}"
+    title = f"hri%3A cause 1 ({cause['id']})%3A"
+    assert annotations[0].startswith(f"::error file={file},line={place['line']},title={title}")
+    assert len([line for line in annotations if "gate failed" not in line]) == 1
+    assert "### 24 tests fail for 1 cause" in (bright.path / "summary.md").read_text(encoding="utf-8")
+    root = ET.parse(bright.path / "junit.xml").getroot()
+    failures = list(root.iter("failure"))
+    assert len(failures) == 24
+    assert all(failure.attrib["message"].endswith("by 20 % (cause 1)") for failure in failures)
+    assert all((failure.text or "").startswith(failure.attrib["message"]) for failure in failures)
+    assert len([entry for entry in root.iter("property") if entry.attrib["name"] == "hri.cause"]) == 24
 
 
 @pytest.mark.slow

@@ -12,7 +12,8 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.report import ci_formats
-from pytest_hricdv.report.ci_formats import MAX_ANNOTATIONS, Place, junit_properties
+from pytest_hricdv.report.annotations import MAX_ANNOTATIONS, Place, annotation_commands
+from pytest_hricdv.report.ci_formats import junit_properties
 from tests.report import sample, sample_tests
 
 
@@ -34,7 +35,7 @@ def markdown(data: dict[str, Any]) -> str:
 
 
 def annotations(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
-    return ci_formats.annotations(sample.typed(data), places)
+    return annotation_commands(sample.typed(data), places)
 
 
 def test_it_has_verdicts_coverage_and_what_failed() -> None:
@@ -157,6 +158,64 @@ def test_faults_are_in_the_summary_the_annotations_and_the_properties() -> None:
     assert "- the run ended at its time limit of 60 s\n" in text
     test = sample.typed(report).tests[0]
     assert ("hri.fault", "the run ended at its time limit of 60 s") in junit_properties(test, "legs")
+
+
+CAUSES: list[dict[str, Any]] = [
+    {
+        "id": "3f2a91bc",
+        "requirements": ["R1"],
+        "tests": [],
+        "state": "release_all",
+        "minimal": ["tell leg", "receivesignal"],
+        "places": [{"file": "controller/states.py", "line": 58, "function": "discard", "score": 0.9, "text": "*y*"}],
+        "decides": "passes when she steps in 2.1 s later",
+    },
+    {"id": "00000002", "requirements": ["R3"], "tests": [], "is_known": True},
+]
+
+
+def test_each_cause_is_annotated_once_at_its_place_in_the_code() -> None:
+    report = _failing("R1", "R2")
+    ids = [test["id"] for test in report["tests"]]
+    report["causes"] = [CAUSES[0] | {"tests": ids[:1]}, CAUSES[1] | {"tests": ids[1:2]}]
+    places = {test["nodeid"]: ("tests/hri/test_table_assembly.py", 8) for test in report["tests"]}
+    (line,) = annotation_commands(sample.typed(report), places, lambda file: f"robot/{file}")
+    title = "hri%3A cause 1 (3f2a91bc)%3A R1 in 1 test%2C first in the state release_all"
+    assert line.startswith(f"::error file=robot/controller/states.py,line=58,title={title}::")
+    assert "%0Apasses when she steps in 2.1 s later%0A" in line
+    report["causes"][0]["places"] = []
+    assert "file=tests/hri/test_table_assembly.py,line=8" in annotations(report, places)[0]
+
+
+def test_what_has_no_cause_is_annotated_as_without_causes() -> None:
+    report = _failing("R1")
+    ids = [test["id"] for test in report["tests"]]
+    report["tests"][1]["requirements"]["R2"] = sample_tests.requirement_result("Failed", 0.0)
+    report["tests"][1]["outcome"] = "failed"
+    report["causes"] = [CAUSES[0] | {"tests": ids[:1]}]
+    assert ["R2 failed in 1 test" in line for line in annotations(report, {})] == [False, True]
+
+
+def test_the_summary_has_causes_before_requirements() -> None:
+    report = _failing("R1")
+    for test in report["tests"]:
+        test["outcome"] = "failed"
+    report["causes"] = [CAUSES[0] | {"tests": [test["id"] for test in report["tests"]]}]
+    text = markdown(report)
+    assert text.index("### 3 tests fail for 1 cause") < text.index("### Suite rl")
+    assert "**cause 1 (3f2a91bc): R1 in 3 tests, first in the state release\\_all**" in text
+    assert "```text\n  at controller/states.py:58 in discard, 0.90: *y*\n" in text
+    assert "<details><summary>3 tests</summary>" in text
+
+
+def test_junit_has_causes_as_properties_of_the_suite() -> None:
+    report = _failing("R1")
+    report["causes"] = [CAUSES[0] | {"tests": [report["tests"][0]["id"]]}]
+    properties = dict(ci_formats.junit_suite_properties(sample.typed(report)))
+    assert properties["hri.causes"] == "1"
+    assert properties["hri.cause.1"].startswith(
+        "cause 1 (3f2a91bc): R1 in 1 test, first in the state release_all; at co"
+    )
 
 
 def test_errors_and_gates_are_annotated_ten_at_most() -> None:

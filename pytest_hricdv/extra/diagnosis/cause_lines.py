@@ -28,7 +28,7 @@ def cause_lines(number: int, cause: Cause, options: Sequence[str], columns: int 
         columns: of the terminal; None where lines may have any width.
     """
     lines = [
-        *_sentence(f"cause {number} ({cause.id}): {summary_of(cause)}", columns, "  "),
+        *_sentence(title_of(number, cause), columns, "  "),
         *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in _places(cause)),
     ]
     style: Style = "warn" if cause.is_known else "bad"
@@ -41,6 +41,11 @@ def cause_lines(number: int, cause: Cause, options: Sequence[str], columns: int 
     while len(shown) > MOST_LINES:  # the second place, or the end of a sentence: all is on the page
         del shown[2]
     return tuple(shown)
+
+
+def title_of(number: int, cause: Cause) -> str:
+    """`cause 1 (3f2a91bc): R29, R21 in 6 tests, first in the state releasing`."""
+    return f"cause {number} ({cause.id}): {summary_of(cause)}"
 
 
 def summary_of(cause: Cause) -> str:

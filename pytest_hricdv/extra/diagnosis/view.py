@@ -1,13 +1,12 @@
-"""What is shown of causes: in the terminal first of all, a view of the page, and a paragraph of a CI job's summary."""
+"""What is shown of causes: in the terminal first of all, a view of the page, and properties of JUnit's file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.diagnosis.cause_lines import cause_lines, replay_of, summary_of
+from pytest_hricdv.extra.diagnosis.cause_lines import cause_lines, replay_of, title_of
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.report.markdown_text import escaped
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.results.model import Report
 
@@ -29,8 +28,11 @@ class DiagnosisView(View):
         blocks = (
             FailureCause(
                 label=f"cause {number}",
+                title=title_of(number, cause),
                 lines=cause_lines(number, cause, options, columns),
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
+                place=next(((place.file, place.line) for place in cause.places), None),
+                is_known=cause.is_known,
             )
             for number, cause in enumerate(causes, 1)
         )
@@ -48,11 +50,14 @@ class DiagnosisView(View):
             "causes", "Causes", "diagnosis/causes.html.jinja", values, place="after suites", headline=headline(causes)
         )
 
-    def markdown(self, report: Report) -> Iterator[str]:
-        """One paragraph a cause."""
-        for number, cause in enumerate(CAUSES.of(report), 1):
-            place = next((f", at {place.file}:{place.line}" for place in cause.places), "")
-            yield f"**Cause {number}**: {escaped(summary_of(cause) + place)}"
+    def properties(self, report: Report) -> Iterator[tuple[str, object]]:
+        """How many causes, and each of them in a line."""
+        causes = CAUSES.of(report)
+        if causes:
+            yield "hri.causes", len(causes)
+        for number, cause in enumerate(causes, 1):
+            lines = cause_lines(number, cause, report.rerun.options, None)
+            yield f"hri.cause.{number}", "; ".join(line.text.strip() for line in lines)
 
 
 VIEW = DiagnosisView()
