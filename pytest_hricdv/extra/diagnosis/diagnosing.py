@@ -145,13 +145,13 @@ def cause_of(
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
     )
-    requirement, state = group.first
+    requirement, state, said = group.first
     confirmed = {
         failure.nodeid for failure in group.failures if (failure.nodeid, failure.requirement) in evidence.confirmed
     }
     shortest = next((test for test in tests if test.nodeid in confirmed), tests[0])
     return Cause(
-        id=digest("cause", group.change, requirement, state)[:8],
+        id=digest("cause", group.change, requirement, state, *([said] if said else []))[:8],
         requirements=group.requirements,
         tests=tuple(dict.fromkeys(test.id for test in tests)),
         change=group.change,

@@ -33,6 +33,7 @@ class Failure:
         time_s: when.
         disturbances: that had begun before, each once, in order.
         is_known: the violation is a known one.
+        said: the part, where no formula says what was violated: of a fault, or of a comparison with a model.
     """
 
     nodeid: str
@@ -42,11 +43,12 @@ class Failure:
     time_s: float
     disturbances: tuple[str, ...]
     is_known: bool
+    said: str = ""
 
     @property
-    def kind(self) -> tuple[str, str]:
-        """Requirement and state: failures of a kind may have one cause."""
-        return self.requirement, self.state
+    def kind(self) -> tuple[str, str, str]:
+        """Requirement, state, and what was said: failures of a kind may have one cause."""
+        return self.requirement, self.state, self.said
 
 
 def failures_of(test: TestResult, state: str, known_violations: Container[str]) -> Iterator[Failure]:
@@ -57,6 +59,8 @@ def failures_of(test: TestResult, state: str, known_violations: Container[str]) 
         state: the message and field that tell the state of the code under test, as `topic.field`; may be empty.
         known_violations: requirements with known violations.
     """
+    if not test.went_wrong:  # nearly all of thousands: their messages need not be read
+        return iter(())
     states = _States(test, state)
     made = [*_violations(test, states, known_violations), *_faults(test, states)]
     return iter(sorted(made, key=lambda failure: (failure.time_s, failure.requirement)))
@@ -72,16 +76,18 @@ def _violations(test: TestResult, states: _States, known_violations: Container[s
             continue
         is_known, first = min(judged, key=lambda entry: (entry[0], entry[1].time_s))
         plain = ((key, value) for key, value in sorted(first.values.items()) if isinstance(value, bool | str))
-        part = ", ".join(f"{key} {value}" for key, value in plain) or _NUMBER.sub("#", first.text)
+        said = _NUMBER.sub("#", first.text)
+        part = ", ".join(f"{key} {value}" for key, value in plain) or said
         before = _disturbances(test, first.time_s)
-        yield Failure(test.nodeid, name, part, states.at(first.time_s), first.time_s, before, is_known)
+        yield Failure(test.nodeid, name, part, states.at(first.time_s), first.time_s, before, is_known, said)
 
 
 def _faults(test: TestResult, states: _States) -> Iterator[Failure]:
     end_s = test.timeline.end_s if test.timeline else test.sim_s
     for fault in test.faults:
         part = _NUMBER.sub("#", fault)
-        yield Failure(test.nodeid, FAULT, part, states.at(end_s), end_s, _disturbances(test, end_s), is_known=False)
+        before = _disturbances(test, end_s)
+        yield Failure(test.nodeid, FAULT, part, states.at(end_s), end_s, before, is_known=False, said=part)
 
 
 def _disturbances(test: TestResult, time_s: float) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
@@ -85,8 +85,15 @@ def suspects(
     branches = _counts(
         Counter(test.branches or 0 for test in failing), Counter(test.branches or 0 for test in passing), code.branches
     )
-    ranked = [*_scored(code, statements, branches, coefficient)]
-    return tuple(sorted(ranked, key=lambda suspect: (-suspect.score, suspect.passing, suspect.file, -suspect.line)))
+    return ranked(code, statements, branches, coefficient)
+
+
+def ranked(
+    code: CodeMap, statements: Sequence[Counts], branches: Sequence[Counts], coefficient: Coefficient = ochiai
+) -> tuple[Suspect, ...]:
+    """As `suspects`, of tests that have been counted already: in the order of their bits."""
+    scored = _scored(code, statements, branches, coefficient)
+    return tuple(sorted(scored, key=lambda suspect: (-suspect.score, suspect.passing, suspect.file, -suspect.line)))
 
 
 def statement_counts(code: CodeMap, failing: Iterable[Bits], passing: Iterable[Bits]) -> list[Counts]:
@@ -107,7 +114,7 @@ def _executing(sets: Counter[int], place: int) -> int:
 
 
 def _scored(
-    code: CodeMap, statements: list[Counts], branches: list[Counts], coefficient: Coefficient
+    code: CodeMap, statements: Sequence[Counts], branches: Sequence[Counts], coefficient: Coefficient
 ) -> Iterator[Suspect]:
     first_statement = first_branch = 0
     for file in code.files:

@@ -15,9 +15,15 @@ NO_SPECTRA = Spectra()
 
 
 def failure(
-    test: str, requirement: str, *disturbances: str, state: str = "", time_s: float = 1.0, is_known: bool = False
+    test: str,
+    requirement: str,
+    *disturbances: str,
+    state: str = "",
+    time_s: float = 1.0,
+    is_known: bool = False,
+    said: str = "",
 ) -> Failure:
-    return Failure(test, requirement, "", state, time_s, disturbances, is_known)
+    return Failure(test, requirement, said, state, time_s, disturbances, is_known, said)
 
 
 def of(
@@ -89,6 +95,24 @@ def test_without_disturbances_what_the_same_tests_have_has_one_cause() -> None:
     assert of(tests, failures) == [
         ("", {f"a{n}" for n in range(5)}, {"R1", "R2"}),
         ("", {f"b{n}" for n in range(5)}, {"R3"}),
+    ]
+
+
+def test_what_only_comes_in_tests_that_fail_otherwise_follows_from_that() -> None:
+    tests = {**{f"a{n}": () for n in range(6)}, **passing(16)}
+    failures = [*(failure(f"a{n}", "R1") for n in range(6)), failure("a0", "R2")]
+    assert of(tests, failures) == [("", {f"a{n}" for n in range(6)}, {"R1", "R2"})]
+
+
+def test_what_differs_from_a_model_in_two_ways_has_two_causes() -> None:
+    tests = {**{f"a{n}": () for n in range(8)}, **passing(8)}
+    failures = [
+        *(failure(f"a{n}", "MODEL", said="expected pour; observed nothing") for n in range(4)),
+        *(failure(f"a{n}", "MODEL", said="expected nothing; observed pour") for n in range(4, 8)),
+    ]
+    assert [nodeids for _, nodeids, _ in of(tests, failures)] == [
+        {f"a{n}" for n in range(4, 8)},
+        {f"a{n}" for n in range(4)},
     ]
 
 
