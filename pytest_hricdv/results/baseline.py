@@ -22,6 +22,7 @@ from pytest_hricdv.results.codec import ReportError, canonical
 from pytest_hricdv.results.derivation import percentages
 from pytest_hricdv.results.gates import KINDS
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
+from pytest_hricdv.results.section import failure_causes
 
 SCHEMA: Final = "hricdv-baseline/1"
 
@@ -41,6 +42,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
         made_with: name -> version, of what a record can depend on beside code and testbench.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
         hash_seed: see `ReportOrigin`.
+        causes: what tests fail for, beside known violations: id -> words; None where nobody looked for it.
     """
 
     violations: Mapping[str, Names]
@@ -54,6 +56,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     made_with: Mapping[str, str] = {}
     tests: Mapping[str, Behaviour] | None = None
     hash_seed: str = ""
+    causes: Mapping[str, str] | None = None
 
 
 class Baseline(PlainRecord, frozen=True, kw_only=True):
@@ -88,6 +91,7 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
         made_with=made_with(report, suite),
         tests=_behaviours(tests),
         hash_seed=hash_seed(report),
+        causes=failure_causes(report, suite.name),
     )
 
 

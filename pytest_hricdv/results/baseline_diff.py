@@ -8,6 +8,9 @@ from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.model import Report
 
+NEW_CAUSE = "new cause"
+"""What a difference is about that is one of causes; its item is the id."""
+
 _PERCENT = ("statements", "branches")
 
 
@@ -30,7 +33,7 @@ def compare(report: Report, baseline: Baseline, *, whole: bool) -> tuple[Differe
             )
         else:
             suite = _Suite(name, before, now)
-            differences += [*suite.new_failures(), *(suite.others() if whole else ())]
+            differences += [*suite.new_causes(), *suite.new_failures(), *(suite.others() if whole else ())]
     return tuple(sorted(differences, key=lambda difference: not difference.worse))
 
 
@@ -39,6 +42,18 @@ class _Suite:
 
     def __init__(self, name: str, before: SuiteBaseline, now: SuiteBaseline) -> None:
         self.name, self.before, self.now = name, before, now
+
+    def new_causes(self) -> Iterator[Difference]:
+        """What tests fail for now, and did not in the baseline."""
+        for name, words in (self.now.causes or {}).items():
+            if self.before.causes is not None and name not in self.before.causes:
+                yield self._made(NEW_CAUSE, ("-", "new"), f"new cause {name}: {words}", items=(name,), worse=True)
+
+    def _causes_gone(self) -> Iterator[Difference]:
+        for name, words in (self.before.causes or {}).items():
+            if self.now.causes is not None and name not in self.now.causes:
+                text = f"cause {name} is gone: {words}"
+                yield self._made("cause", ("there", "gone"), text, items=(name,), worse=False)
 
     def new_failures(self) -> Iterator[Difference]:
         for requirement, tests in self.now.violations.items():
@@ -55,6 +70,7 @@ class _Suite:
 
     def others(self) -> Iterator[Difference]:
         """What is compared of whole suites only."""
+        yield from self._causes_gone()
         for requirement, tests in self.before.violations.items():
             still = self.now.violations.get(requirement, ())
             mended = sorted(set(tests) - set(still))

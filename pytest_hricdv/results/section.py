@@ -6,7 +6,7 @@ checked and written like all others. Only the part itself knows the types: it re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar, cast
 
@@ -111,6 +111,16 @@ def shares() -> tuple[Share, ...]:
 def further_engines(test: msgspec.Struct) -> tuple[str, ...]:
     """The physics engines that a test ran on, by its parts, beside the one in its result."""
     return tuple(name for engines_of in faces("records", "further_engines") for name in engines_of(test))
+
+
+def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str] | None:
+    """What the tests of a report fail for, beside known violations: id -> words; None where nobody looked for it.
+
+    Args:
+        suite: of the tests; empty for all.
+    """
+    causes_of = next(iter(faces("records", "failure_causes")), None)
+    return None if causes_of is None else cast("Mapping[str, str] | None", causes_of(report, suite))
 
 
 def report_sections() -> tuple[Section[Any], ...]:

@@ -19,16 +19,19 @@ _MOST_WRAPPED = 2
 """Lines of a sentence; chosen: then all of a cause is in `MOST_LINES`."""
 
 
-def cause_lines(number: int, cause: Cause, options: Sequence[str], columns: int | None) -> tuple[Line, ...]:
+def cause_lines(
+    number: int, cause: Cause, options: Sequence[str], columns: int | None, status: str = ""
+) -> tuple[Line, ...]:
     """What it is, where, what decides, its shortest test, and the command that runs this again.
 
     Args:
         number: of the cause, from 1.
         options: of the session, as far as a replay needs them.
         columns: of the terminal; None where lines may have any width.
+        status: as `new`, compared with a baseline; empty where there is nothing to say.
     """
     lines = [
-        *_sentence(title_of(number, cause), columns, "  "),
+        *_sentence(title_of(number, cause, status), columns, "  "),
         *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in _places(cause)),
     ]
     style: Style = "warn" if cause.is_known else "bad"
@@ -43,9 +46,9 @@ def cause_lines(number: int, cause: Cause, options: Sequence[str], columns: int 
     return tuple(shown)
 
 
-def title_of(number: int, cause: Cause) -> str:
-    """`cause 1 (3f2a91bc): R29, R21 in 6 tests, first in the state releasing`."""
-    return f"cause {number} ({cause.id}): {summary_of(cause)}"
+def title_of(number: int, cause: Cause, status: str = "") -> str:
+    """`cause 1 (3f2a91bc, new): R29, R21 in 6 tests, first in the state releasing`."""
+    return f"cause {number} ({cause.id}{f', {status}' if status else ''}): {summary_of(cause)}"
 
 
 def summary_of(cause: Cause) -> str:

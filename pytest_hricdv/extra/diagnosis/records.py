@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
@@ -150,3 +151,16 @@ DIAGNOSIS: Section[Diagnosis | None] = Section("diagnosis", Diagnosis | None, No
 """Of a session with failing tests."""
 
 SECTIONS = (CAUSES, DIAGNOSIS)
+
+
+def failure_causes(report: Struct, suite: str) -> dict[str, str] | None:
+    """The causes of what is not known, by their ids; see `pytest_hricdv.results.section.failure_causes`."""
+    tests = report.tests  # type: ignore[attr-defined]
+    if DIAGNOSIS.of(report) is None and any(test.fails for test in tests):
+        return None
+    ids = {test.id for test in tests if suite in ("", test.suite)}
+    return {
+        cause.id: f"{', '.join(cause.requirements)}{f', first in the state {cause.state}' if cause.state else ''}"
+        for cause in CAUSES.of(report)
+        if not cause.is_known and not ids.isdisjoint(cause.tests)
+    }

@@ -8,6 +8,7 @@ from pytest_hricdv.extra.diagnosis.cause_lines import cause_lines, replay_of, ti
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
+from pytest_hricdv.results.baseline_diff import NEW_CAUSE
 from pytest_hricdv.results.model import Report
 
 
@@ -25,11 +26,12 @@ class DiagnosisView(View):
         for test in report.tests:
             nodeids.setdefault(test.id, []).append(test.nodeid)
         options = report.rerun.options
+        status = _status(report)
         blocks = (
             FailureCause(
                 label=f"cause {number}",
-                title=title_of(number, cause),
-                lines=cause_lines(number, cause, options, columns),
+                title=title_of(number, cause, status.get(cause.id, "")),
+                lines=cause_lines(number, cause, options, columns, status.get(cause.id, "")),
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
                 place=next(((place.file, place.line) for place in cause.places), None),
                 is_known=cause.is_known,
@@ -70,6 +72,13 @@ def headline(causes: Sequence[Cause]) -> str:
     verb = "fails" if len(tests) == 1 else "fail"
     text = f"{plural(len(tests), 'test')} {verb} for {plural(len(causes), 'cause')}"
     return f"{text}, {declared} of them known" if declared else text
+
+
+def _status(report: Report) -> dict[str, str]:
+    """Id -> whether the baseline has it, where the report was compared with one that knows causes."""
+    differences = report.gates.differences if report.gates is not None else ()
+    new = {name for difference in differences if difference.what == NEW_CAUSE for name in difference.items}
+    return dict.fromkeys(new, "new")
 
 
 def _basis(report: Report) -> str:

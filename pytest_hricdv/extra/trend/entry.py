@@ -7,6 +7,7 @@ from collections import Counter
 from pytest_hricdv.extra.trend.records import MOST_NAMED, HistoryEntry, HistoryVerdicts
 from pytest_hricdv.results.derivation import code_covered
 from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.section import failure_causes
 
 
 def entry_of(report: Report, *, is_whole: bool) -> HistoryEntry:
@@ -30,6 +31,7 @@ def entry_of(report: Report, *, is_whole: bool) -> HistoryEntry:
         whole=is_whole,
         tests=report.reported,
         outcomes=dict(sorted(outcomes.items())),
+        causes=failure_causes(report),
         failing=tuple(sorted(test.id for test in report.tests if test.fails))[:MOST_NAMED],
         requirements={name: _verdicts(report, name) for name in report.requirements},
         statements=_percent(*code_covered(report, "statements")),

@@ -39,6 +39,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
         whole: all tests of the suites ran.
         tests: how many ran.
         outcomes: how many tests had each outcome.
+        causes: what tests fail for, beside known violations: id -> words; None where nobody looked for it.
         failing: ids of tests that failed or could not be run, at most `MOST_NAMED`.
         statements: covered by all suites together, per cent of the reachable ones; None: unmeasured. So are branches.
         plans: per cent, of the first suite.
@@ -52,6 +53,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
     whole: bool = True
     tests: Count = 0
     outcomes: Mapping[str, Count] = {}
+    causes: Mapping[str, str] | None = None
     failing: Names = ()
     requirements: Mapping[str, HistoryVerdicts] = {}
     statements: Percent | None = None
@@ -109,8 +111,9 @@ def changes(entries: Sequence[HistoryEntry]) -> list[str]:
     if len(entries) < 2:
         return []
     before, now = entries[-2], entries[-1]
+    sentences = changed_causes(entries)
     new, gone = set(now.failing) - set(before.failing), set(before.failing) - set(now.failing)
-    sentences = [f"fails now: {name}" for name in sorted(new)] + [f"fails no longer: {name}" for name in sorted(gone)]
+    sentences += [f"fails now: {name}" for name in sorted(new)] + [f"fails no longer: {name}" for name in sorted(gone)]
     for kind in ("statements", "branches", "plans", "cross"):
         old, value = getattr(before, kind), getattr(now, kind)
         if old is not None and value is not None and round(old, 1) != round(value, 1):
@@ -124,6 +127,22 @@ def changes(entries: Sequence[HistoryEntry]) -> list[str]:
     if before.tests != now.tests:
         sentences.append(f"tests: {before.tests} -> {now.tests}")
     return sentences
+
+
+def changed_causes(entries: Sequence[HistoryEntry]) -> list[str]:
+    """The causes that are new in the last session, those that it has as before, and those that are gone."""
+    if len(entries) < 2 or (now := entries[-1].causes) is None:
+        return []
+    earlier = [entry for entry in entries[:-1] if entry.causes is not None]
+    before = (earlier[-1].causes if earlier else None) or {}
+    sentences: list[str] = []
+    for name, words in now.items() if earlier else ():
+        had = [entry for entry in earlier if name in (entry.causes or {})]
+        if name in before:
+            sentences.append(f"cause {name} since {had[0].began[:10]}: {words}")
+        else:
+            sentences.append(f"{'again' if had else 'new'}: cause {name}: {words}")
+    return sentences + [f"gone: cause {name}: {words}" for name, words in before.items() if name not in now]
 
 
 def _is_torn(path: Path) -> bool:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from msgspec import to_builtins
 
-from pytest_hricdv.extra.trend.records import HISTORY, changes
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.trend.records import HISTORY, changed_causes, changes
+from pytest_hricdv.report.formatting import Line
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
@@ -16,6 +19,11 @@ class TrendView(View):
 
     name = "trend"
     scripts = ("trend",)
+
+    def findings(self, report: Report) -> Iterator[Line]:
+        """Causes that are new, that were there before, and that are gone."""
+        for text in changed_causes(HISTORY.of(report)):
+            yield Line(visible(f"trend: {text}"), "ok" if text.startswith("gone") else "warn")
 
     def section(self, report: Report) -> PageSection | None:
         """What changed since the session before, and plots."""
