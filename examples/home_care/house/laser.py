@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from house.flat import BOXES
-from house.shapes import Box, Point, box_around
+from house.shapes import Box, Point, box_around, turned
 
 Many = NDArray[np.float32]
 
@@ -75,10 +75,10 @@ class Laser:
 class _Boxes:
     """Boxes with sides along the axes, for rays. It keeps its memory: to ask for it takes longer than to compute."""
 
-    def __init__(self, boxes: Sequence[Box]) -> None:
+    def __init__(self, boxes: Sequence[Box], rays: int = RAYS) -> None:
         sides = np.array([(box.x1, box.y1, box.x2, box.y2) for box in boxes], dtype=np.float32)
         self._x1, self._y1, self._x2, self._y2 = (sides[:, side, None].copy() for side in range(4))
-        shape = (len(boxes), RAYS)
+        shape = (len(boxes), rays)
         self._enter, self._leave, self._one, self._other = (np.empty(shape, np.float32) for _ in range(4))
         self._missed = np.empty(shape, np.bool_)
 
@@ -112,12 +112,27 @@ def distances(at: Point, heading_rad: float, discs: Sequence[Disc], boxes: Seque
     dx, dy = cos * _AHEAD - sin * _LEFT, sin * _AHEAD + cos * _LEFT
     nearest = _FLAT.nearest(at, dx, dy)
     for disc in discs:
-        if math.dist(at, disc.middle) < GREATEST_M + 1.0:
-            np.minimum(nearest, _to_disc(at, dx, dy, disc), out=nearest)
+        rays = _rays_to(at, heading_rad, disc.middle, disc.radius_m)
+        np.minimum(nearest[rays], _to_disc(at, dx[rays], dy[rays], disc), out=nearest[rays])
     for box in boxes:
-        if math.dist(at, box.middle) < GREATEST_M + 1.0:
-            np.minimum(nearest, _to_turned_box(at, dx, dy, box), out=nearest)
+        rays = _rays_to(at, heading_rad, box.middle, math.hypot(*box.size) / 2.0)
+        np.minimum(nearest[rays], _to_turned_box(at, dx[rays], dy[rays], box), out=nearest[rays])
     return nearest
+
+
+def _rays_to(at: Point, heading_rad: float, middle: Point, radius_m: float) -> slice:
+    """The rays that may meet what is within a circle: none where it is out of range, all where it is about the seam."""
+    far_m = math.dist(at, middle)
+    if far_m - radius_m > GREATEST_M + 6.0 * NOISE_M:
+        return slice(0, 0)
+    if far_m <= radius_m:
+        return slice(None)
+    bearing_rad = turned(math.atan2(middle[1] - at[1], middle[0] - at[0]) - heading_rad)
+    half_rad = math.asin(radius_m / far_m)
+    per_rad = RAYS / (2.0 * math.pi)
+    first = math.floor((bearing_rad - half_rad + math.pi) * per_rad) - 1
+    last = math.ceil((bearing_rad + half_rad + math.pi) * per_rad) + 1
+    return slice(first, last + 1) if first >= 0 and last < RAYS else slice(None)
 
 
 def _to_disc(at: Point, dx: Many, dy: Many, disc: Disc) -> Many:
@@ -134,6 +149,6 @@ def _to_turned_box(at: Point, dx: Many, dy: Many, box: TurnedBox) -> Many:
     from_x, from_y = at[0] - box.middle[0], at[1] - box.middle[1]
     place = (cos * from_x + sin * from_y, cos * from_y - sin * from_x)
     single_cos, single_sin = np.float32(cos), np.float32(sin)
-    return _Boxes((box_around((0.0, 0.0), box.size),)).nearest(
+    return _Boxes((box_around((0.0, 0.0), box.size),), dx.size).nearest(
         place, single_cos * dx + single_sin * dy, single_cos * dy - single_sin * dx
     )

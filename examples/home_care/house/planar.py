@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from house.base import BODIES, FREE, PUSHES_N, Base, Contact, impact_n
-from house.flat import SOLIDS
+from house.flat import SOLIDS, clearance_m
 from house.shapes import Gap, Point, gap_to_box, turned
 from house.walkers import Dog, Person
 
@@ -74,6 +74,9 @@ class Planar:
     def _part(self, base: Base, person: Person, dog: Dog, duration_s: float) -> Contact:
         start = Pose(base.at, base.heading_rad)
         goal = driven(start, base.forward_m_s, base.turn_rad_s, duration_s)
+        if _is_far(base, person, dog, abs(base.forward_m_s) * duration_s):
+            base.at, base.heading_rad = goal
+            return FREE
         # Where it is now counts, too: who stands closer than allowed may go away.
         before = {near.what: near.gap.width_m for near in _all_near(start.at, base.radius_m, person, dog)}
         in_way = [
@@ -122,6 +125,16 @@ def driven(start: Pose, forward_m_s: float, turn_rad_s: float, duration_s: float
     middle_rad = heading_rad + half_rad
     at = (x + way_m * math.cos(middle_rad), y + way_m * math.sin(middle_rad))
     return Pose(at, turned(heading_rad + turn_rad))
+
+
+def _is_far(base: Base, person: Person, dog: Dog, way_m: float) -> bool:
+    """Whether nothing is within a way of the base: most often, and quickly seen."""
+    room_m = base.radius_m + way_m
+    return (
+        math.dist(base.at, person.at) > room_m + person.radius_m
+        and math.dist(base.at, dog.at) > room_m + dog.radius_m
+        and clearance_m(base.at) > room_m
+    )
 
 
 def _all_near(at: Point, radius_m: float, person: Person, dog: Dog) -> Iterator[Near]:
