@@ -140,10 +140,10 @@ def test_the_page_and_its_picture_are_of_what_there_is(
     assert "of 2 sessions; missing: without online at seed 3" in capsys.readouterr().out
     closure.run(cells, tmp_path / "reports", tmp_path, again=False)
     assert [" ".join(each) for each in ran] == [
-        "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 -n 2",
+        "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 --hri-close-search=0 -n 2",
         "--hri-suite=rl --hri-seed=3 --hri-tests=96 -n 2",
         "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 "
-        "--hri-close-without=online -n 2",
+        "--hri-close-search=0 --hri-close-without=online -n 2",
     ]
     page = (tmp_path / "closure.md").read_text(encoding="utf-8")
     assert "| without online | 0 of 1 |" in page

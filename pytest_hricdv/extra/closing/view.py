@@ -148,13 +148,12 @@ def notes(result: ClosingResult) -> Iterator[str]:
 
 def kinds_left_text(estimate: ViolationEstimate) -> str:
     """What a further run would probably find; runs of a loop are not independent, so it is an estimate."""
-    if not estimate.kinds:
+    if not estimate.once:
+        seen = f"none of {estimate.kinds} kinds of new violations came once" if estimate.kinds else "no new violation"
         bound = percent(100.0 * min(1.0, RULE_OF_THREE / estimate.runs))
-        return (
-            f"no new violation in {plural(estimate.runs, 'run')}: a further one has one with less than {bound} (95 %)"
-        )
-    share = f"{estimate.once} of {estimate.kinds} came once"
-    return f"a further run would find {quantity(estimate.new)} more kinds of violations (Good-Turing: {share})"
+        return f"{seen} in {plural(estimate.runs, 'run')}: below {bound} of runs show another (95 %)"
+    kinds = f"{estimate.once} of {estimate.kinds} came once"
+    return f"a further run would find {quantity(estimate.new)} more kinds of violations ({kinds})"
 
 
 def nearest_first(result: ClosingResult) -> list[NearestRun]:

@@ -15,7 +15,7 @@ from random import Random
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
-from pytest_hricdv.extra.closing.violations import NEW
+from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.extra.search.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
 from pytest_hricdv.generate.abstract import Draft
@@ -95,7 +95,7 @@ class ViolationWay:
     def _aims(self, archive: Archive) -> Iterator[Aim]:
         violated = {point[1] for point in archive.hit_by if point[0] == NEW}
         for name in self._requirements:
-            runs = [entry for entry in archive.entries if name in entry.observation.unused]
+            runs = [entry for entry in archive.entries if name in entry.observation.unused and not _shows(entry, name)]
             if name in violated or not runs:
                 continue
             margins = {entry.number: entry.observation.margins.get(name, math.inf) for entry in runs}
@@ -104,6 +104,11 @@ class ViolationWay:
             yield Aim((NEW, name), nearest[:STARTS], _share(finite), margin=bool(finite))
             for part in never_decisive(archive, name):
                 yield Aim(("part", name, part), nearest[:STARTS])
+
+
+def _shows(entry: Entry, requirement: str) -> bool:
+    """Whether a run violates it, if only as is known: from there nothing is nearer to what is not."""
+    return any(point[0] in (NEW, KNOWN) and point[1] == requirement for point in entry.observation.points)
 
 
 def _share(margins: Sequence[float]) -> float:
@@ -127,7 +132,7 @@ def _progress(archive: Archive, aim: Aim) -> tuple[int, float]:
     name, least = aim.target[1], math.inf
     failures, width = 0, FIRST_WIDTH if aim.margin else WIDE
     for entry in archive.entries:
-        margin = entry.observation.margins.get(name, math.inf)
+        margin = math.inf if _shows(entry, name) else entry.observation.margins.get(name, math.inf)
         if entry.way == NAME and aim.target in entry.targets:
             improved = margin < least
             failures = 0 if improved else failures + 1

@@ -113,12 +113,12 @@ def test_the_summary_says_what_came_nearest_and_what_a_further_run_would_find() 
     SCHEMA.validate(with_near())
     lines = [line.text for line in terminal.summary(sample.typed(with_near()), Path("out"), 120)]
     assert "  40 runs of these searched for violations where margins were smallest" in lines
-    assert "  a further run would find 0.005 more kinds of violations (Good-Turing: 2 of 9 came once)" in lines
+    assert "  a further run would find 0.005 more kinds of violations (2 of 9 came once)" in lines
     (nearest,) = [line for line in lines if line.startswith("  nearest to a violation: ")]
     assert re.fullmatch(r"  nearest to a violation: R2 by 0\.25\b.*, R1 by 4\b.*", nearest)  # R4 is violated
     none = with_near(kinds_left={"kinds": 0, "once": 0, "runs": 300, "new": 0.0})
     lines = [line.text for line in terminal.summary(sample.typed(none), Path("out"), 120)]
-    assert "  no new violation in 300 runs: a further one has one with less than 1.0 % (95 %)" in lines
+    assert "  no new violation in 300 runs: below 1.0 % of runs show another (95 %)" in lines
 
 
 def test_the_page_has_how_near_each_requirement_came() -> None:

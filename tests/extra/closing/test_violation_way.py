@@ -14,7 +14,7 @@ from pytest_hricdv.extra.closing.nearness import nearest_runs, violation_estimat
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import NearestRun, ViolationEstimate
 from pytest_hricdv.extra.closing.violation_way import NAME, ViolationWay, never_decisive
-from pytest_hricdv.extra.closing.violations import NEW
+from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
@@ -141,6 +141,15 @@ def test_a_requirement_that_is_violated_is_not_searched_any_more() -> None:
     after = [entry for entry in archive.entries if entry.number >= first + GENERATION]
     assert after
     assert not any((NEW, "R1") in entry.targets for entry in after)
+
+
+def test_a_run_that_violates_a_requirement_as_is_known_is_no_start() -> None:
+    archive = Archive([])
+    for number, (margin, points) in enumerate(((-1.0, [(KNOWN, "R1", "", "", "")]), (2.0, []), (9.0, []))):
+        test = AbstractTest(f"t{number}", "s", "t", (), ("enter",), seed=number)
+        archive.add(Observation(test.to_data(), points=tuple(points), margins={"R1": margin}, unused={"R1": ()}))
+    proposals = ViolationWay(("R1",), SPACE).propose(archive, 8, Random(0))
+    assert {proposal.draft.seed for proposal in proposals} == {1}
 
 
 def test_what_was_never_decisive_is_aimed_at_until_it_is() -> None:
