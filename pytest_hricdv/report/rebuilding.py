@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pytest_hricdv.parts import faces
 from pytest_hricdv.report import files
 from pytest_hricdv.results.assembling import rebuild
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError
@@ -15,7 +16,8 @@ from pytest_hricdv.results.model import Report
 def rebuild_report(folder: Path) -> tuple[Report, str]:
     """Write the report of what the journal in a report folder has; returns it, and what is wrong with it.
 
-    It has neither gates nor what follows the tests (a search, mutants): these need the whole session.
+    It has neither gates nor what follows the tests (a search, mutants): these need the whole session. Parts add
+    what the journal has kept of their work.
 
     Raises:
         ReportError: there is no journal, its session is running, ended with a report, or had begun no test; or the
@@ -45,6 +47,8 @@ def _rebuilt(folder: Path, path: Path, journal: Journal) -> tuple[Report, str]:
         report, problem = rebuild(journal)
     except ValueError as error:
         raise ReportError(f"{path}: no report can be made of it: {error}; run the suite again") from None
+    for of_part in faces("merging", "rebuilt"):
+        report = of_part(report, journal.kept)
     files.write(report, folder)
     writer = JournalWriter(path, journal.size)
     writer.append(Ended(journal.wall_s - journal.earlier_s))

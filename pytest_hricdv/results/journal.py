@@ -58,6 +58,18 @@ class Hindered(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
     reason: str
 
 
+class Kept(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
+    """What an optional part worked out after the tests: a session that goes on need not do so again.
+
+    `part` is its name, `key` tells its values apart, and the last one of a key counts.
+    """
+
+    part: str
+    key: str
+    at_s: float
+    value: msgspec.Raw
+
+
 class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
     """The session ended in an orderly way, and its report is of all that is above; or this was rebuilt.
 
@@ -68,7 +80,7 @@ class Ended(msgspec.Struct, frozen=True, tag="ended", tag_field="record"):
     is_whole: bool = False
 
 
-JournalRecord = Began | Declared | Finished | Hindered | Ended
+JournalRecord = Began | Declared | Finished | Hindered | Kept | Ended
 
 _DECODER: msgspec.json.Decoder[JournalRecord] = msgspec.json.Decoder(JournalRecord)
 _WRITE = os.write  # as it is now: the code under test may replace it for the whole process
@@ -116,6 +128,7 @@ class Journal:
         declared: the report without results, as JSON; None where no test had begun.
         results: node id -> result as JSON, compressed; the last one counts.
         reasons: node id -> why it has no result, or what went wrong after it.
+        kept: part -> key -> what it worked out after the tests, as JSON, compressed.
         is_ended: its last session ended, or its report was rebuilt, and nothing came after.
         is_whole: and it ran all tests of its suites.
         wall_s: how long the sessions took, as far as it says.
@@ -128,6 +141,7 @@ class Journal:
     declared: bytes | None = None
     results: dict[str, bytes] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
+    kept: dict[str, dict[str, bytes]] = field(default_factory=dict)
     is_ended: bool = False
     is_whole: bool = False
     wall_s: float = 0.0
@@ -155,6 +169,8 @@ class Journal:
                 self.reasons.pop(nodeid, None)
             case Hindered(nodeid=nodeid, reason=reason):
                 self.reasons[nodeid] = reason
+            case Kept(part=part, key=key, value=value):
+                self.kept.setdefault(part, {})[key] = compress(bytes(value), 1)
         if not isinstance(record, Began | Declared):
             self.wall_s = self.earlier_s + record.at_s
 

@@ -7,6 +7,7 @@ import datetime
 import time
 from collections.abc import Iterator, Mapping, Set
 from pathlib import Path
+from zlib import decompress  # as now: the code under test may replace it
 
 import msgspec
 
@@ -27,6 +28,7 @@ from pytest_hricdv.results.journal import (
     Journal,
     JournalRecord,
     JournalWriter,
+    Kept,
     read,
 )
 from pytest_hricdv.session.usage import usage_error
@@ -157,6 +159,15 @@ class Journaling:
     def hinder(self, nodeid: str, reason: str) -> None:
         """Write why a test has no result, or what went wrong after it."""
         self._append(Hindered(nodeid, self._at_s, reason.encode("utf-8", "backslashreplace").decode()))
+
+    def keep(self, part: str, key: str, value: bytes) -> None:
+        """Write what an optional part has worked out, as JSON."""
+        self._append(Kept(part, key, self._at_s, msgspec.Raw(value)))
+
+    def kept(self, part: str, key: str) -> bytes | None:
+        """What the session that this one goes on with has worked out, as JSON; None where it has not."""
+        value = None if self.resumed is None else self.resumed.kept.get(part, {}).get(key)
+        return None if value is None else decompress(value)
 
     def keep_whole(self, *, is_whole: bool) -> str:
         """Keep the last report of whole suites beside one of a part of them; a new one of whole suites replaces it.

@@ -36,6 +36,7 @@ class Decisions:
         """Look for what decides, of one cause after the other: each may use its share of the runs that are left."""
         if self.experiments.ended == "interrupted":
             return
+        groups = [group for group in groups if not group.is_known]
         try:
             for number, group in enumerate(groups):
                 left = self.experiments.budget - self.experiments.used

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
+import msgspec
+
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
 from pytest_hricdv.disturbance import PREFIX
@@ -24,7 +26,7 @@ from pytest_hricdv.extra.diagnosis.records import (
     KindName,
     SuspiciousPlace,
 )
-from pytest_hricdv.extra.diagnosis.runs import runner
+from pytest_hricdv.extra.diagnosis.runs import remembering, runner
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
@@ -33,6 +35,14 @@ from pytest_hricdv.session.part import PartSession
 
 MOST_PLACES = 5
 """So many places are named of each cause. Chosen: who looks at more reads the code anyway."""
+
+NAME = "diagnosis"
+"""Of this part, in journals."""
+
+FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.Decoder(
+    tuple[tuple[Cause, ...], Diagnosis]
+)
+"""Reads what a journal keeps: the causes, and what they rest on."""
 
 FIRST_TESTS = 2
 """So many tests of each cause are run without its disturbance before it is looked for what decides: one may be odd."""
@@ -71,37 +81,52 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     subject = Subject.of(report)
     if not subject.failures:
         return report
-    failing = {failure.nodeid for failure in subject.failures}
-    chosen = session.aggregation.chosen
     budget = options.budget(len(subject.tests))
-    if any(group.change for group in subject.groups(Evidence())):
-        limit = f"in at most {plural(budget, 'run')}"
-        session.say("")
-        session.say(f"hricdv: looking for the causes of {plural(len(failing), 'failing test')}, {limit} ...")
+    failing = {failure.nodeid for failure in subject.failures}
+    limit = f"in at most {plural(budget, 'run')}"
+    session.say("")
+    session.say(f"hricdv: looking for the causes of {plural(len(failing), 'failing test')}, {limit} ...")
+    chosen = session.aggregation.chosen
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     concrete = {name: case.concrete for name, case in cases.items()}
     run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
+    run = remembering(run, session.aggregation.journaling, NAME)
     experiments = Experiments(subject.groups, concrete, run, budget)
     decisions = Decisions(experiments, {name: case.ranges for name, case in cases.items()})
-    decisions.decide(experiments.groups(enough=FIRST_TESTS))
+    groups = experiments.groups(enough=FIRST_TESTS)
+    _keep(session, _found(session, subject, experiments, decisions, groups))
+    decisions.decide(groups)
     groups = experiments.groups()
-    session.interrupted |= experiments.ended == "interrupted"
     _trace(experiments, groups)
+    session.interrupted |= experiments.ended == "interrupted"
+    found = _found(session, subject, experiments, decisions, groups)
+    _keep(session, found)
+    return DIAGNOSIS.put(CAUSES.put(report, found[0]), found[1])
+
+
+def _found(
+    session: PartSession, subject: Subject, experiments: Experiments, decisions: Decisions, groups: Sequence[Group]
+) -> tuple[tuple[Cause, ...], Diagnosis]:
+    """The causes by now, and what they rest on."""
     made = tuple(
         cause_of(subject, group, experiments.evidence, decisions.of(group), _traces(experiments, group))
         for group in groups
     )
-    report = CAUSES.put(report, made)
     vocabulary = session.context.run_settings.testbench.vocabulary()
     basis = Diagnosis(
         runs=experiments.used,
-        budget=budget,
+        budget=experiments.budget,
         ended=experiments.ended,
         experiments=shown(experiments.evidence),
         signals=_kinds(vocabulary.signals),
         messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
     )
-    return DIAGNOSIS.put(report, basis)
+    return made, basis
+
+
+def _keep(session: PartSession, found: tuple[tuple[Cause, ...], Diagnosis]) -> None:
+    """So that a report that is rebuilt has them."""
+    session.aggregation.journaling.keep(NAME, CAUSES.name, msgspec.json.encode(found))
 
 
 def _kinds(names: Mapping[str, type]) -> dict[str, KindName]:

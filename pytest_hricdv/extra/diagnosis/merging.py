@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from zlib import decompress
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.diagnosing import Subject, cause_of
+from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Subject, cause_of
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.grouping import Group
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision
@@ -50,3 +51,12 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
 def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
     hints = dict.fromkeys(hint for other in before if other.id == cause.id for hint in other.hints)
     return replace(cause, hints=tuple(hints))
+
+
+def rebuilt(report: Report, kept: Mapping[str, Mapping[str, bytes]]) -> Report:
+    """The report of a journal, with the causes that its session had found when it died."""
+    packed = kept.get(NAME, {}).get(CAUSES.name)
+    if packed is None:
+        return report
+    causes, basis = FOUND.decode(decompress(packed))
+    return DIAGNOSIS.put(CAUSES.put(report, causes), basis)

@@ -17,7 +17,9 @@ from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.failures import FAULT
 from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import quantity
+from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
 
 MOST_EVENTS = 2000
@@ -99,6 +101,21 @@ def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTes
             process.close()
 
     return run
+
+
+def remembering(run: Run, journaling: Journaling, part: str) -> Run:
+    """Runs that a session which was killed has made before are not made again: they are in its journal."""
+
+    def remembered(test: ConcreteTest) -> Ran | None:
+        key = digest("run", test.to_json())
+        kept = journaling.kept(part, key)
+        if kept is not None:
+            return _DECODER.decode(kept)
+        result = run(test)
+        journaling.keep(part, key, msgspec.json.encode(result))
+        return result
+
+    return remembered
 
 
 def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | None:

@@ -91,6 +91,35 @@ def test_a_merged_report_has_the_causes_of_all_shards(surging: pytest.Pytester) 
     assert "The same test with enter cellar" in (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
 
 
+KILLED = """    lamp.set(0.0)
+    run.disturbs(lamp)
+    if "-experiment-" in run.test.id:
+        with (HERE / "experiments").open("a") as log:
+            log.write(f"{run.test.id}\\n")
+        if len((HERE / "experiments").read_text().splitlines()) == 6:
+            import os
+            import signal
+            os.kill(os.getppid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.slow
+def test_a_diagnosis_that_is_killed_goes_on_and_is_in_a_rebuilt_report(surging: pytest.Pytester) -> None:
+    change(surging.path, "conftest.py", "    lamp.set(0.0)\n    run.disturbs(lamp)\n", KILLED)
+    arguments = (*SUITE, "--hri-diagnose=60")
+    killed = surging.runpytest_subprocess(*arguments)
+    assert killed.ret == -9
+    command("rebuild", "hri-report")
+    surge, wish = report(surging.path)["causes"]
+    assert (surge["change"], surge["confirmed"], wish.get("decides")) == ("surge", 2, None)
+    surging.runpytest_subprocess(*arguments, "--hri-resume")
+    written = report(surging.path)
+    surge, wish = written["causes"]
+    assert (surge["confirmed"], wish["decides"]) == (3, "passes with enter cellar instead of enter hall")
+    made = (surging.path / "experiments").read_text(encoding="utf-8").splitlines()
+    assert len(made) == written["diagnosis"]["runs"] + 1  # the one at which it was killed
+
+
 @pytest.mark.slow
 def test_the_budget_and_zero(surging: pytest.Pytester) -> None:
     surging.runpytest_inprocess(*SUITE)
