@@ -158,8 +158,15 @@ def wrap(words: Iterable[str], columns: int) -> list[str]:
 
 
 def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
-    """A label with a text beside it, which continues below itself if it is too long."""
-    start = f"  {pad(visible(label), LABEL_COLUMNS)}  "
+    """A label with a text beside it, which continues below itself if it is too long.
+
+    A label that is too long is above the text: labels tell lines apart.
+    """
+    shown = visible(label)
+    if width(shown) > LABEL_COLUMNS:
+        yield Line(f"  {shown}", style)
+        shown = ""
+    start = f"  {pad(shown, LABEL_COLUMNS)}  "
     for line in wrap(visible(text).split(" "), columns - width(start)):
         yield Line(start + line, style)
         start = " " * width(start)

@@ -55,6 +55,9 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
             figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
             unit = visible(f" {row.unit}" if margin else "")
             name = pad(visible(f"{row.name} {row.title}"), room)
+            if width(visible(row.name)) > room:  # it is what tells rows apart
+                yield Line(f"  {visible(row.name)}", _verdict_style(row))
+                name = " " * room
             yield Line(f"  {name}{figures}{unit}".rstrip(), _verdict_style(row))
 
 

@@ -182,6 +182,9 @@ def _gaps(report: Report, columns: int) -> Iterator[Line]:
     above = ""
     for gap, label in zip(gaps[:_MAX_GAPS], labels, strict=False):
         shown = fit_path(label, room) if gap.kind in ("lines", "branches") else label
+        if width(shown) > room and label != above:
+            yield Line(f"  {shown}")
+            above = label
         start = f"  {pad('' if label == above else shown, room)}  "
         start += "branches " if gap.kind == "branches" else ""
         above = label
@@ -208,7 +211,7 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
     yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")
     names = report.not_run_tests
     for name in names[:_MAX_NOT_RUN]:
-        yield Line(f"  not run: {name}", "bad")
+        yield Line(f"  not run: {fit_path(visible(name), columns - 11)}", "bad")
     if len(names) > _MAX_NOT_RUN:
         yield Line(f"  not run: {and_more(len(names) - _MAX_NOT_RUN).removeprefix(', ')}", "bad")
     yield _duration(report)

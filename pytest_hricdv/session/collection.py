@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import re
+import shutil
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
@@ -14,6 +15,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.report.formatting import fit
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.engine_choice import on_installed_engine
@@ -64,6 +66,8 @@ class Collection:
         sent = worker_input(config) or {}  # without a suite, a worker is sent nothing
         self.done: frozenset[str] = frozenset(json.loads(str(sent.get(DONE, "[]"))))
         """Node ids of tests that are not run again, in a session that is resumed."""
+        self._is_rewriting = False
+        """The cursor is on a line that is rewritten."""
         self._is_unasked = False
         """No test asks for a generated one."""
         self._loaded = 0
@@ -156,8 +160,26 @@ class Collection:
         """Report progress of what takes long."""
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None and self.config.get_verbosity() >= 0:
+            if self._is_rewriting:
+                reporter.rewrite("", erase=True)
+                reporter.write("\r", flush=True)
+                self._is_rewriting = False
             reporter.ensure_newline()
             reporter.write_line(visible(text))
+
+    def rewrite(self, text: str) -> bool:
+        """Report progress on a line that the next report takes; False where there is no terminal, or none is wanted.
+
+        A longer text is cut: of a line that wraps, the terminal would keep a part.
+        """
+        reporter = self.config.pluginmanager.get_plugin("terminalreporter")
+        if reporter is None or not reporter.isatty or self.config.get_verbosity() < 0:
+            return False
+        if not self._is_rewriting:
+            reporter.ensure_newline()
+        reporter.rewrite(fit(visible(text), shutil.get_terminal_size().columns - 1), erase=True)
+        self._is_rewriting = True
+        return True
 
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
         """Parametrizes `hri_case`, so that fixtures, -k, --lf and IDEs work as with any parametrized test."""

@@ -118,6 +118,39 @@ def test_lost_tests_are_counted_and_named() -> None:
     assert "not run: and 1 more" in _text(report)
 
 
+@pytest.mark.parametrize("columns", [60, 80])
+def test_names_that_tell_rows_apart_are_whole(columns: int) -> None:
+    report = sample.data(tests=3)
+    names = [f"the_hand_over_is_refused_while_a_person_{number}" for number in ("waits", "walks")]
+    (suite, *_) = report["suites"]
+    for name in names:
+        report["requirements"][name] = report["requirements"]["R1"]
+        suite["requirements"][name] = suite["requirements"]["R1"]
+    suite["plans"] = {f"assistant_of_the_person_{name}": suite["plans"]["human"] for name in ("left", "right")}
+    test = "tests/hri/test_table_assembly.py::test_table_assembly[by-hand-leg1-not_bored-089d384f]"
+    report.update(not_run_tests=[test], selected=4, not_run=1)
+    lines = [line.text for line in _lines(report, columns)[:-1]]
+    assert all(width(line) <= columns for line in lines)
+    for name in (*names, "plans of assistant_of_the_person_left", "plans of assistant_of_the_person_right"):
+        assert any(line.strip().startswith(name) for line in lines), name
+    assert any(line.endswith("089d384f]") for line in lines)
+
+
+def test_a_failed_session_is_about_what_failed() -> None:
+    report = sample.data(tests=3)
+    (suite, *_) = report["suites"]
+    for number in range(10, 30):
+        report["requirements"][f"R{number}"] = report["requirements"]["R1"]
+        suite["requirements"][f"R{number}"] = suite["requirements"]["R1"] | {"passed": 3, "failed": 0, "nc": 0}
+    suite["requirements"]["R2"] |= {"failed": 1}
+    lines = [line.text for line in summary(sample.typed(report), WHERE, 80, brief=True)]
+    rows = [line.split()[0] for line in lines if line.startswith("  R") and "known" not in line.split()]
+    assert "R2" in rows
+    assert not {f"R{number}" for number in range(10, 30)} & {*rows}
+    assert any(line.endswith("others: no test failed them; -v lists all") for line in lines)
+    assert "R10" in _text(report)
+
+
 def test_more_results_than_tests_is_bad_too() -> None:
     report = sample.data(tests=2)
     report["selected"] = 1

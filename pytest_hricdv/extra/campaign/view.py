@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.campaign.records import CAMPAIGN, CampaignResult, CampaignTest, FailedShare, LeastMargin
-from pytest_hricdv.report.formatting import Line, by_requirement, pad, plural, seconds
+from pytest_hricdv.report.formatting import Line, by_requirement, pad, plural, seconds, width
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
@@ -25,11 +25,12 @@ class CampaignView(View):
         if result is None:
             return
         yield Line(headline(result), "title")
-        yield Line(f"  {pad('', 8)}{'passed':>9}{'failed':>9}{'NC':>9}  failed, of those that checked it", "dim")
+        names = max([8, *(width(visible(name)) for name in result.requirements)])
+        yield Line(f"  {pad('', names)}{'passed':>9}{'failed':>9}{'NC':>9}  failed, of those that checked it", "dim")
         for name in sorted(result.requirements, key=by_requirement):
             judged = result.requirements[name]
             counts = f"{judged.passed:>9,}{judged.failed:>9,}{judged.nc:>9,}"
-            text = f"  {pad(visible(name), 8)}{counts}  {share_text(judged.share)}"
+            text = f"  {pad(visible(name), names)}{counts}  {share_text(judged.share)}"
             yield Line(text, "warn" if judged.failed else "plain")
         for text in notes(result):
             yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.missing else "plain")

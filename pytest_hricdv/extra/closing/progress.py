@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive
 from pytest_hricdv.extra.closing.records import ClosingEnd
@@ -32,16 +31,12 @@ class ClosingProgress:
         self._collection = collection
         self._runs = runs
         self._told = 0
-        self._reporter: Any = collection.config.pluginmanager.get_plugin("terminalreporter")
-        self._rewrites = self._reporter is not None and self._reporter.isatty
 
     def show(self, archive: Archive) -> None:
         """After a generation."""
         done = sum(entry.way != GIVEN for entry in archive.entries)
         text = f"hricdv: {done} of {self._runs} runs, {archive.sim_s:.0f} s simulated, open: {listed(archive)}"
-        if self._rewrites and self._collection.config.get_verbosity() >= 0:
-            self._reporter.rewrite(text, erase=True)
-        elif done * STEPS // self._runs > self._told:
+        if not self._collection.rewrite(text) and done * STEPS // self._runs > self._told:
             self._told = done * STEPS // self._runs
             self._collection.say(text)
 

@@ -26,6 +26,7 @@ from pytest_hricdv.report.formatting import (
     plural,
     quantity,
     seconds,
+    width,
 )
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.tests_view import anchor
@@ -66,10 +67,11 @@ class ClosingView(View):
         if result is None:
             return
         yield Line(headline(result), "title")
-        yield Line(f"  {pad('points', 14)}{'hit':>7}{'impossible':>12}{'open':>7}", "dim")
+        room = max([14, *(width(visible(kind_text(kind))) for kind in result.kinds)])
+        yield Line(f"  {pad('points', room)}{'hit':>7}{'impossible':>12}{'open':>7}", "dim")
         for kind, count in result.kinds.items():
             style: Style = "warn" if count.open else "plain"
-            text = f"  {pad(visible(kind_text(kind)), 14)}{count.hit:>7}{count.impossible:>12}{count.open:>7}"
+            text = f"  {pad(visible(kind_text(kind)), room)}{count.hit:>7}{count.impossible:>12}{count.open:>7}"
             yield Line(text, style)
         for text in notes(result):
             yield Line(f"  {text}", "dim")

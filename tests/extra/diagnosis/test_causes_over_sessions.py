@@ -20,7 +20,7 @@ from tests.plugin.project import change
 from tests.report import sample
 
 REPORT = sample.report(tests=3)
-ORIGIN = ReportOrigin(began="2026-11-20T08:00:00+00:00", command="pytest", revision="", dirty=False)
+ORIGIN = ReportOrigin(began="2026-11-20T08:00:00+00:00", command=("pytest",), revision="", dirty=False)
 
 
 def report_with(*names: str, known: str = "", began: str = "2026-11-20") -> Report:
@@ -66,10 +66,8 @@ def test_one_that_the_baseline_has_not_is_called_new() -> None:
     now = replace(now, gates=GateResult(failed=(), improved=(), differences=found))
     causes = FailingTests.of(now).causes
     assert causes is not None
-    assert [cause.title[:28] for cause in causes.causes] == [
-        "cause 1 (aaaa0002): R1 in 3 ",
-        "cause 2 (aaaa0003, new): R1 ",
-    ]
+    titles = [cause.title.partition(":")[0] for cause in causes.causes]
+    assert titles == ["cause 1 (aaaa0002)", "cause 2 (aaaa0003, new)"]
 
 
 def test_a_trend_says_new_since_when_and_gone() -> None:
