@@ -18,8 +18,8 @@ from house.shapes import Gap, Point, moved
 from house.walkers import DOG_RADIUS_M, DOG_SIZE_M, PERSON_RADIUS_M, Dog, Person
 from pytest_hricdv.runtime import Kernel, Node, Recorder
 
-STEP_US = 50_000
-"""Between two looks at what moves: at 0.25 m/s the robot has come 12.5 mm (chosen). Motion itself is exact."""
+STEP_US = 100_000
+"""Between two looks at what moves: at 0.25 m/s the robot has come 25 mm (chosen). Motion itself is exact."""
 
 US_PER_S = 1_000_000
 
