@@ -15,6 +15,8 @@ from pytest_hricdv.extra.diagnosis.decisions import Decisions
 from pytest_hricdv.extra.diagnosis.experiments import Experiments, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.extra.diagnosis.hints import Hint
+from pytest_hricdv.extra.diagnosis.locating import MOST_PLACES, Locating, raised, words_of
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.places import weighted
 from pytest_hricdv.extra.diagnosis.records import (
@@ -26,15 +28,13 @@ from pytest_hricdv.extra.diagnosis.records import (
     KindName,
     SuspiciousPlace,
 )
-from pytest_hricdv.extra.diagnosis.runs import remembering, runner
+from pytest_hricdv.extra.diagnosis.runs import changed_runner, remembering, remembering_repairs, runner
+from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.part import PartSession
-
-MOST_PLACES = 5
-"""So many places are named of each cause. Chosen: who looks at more reads the code anyway."""
 
 NAME = "diagnosis"
 """Of this part, in journals."""
@@ -91,26 +91,34 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     concrete = {name: case.concrete for name, case in cases.items()}
     run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
     run = remembering(run, session.aggregation.journaling, NAME)
-    experiments = Experiments(subject.groups, concrete, run, budget)
+    experiments = Experiments(subject.groups, concrete, run, budget - options.for_repairs(budget))
     decisions = Decisions(experiments, {name: case.ranges for name, case in cases.items()})
     groups = experiments.groups(enough=FIRST_TESTS)
-    _keep(session, _found(session, subject, experiments, decisions, groups))
+    located = [Located(ranked_places(subject, group, _traces(experiments, group))) for group in groups]
+    _keep(session, _found(session, subject, experiments, decisions, groups, located))
     decisions.decide(groups)
     groups = experiments.groups()
+    experiments.budget = budget
     _trace(experiments, groups)
+    located = _located(session, subject, experiments, groups)
     session.interrupted |= experiments.ended == "interrupted"
-    found = _found(session, subject, experiments, decisions, groups)
+    found = _found(session, subject, experiments, decisions, groups, located)
     _keep(session, found)
     return DIAGNOSIS.put(CAUSES.put(report, found[0]), found[1])
 
 
 def _found(
-    session: PartSession, subject: Subject, experiments: Experiments, decisions: Decisions, groups: Sequence[Group]
+    session: PartSession,
+    subject: Subject,
+    experiments: Experiments,
+    decisions: Decisions,
+    groups: Sequence[Group],
+    located: Sequence[Located],
 ) -> tuple[tuple[Cause, ...], Diagnosis]:
     """The causes by now, and what they rest on."""
     made = tuple(
-        cause_of(subject, group, experiments.evidence, decisions.of(group), _traces(experiments, group))
-        for group in groups
+        cause_of(subject, group, experiments.evidence, decisions.of(group), where)
+        for group, where in zip(groups, located, strict=True)
     )
     vocabulary = session.context.run_settings.testbench.vocabulary()
     basis = Diagnosis(
@@ -146,6 +154,33 @@ def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
                 experiments.ended = "interrupted"
 
 
+@dataclass(frozen=True)
+class Located:
+    """Where in the code a cause is: statements, the most suspicious first, and repairs that mend its tests."""
+
+    ranked: Sequence[Suspect]
+    hints: Sequence[Hint] = ()
+
+
+def _located(
+    session: PartSession, subject: Subject, experiments: Experiments, groups: Sequence[Group]
+) -> list[Located]:
+    """Of each cause; repairs are tried of one after the other, each with its share of the runs that are left."""
+    run = changed_runner(session.rerunning, session.context.code)
+    run = remembering_repairs(run, session.aggregation.journaling, NAME)
+    locating = Locating(session, experiments, subject.spectra, subject.tests, run)
+    located = []
+    open_groups = [group for group in groups if not group.is_known]
+    for group in groups:
+        ranked = ranked_places(subject, group, _traces(experiments, group))
+        hints: list[Hint] = []
+        if group in open_groups:
+            left = experiments.budget - experiments.used
+            hints = locating.hints(group, ranked, left // (len(open_groups) - open_groups.index(group)))
+        located.append(Located(raised(ranked, hints), hints))
+    return located
+
+
 def _traces(experiments: Experiments, group: Group) -> list[Trace]:
     """Of runs that failed for a cause, up to what failed first."""
     first: dict[str, Failure] = {}
@@ -155,9 +190,7 @@ def _traces(experiments: Experiments, group: Group) -> list[Trace]:
     return [run.traces[requirement] for requirement, run in runs if run is not None and requirement in run.traces]
 
 
-def cause_of(
-    subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, traces: Sequence[Trace]
-) -> Cause:
+def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, located: Located) -> Cause:
     """What a report says of a group of failures.
 
     Args:
@@ -165,7 +198,7 @@ def cause_of(
         group: the failures.
         evidence: of experiments.
         decision: what decides; None where nobody tried.
-        traces: of runs that failed for it, up to what failed first.
+        located: where in the code it is.
     """
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
@@ -183,7 +216,8 @@ def cause_of(
         state=state,
         minimal=shortest.abstract,
         replay=shortest.replay,
-        places=_places(subject, group, traces),
+        places=_places(subject, located.ranked),
+        hints=tuple(words_of(hint, len(group.nodeids)) for hint in located.hints),
         decides=_decides(group, len(confirmed), decision),
         decision=decision,
         confirmed=len(confirmed),
@@ -202,10 +236,21 @@ def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
     return f"{decided}: {confirmed} of {tests} were run without it"
 
 
-def _places(subject: Subject, group: Group, traces: Sequence[Trace]) -> tuple[SuspiciousPlace, ...]:
+def ranked_places(subject: Subject, group: Group, traces: Sequence[Trace]) -> list[Suspect]:
+    """The statements of the code, those first in which a cause is probably.
+
+    Args:
+        subject: what the failures are of.
+        group: that have the cause.
+        traces: of runs that failed for it, up to what failed first.
+    """
     otherwise = {failure.nodeid for failure in subject.failures if failure.requirement in group.requirements}
     code = subject.spectra.code
-    ranked = weighted(subject.spectra.suspects(group.nodeids, otherwise), traces, () if code is None else code.files)
+    suspects = subject.spectra.suspects(group.nodeids, otherwise)
+    return weighted(suspects, traces, () if code is None else code.files)
+
+
+def _places(subject: Subject, ranked: Sequence[Suspect]) -> tuple[SuspiciousPlace, ...]:
     sources = {file.file: file.source for file in subject.report.code_under_test.map}
     return tuple(
         SuspiciousPlace(

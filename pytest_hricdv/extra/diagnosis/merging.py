@@ -7,7 +7,7 @@ from zlib import decompress
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Subject, cause_of
+from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Located, Subject, cause_of, ranked_places
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.grouping import Group
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision
@@ -24,7 +24,9 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
     experiments = tuple(dict.fromkeys(experiment for basis in bases for experiment in basis.experiments))
     evidence = evidence_of(experiments)
     made = (
-        cause_of(subject, group, evidence, _decision_of(subject, group, before), ())
+        cause_of(
+            subject, group, evidence, _decision_of(subject, group, before), Located(ranked_places(subject, group, ()))
+        )
         for group in subject.groups(evidence)
     )
     basis = replace(
@@ -49,8 +51,11 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
 
 
 def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
-    hints = dict.fromkeys(hint for other in before if other.id == cause.id for hint in other.hints)
-    return replace(cause, hints=tuple(hints))
+    """With the hints of all reports, and the places of the one with most tests: there, runs were traced."""
+    same = [other for other in before if other.id == cause.id]
+    hints = dict.fromkeys(hint for other in same for hint in other.hints)
+    largest = max(same, key=lambda other: len(other.tests), default=cause)
+    return replace(cause, hints=tuple(hints), places=largest.places or cause.places)
 
 
 def rebuilt(report: Report, kept: Mapping[str, Mapping[str, bytes]]) -> Report:

@@ -10,6 +10,10 @@ normal way to run a suite: so it is a tenth of the session's time. It depends on
 would decide what a report says."""
 
 
+LEAST_FOR_REPAIRS = 12
+"""With fewer runs, hardly any repair would be tried. Chosen."""
+
+
 @dataclass(frozen=True)
 class DiagnosisOptions:
     """How failures are diagnosed.
@@ -27,3 +31,11 @@ class DiagnosisOptions:
             session_runs: of all tests, and of what generated them.
         """
         return max(2, int(SHARE * session_runs)) if self.runs is None else self.runs
+
+    def for_repairs(self, budget: int) -> int:
+        """How many of these runs are kept for repairs of the code: none of a small budget, which shows little of them.
+
+        Args:
+            budget: see above.
+        """
+        return budget // 2 if budget >= LEAST_FOR_REPAIRS else 0

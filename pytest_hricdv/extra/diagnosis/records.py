@@ -25,7 +25,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         file: as the report names it.
         line: its first line.
         function: it is in.
-        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient).
+        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed).
         text: the line.
     """
 

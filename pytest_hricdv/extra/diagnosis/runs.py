@@ -14,13 +14,19 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.extra.diagnosis.changed_code import put_in
 from pytest_hricdv.extra.diagnosis.failures import FAULT
+from pytest_hricdv.extra.diagnosis.repairs import Repair
 from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.serving import leave_no_core, limit_time
+
+MOST_S = 60
+"""A run with a repair is ended when it takes more processor time (s). Chosen: one of the table takes half a second."""
 
 MOST_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
@@ -65,6 +71,9 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
 Run = Callable[[ConcreteTest], Ran | None]
 """Runs a test; None where the run came to no end."""
 
+RunChanged = Callable[[Repair, ConcreteTest], Ran | None]
+"""Runs a test with a repair; None where it came to no end."""
+
 _DECODER: msgspec.json.Decoder[Ran | None] = msgspec.json.Decoder(Ran | None)
 
 
@@ -84,30 +93,23 @@ def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTes
         return None if result is None else ran(result)
 
     def run(test: ConcreteTest) -> Ran | None:
-        if not hasattr(os, "fork"):
-            return run_here(test)
-        process = fork()
-        if isinstance(process, InFork):
-            message = b"null"
-            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
-                message = msgspec.json.encode(run_here(test))
-            process.send_and_end(message)
-        try:
-            with rerunning.let_through():
-                return _DECODER.decode(process.message())
-        except ForkError:
-            return None
-        finally:
-            process.close()
+        return _forked(rerunning, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
 
     return run
 
 
-def remembering(run: Run, journaling: Journaling, part: str) -> Run:
-    """Runs that a session which was killed has made before are not made again: they are in its journal."""
+def remembering(run: Run, journaling: Journaling, part: str, *code: str) -> Run:
+    """Runs that a session which was killed has made before are not made again: they are in its journal.
+
+    Args:
+        run: runs a test.
+        journaling: of the session.
+        part: keeps them there under this name.
+        code: what of the code under test is changed.
+    """
 
     def remembered(test: ConcreteTest) -> Ran | None:
-        key = digest("run", test.to_json())
+        key = digest("run", test.to_json(), *code)
         kept = journaling.kept(part, key)
         if kept is not None:
             return _DECODER.decode(kept)
@@ -116,6 +118,53 @@ def remembering(run: Run, journaling: Journaling, part: str) -> Run:
         return result
 
     return remembered
+
+
+def changed_runner(rerunning: Rerunning, code: CodeMap) -> RunChanged:
+    """Runs tests with a repair of the code, in a fork: there has to be one.
+
+    Args:
+        rerunning: runs tests.
+        code: under test.
+    """
+    files = {file.name: file for file in code.files}
+
+    def run_here(repair: Repair, test: ConcreteTest) -> Ran | None:
+        file = files[repair.file]
+        leave_no_core()
+        limit_time(MOST_S)
+        if not put_in(file.path, file.text, repair.text):
+            return None
+        result = rerunning.run(named(test, "repair"))
+        return None if result is None else ran(result)
+
+    return lambda repair, test: _forked(rerunning, lambda: run_here(repair, test))
+
+
+def remembering_repairs(run: RunChanged, journaling: Journaling, part: str) -> RunChanged:
+    """As `remembering`, for runs with repairs."""
+
+    def remembered(repair: Repair, test: ConcreteTest) -> Ran | None:
+        return remembering(lambda same: run(repair, same), journaling, part, repair.text)(test)
+
+    return remembered
+
+
+def _forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
+    """What a fork gives; None where it came to no end."""
+    process = fork()
+    if isinstance(process, InFork):
+        message = b"null"
+        with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
+            message = msgspec.json.encode(work())
+        process.send_and_end(message)
+    try:
+        with rerunning.let_through():
+            return _DECODER.decode(process.message())
+    except ForkError:
+        return None
+    finally:
+        process.close()
 
 
 def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | None:

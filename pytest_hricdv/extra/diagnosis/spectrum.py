@@ -56,12 +56,16 @@ class Suspect:
         line: first line of the statement.
         score: of the statement, or of the most suspicious branch that leaves it.
         passing: how many passing tests execute it.
+        own: score of the statement itself.
+        branches: line to which a branch leaves it, below 0 for the end of the function, and its score.
     """
 
     file: str
     line: int
     score: float
     passing: int
+    own: float = 0.0
+    branches: tuple[tuple[int, float], ...] = ()
 
 
 def suspects(
@@ -118,13 +122,13 @@ def _scored(
 ) -> Iterator[Suspect]:
     first_statement = first_branch = 0
     for file in code.files:
-        leaving: dict[int, float] = {}
-        for place, (line, _) in enumerate(file.branches, first_branch):
-            leaving[line] = max(leaving.get(line, 0.0), coefficient(branches[place]))
+        leaving: dict[int, list[tuple[int, float]]] = {}
+        for place, (line, to) in enumerate(file.branches, first_branch):
+            leaving.setdefault(line, []).append((to, coefficient(branches[place])))
         for place, line in enumerate(file.statements, first_statement):
             counts = statements[place]
             if counts.failing:
-                score = max(coefficient(counts), leaving.get(line, 0.0))
-                yield Suspect(file.name, line, score, counts.passing)
+                own, ways = coefficient(counts), tuple(leaving.get(line, ()))
+                yield Suspect(file.name, line, max(own, *(score for _, score in ways), 0.0), counts.passing, own, ways)
         first_statement += len(file.statements)
         first_branch += len(file.branches)

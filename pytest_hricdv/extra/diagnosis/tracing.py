@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from array import array
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from types import FrameType
@@ -57,11 +57,13 @@ class Trace(PlainRecord, frozen=True, kw_only=True):
     Args:
         until_s: this time (s of simulated time).
         executed: each statement once, the last one first.
+        branches: that it took: file, and from which line to which one; 0 for the end of the function.
         stood: of each node, where it stood then: file and first line of statements, the innermost first.
     """
 
     until_s: Number
     executed: tuple[Executed, ...] = ()
+    branches: tuple[tuple[str, Count, Count], ...] = ()
     stood: tuple[tuple[tuple[str, Count], ...], ...] = ()
 
 
@@ -139,17 +141,29 @@ class Tracing:
             )
             for place, step in sorted(last.items(), key=lambda item: -item[1])
         )
-        return Trace(until_s=time_s, executed=tuple(executed), stood=tuple(self._stood(end)))
+        stacks, taken = self._followed(end)
+        return Trace(
+            until_s=time_s,
+            executed=tuple(executed),
+            branches=tuple(
+                (*self._all[place], 0 if to == _RETURNED else self._all[to][1]) for place, to in sorted(taken)
+            ),
+            stood=tuple(tuple(self._all[place] for place in reversed(stack)) for _, stack in sorted(stacks.items())),
+        )
 
-    def _stood(self, end: int) -> Iterator[tuple[tuple[str, int], ...]]:
+    def _followed(self, end: int) -> tuple[dict[int, list[int]], set[tuple[int, int]]]:
+        """Of each node, the statements that it is in, the outermost first; and which statement followed on which."""
         stacks: dict[int, list[int]] = {}
+        taken = set()
         for step in range(end):
+            place, depth = self._places[step], self._depths[step]
             stack = stacks.setdefault(self._nodes[step], [])
-            del stack[self._depths[step] :]
-            if self._places[step] != _RETURNED:
-                stack += [self._places[step]] * (self._depths[step] + 1 - len(stack))
-        for _, stack in sorted(stacks.items()):
-            yield tuple(self._all[place] for place in reversed(stack))
+            if len(stack) > depth:
+                taken.add((stack[depth], place))
+            del stack[depth:]
+            if place != _RETURNED:
+                stack += [place] * (depth + 1 - len(stack))
+        return stacks, taken
 
     def _trace(self, frame: FrameType, event: str, argument: Any) -> Any:
         """See `sys.settrace`: called where a function begins, then for each of its lines, and where it ends."""

@@ -58,11 +58,26 @@ def test_what_is_far_more_suspicious_comes_first_though_it_ran_before() -> None:
 
 
 def test_a_constant_comes_after_what_reads_it() -> None:
-    assert ranked({1: 0.5, 2: 0.5, 6: 0.9, 10: 0.9}, trace(6, 11, 10)) == [6, 1, 10, 2]
+    assert ranked({1: 0.5, 2: 0.5, 6: 0.9, 10: 0.5}, trace(6, 11, 10)) == [6, 1, 10, 2]
+
+
+def test_a_branch_that_is_taken_after_the_violation_does_not_count() -> None:
+    branching = Suspect("code.py", 11, 1.0, 0, own=0.5, branches=((12, 1.0), (-9, 0.4)))
+    plain = Suspect("code.py", 6, 0.6, 0)
+    before = Trace(until_s=1.0, executed=trace(11, 6).executed, branches=(("code.py", 11, 12),))
+    after = Trace(until_s=1.0, executed=trace(11, 6).executed, branches=(("code.py", 11, 0),))
+    assert [[suspect.line for suspect in weighted([branching, plain], [run], FILES)] for run in (before, after)] == [
+        [11, 6],
+        [6, 11],
+    ]
+
+
+def test_a_wait_comes_after_what_led_to_it() -> None:
+    assert ranked(dict.fromkeys((6, 10, 9), 1.0), trace(6, 10, 9, stood=(6, 11))) == [10, 6, 9]
 
 
 def test_a_node_that_polls_does_not_hide_the_others() -> None:
     polls = trace(6, 5, 12, stood=(6,), node=1)
     works = trace(10, 9)
     both = Trace(until_s=1.0, executed=(*polls.executed, *works.executed), stood=())
-    assert ranked(dict.fromkeys((6, 5, 12, 10, 9), 1.0), both)[:2] == [6, 10]
+    assert ranked(dict.fromkeys((6, 5, 12, 10, 9), 1.0), both)[:3] == [6, 5, 10]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.mutation.process import FaultyImport
+from pytest_hricdv.execution.faulty_import import FaultyImport
 
 
 @pytest.fixture

@@ -1,0 +1,54 @@
+"""An import of other text than a file has: of code under test with a fault, or without one, in a process of its own."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from pathlib import Path
+from types import CodeType, ModuleType
+
+
+class FaultyImport(MetaPathFinder):
+    """Finds the module of a file, by whichever finder has it, and loads another text in its place.
+
+    To be set before the module is imported: `sys.meta_path.insert(0, FaultyImport(path, text))`. Nothing is written.
+
+    Args:
+        path: of the file.
+        text: to be loaded.
+    """
+
+    def __init__(self, path: Path, text: str) -> None:
+        self._path = path.resolve()
+        self._text = text
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """See `importlib.abc.MetaPathFinder`; None for every other module."""
+        for finder in sys.meta_path:
+            spec = None if finder is self else finder.find_spec(fullname, path, target)
+            if spec is not None:
+                return self._changed(spec, fullname) if self._is_wanted(spec) else None
+        return None
+
+    def _is_wanted(self, spec: ModuleSpec) -> bool:
+        return spec.has_location and spec.origin is not None and Path(spec.origin).resolve() == self._path
+
+    def _changed(self, spec: ModuleSpec, fullname: str) -> ModuleSpec:
+        spec.loader = _Loader(fullname, str(self._path), self._text)
+        return spec
+
+
+class _Loader(SourceFileLoader):
+    def __init__(self, fullname: str, path: str, text: str) -> None:
+        super().__init__(fullname, path)
+        self._text = text
+
+    def get_code(self, fullname: str) -> CodeType:
+        """The code of the other text; neither read from the cache nor written to it."""
+        code = compile(self._text, self.path, "exec", dont_inherit=True)
+        assert isinstance(code, CodeType), "a module compiles to code"
+        return code

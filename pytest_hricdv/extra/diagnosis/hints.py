@@ -1,0 +1,119 @@
+"""Hints: repairs of suspicious statements that turn failing tests into passing ones, and nothing else.
+
+A repair runs first with the shortest failing test of a cause. What mends this runs with others that fail for the cause,
+and with some that pass and execute the statement. What mends all of the former and changes none of the latter is the
+strongest evidence that there is where the fault is (S. Moon, Y. Kim, M. Kim, S. Yoo: Ask the Mutants: Mutating Faulty
+Programs for Fault Localization, ICST 2014).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv.extra.diagnosis.failures import FAULT
+from pytest_hricdv.extra.diagnosis.repairs import Repair
+from pytest_hricdv.extra.diagnosis.runs import Ran, RunChanged
+from pytest_hricdv.generate.concrete import ConcreteTest
+
+FURTHER = 3
+"""So many further failing tests, and so many passing ones, a repair has to stand. Chosen: most that mend one test by
+chance, as by doing nothing at all, fail another one."""
+
+MOST_HINTS = 2
+"""So many hints are looked for."""
+
+
+@dataclass(frozen=True)
+class FailingTest:
+    """A test that fails for a cause: the requirements that are to pass, and all that it violates."""
+
+    test: ConcreteTest
+    wanted: Collection[str]
+    violated: Collection[str]
+
+
+@dataclass(frozen=True)
+class PassingTest:
+    """A test that does not fail for a cause: the requirements that it checks and passes, and those that it violates."""
+
+    test: ConcreteTest
+    checked: Collection[str]
+    violated: Collection[str]
+
+
+@dataclass(frozen=True)
+class Hint:
+    """A repair, with how many failing tests pass with it, and how many others are as they were."""
+
+    repair: Repair
+    mended: int
+    unchanged: int
+
+
+@dataclass
+class Repairing:
+    """Looks for repairs, within a budget of runs.
+
+    Args:
+        run: runs a test with a repair.
+        budget: at most so many runs.
+    """
+
+    run: RunChanged
+    budget: int
+    used: int = field(default=0, init=False)
+
+    def hints(
+        self,
+        repairs: Iterable[Repair],
+        failing: Sequence[FailingTest],
+        passing: Callable[[Repair], Sequence[PassingTest]],
+    ) -> list[Hint]:
+        """The repairs that stand all tests, in their order.
+
+        Args:
+            repairs: to be tried, in this order.
+            failing: tests of the cause, the shortest first.
+            passing: of a repair, the tests that execute its statement, in the order in which they are tried.
+        """
+        hints: list[Hint] = []
+        for repair in repairs:
+            if self.used >= self.budget or len(hints) >= MOST_HINTS:
+                break
+            if self._mends(repair, failing[0]):
+                hint = self._stands(repair, failing[1 : 1 + FURTHER], passing(repair)[:FURTHER])
+                hints += [hint] if hint is not None else []
+        return hints
+
+    def _stands(self, repair: Repair, failing: Sequence[FailingTest], passing: Sequence[PassingTest]) -> Hint | None:
+        mended, unchanged = 1, 0
+        for number in range(max(len(failing), len(passing))):
+            for other in passing[number : number + 1] if self.used < self.budget else ():
+                if not self._leaves(repair, other):
+                    return None
+                unchanged += 1
+            for test in failing[number : number + 1] if self.used < self.budget else ():
+                if not self._mends(repair, test):
+                    return None
+                mended += 1
+        return Hint(repair, mended, unchanged)
+
+    def _mends(self, repair: Repair, failing: FailingTest) -> bool:
+        ran = self._ran(repair, failing.test)
+        if ran is None:
+            return False
+        violated, checked = {*ran.violated}, {*ran.checked, FAULT}
+        return violated <= {*failing.violated} - {*failing.wanted} and checked >= {*failing.wanted}
+
+    def _leaves(self, repair: Repair, passing: PassingTest) -> bool:
+        ran = self._ran(repair, passing.test)
+        return (
+            ran is not None
+            and {*ran.violated} <= {*passing.violated}
+            and {*ran.checked, *ran.violated} >= {*passing.checked}
+        )
+
+    def _ran(self, repair: Repair, test: ConcreteTest) -> Ran | None:
+        self.used += 1
+        return self.run(repair, test)

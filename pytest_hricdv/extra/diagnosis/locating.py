@@ -1,0 +1,137 @@
+"""Locating: repairs of the most suspicious statements are tried, with tests that fail for a cause and with others."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.extra.diagnosis.experiments import Experiments
+from pytest_hricdv.extra.diagnosis.grouping import Group, Spectra
+from pytest_hricdv.extra.diagnosis.hints import FailingTest, Hint, PassingTest, Repairing
+from pytest_hricdv.extra.diagnosis.repairs import OPERATORS, Repair, repairs
+from pytest_hricdv.extra.diagnosis.runs import RunChanged
+from pytest_hricdv.extra.diagnosis.spectrum import Suspect
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.part import PartSession
+
+MOST_PLACES = 5
+"""So many of the most suspicious statements are repaired: those that are shown."""
+
+_ADDED = ("condition changed", "call added")
+"""Kinds of repairs that have many of one statement: the later ones wait longer."""
+
+
+@dataclass
+class Locating:
+    """Tries repairs within the runs that experiments have left.
+
+    Args:
+        session: runs tests.
+        experiments: that have been made; further runs are counted with theirs.
+        spectra: what each test executes.
+        tests: node id -> result, of all tests.
+        run: runs a test with a repair.
+    """
+
+    session: PartSession
+    experiments: Experiments
+    spectra: Spectra
+    tests: Mapping[str, TestResult]
+    run: RunChanged
+
+    def hints(self, group: Group, ranked: Sequence[Suspect], budget: int) -> list[Hint]:
+        """Repairs of a cause that stand all tests; none on a system where nothing can be forked.
+
+        Args:
+            group: the cause.
+            ranked: statements, the most suspicious first.
+            budget: at most so many runs.
+        """
+        failing = [*self._failing(group)]
+        if not failing or not hasattr(os, "fork") or self.experiments.ended == "interrupted":
+            return []
+        repairing = Repairing(self.run, budget)
+        try:
+            return repairing.hints(
+                _ordered(self.session.context.code, ranked), failing, lambda repair: [*self._passing(group, repair)]
+            )
+        except KeyboardInterrupt:
+            self.experiments.ended = "interrupted"
+            return []
+        finally:
+            self.experiments.used += repairing.used
+
+    def _failing(self, group: Group) -> Iterator[FailingTest]:
+        """Tests that fail for a cause, the shortest first; those first that failed again as they were."""
+        experiments = self.experiments
+        wanted: dict[str, set[str]] = {}
+        for failure in group.failures:
+            wanted.setdefault(failure.nodeid, set()).add(failure.requirement)
+        names = [name for name in group.nodeids if name in experiments.tests]
+        for name in sorted(names, key=lambda name: (name not in experiments.controls, *experiments.length(name))):
+            control = experiments.controls.get(name)
+            if name not in experiments.controls:
+                violated = {*self._violated(name)} | wanted[name]
+                yield FailingTest(experiments.tests[name], wanted[name], violated)
+            elif control is not None and wanted[name] <= {*control.violated}:
+                yield FailingTest(experiments.tests[name], wanted[name], control.violated)
+
+    def _passing(self, group: Group, repair: Repair) -> Iterator[PassingTest]:
+        """Tests that execute a repaired statement and do not fail for the cause, the shortest first."""
+        chosen, number = self.session.aggregation.chosen, self._number(repair)
+        names = [
+            name
+            for name, bits in self.spectra.bits.items()
+            if name in chosen and name not in group.nodeids and bits.statements >> number & 1
+        ]
+        for name in sorted(names, key=lambda name: (self.tests[name].fails, len(self.tests[name].abstract), name)):
+            checked = [key for key, result in self.tests[name].requirements.items() if result.verdict == "Passed"]
+            yield PassingTest(chosen[name].concrete, checked, [*self._violated(name)])
+
+    def _violated(self, name: str) -> Iterator[str]:
+        test = self.tests[name]
+        yield from (requirement for requirement in test.requirements if test.violates(requirement))
+
+    def _number(self, repair: Repair) -> int:
+        first = 0
+        for file in self.session.context.code.files:
+            if file.name == repair.file:
+                return first + file.statements.index(repair.line)
+            first += len(file.statements)
+        raise KeyError(repair.file)
+
+
+def _ordered(code: CodeMap, ranked: Sequence[Suspect]) -> Iterator[Repair]:
+    """The repairs of the first places: first the usual ones of the first place, last the unusual ones of the last."""
+    files = {file.name: file for file in code.files}
+    kinds = {name: number for number, name in enumerate(OPERATORS)}
+    made: list[tuple[int, int, Repair]] = []
+    for rank, suspect in enumerate(ranked[:MOST_PLACES]):
+        counts: dict[str, int] = {}
+        for repair in repairs(code.files, files[suspect.file], suspect.line):
+            nth = counts[repair.operator] = counts.get(repair.operator, -1) + 1
+            made.append((rank + kinds[repair.operator] + nth // (2 if repair.operator in _ADDED else 1), rank, repair))
+    yield from (repair for _, _, repair in sorted(made, key=lambda entry: entry[:2]))
+
+
+def words_of(hint: Hint, failing: int) -> str:
+    """A hint as a sentence.
+
+    Args:
+        hint: the repair, and what came of it.
+        failing: how many tests fail for the cause.
+    """
+    where = f"{hint.repair.function} ({hint.repair.file}:{hint.repair.line})"
+    others = f", none of {plural(hint.unchanged, 'other')} changes" if hint.unchanged else ", no other was run"
+    tried = "" if hint.mended == failing else f" of {hint.mended} tried"
+    return f"{hint.repair.words} in {where}, {hint.mended}{tried or f' of {failing}'} failing tests pass{others}"
+
+
+def raised(ranked: Sequence[Suspect], hints: Sequence[Hint]) -> list[Suspect]:
+    """The statements in their order, but those first of which a repair stands all tests."""
+    mended = [(hint.repair.file, hint.repair.line) for hint in hints if hint.unchanged or hint.mended > 1]
+    order = {place: number for number, place in reversed([*enumerate(mended)])}
+    return sorted(ranked, key=lambda suspect: order.get((suspect.file, suspect.line), len(order)))
