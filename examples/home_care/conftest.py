@@ -44,6 +44,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         bystanders=bystanders(),
         disturbances=DISTURBANCES,
         concretization=Concretization(COMMANDS, {**RUN, "battery": Range(0.19, 1.0)}),
+        by_hand=HERE / "tests" / "by_hand.toml",
         requirements=HERE / "tests" / "requirements.toml",
         messages=(Order, *SAID, DogCalled),
         signals={**house.SIGNALS, **observer.SIGNALS},
