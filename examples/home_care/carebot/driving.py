@@ -117,8 +117,8 @@ class Driver:
         """Stand, give others the time to leave, and find a way around those that stay."""
         self._base.drive(STAND)
         if self._config.faults.waits_for_ever:
-            await asyncio.sleep(self._config.period_s)  # unreachable: a published fault, which is off
-            return self._way(goal, ())  # unreachable: a published fault, which is off
+            await asyncio.sleep(LOOK_AGAIN_S)  # unreachable: a published fault, which is off
+            return way  # unreachable: a published fault, which is off
         await asyncio.sleep(self._config.patience_s if way else LOOK_AGAIN_S)
         self._turning = False
         pose = self._base.pose()
