@@ -1,4 +1,5 @@
 # make suite: learn tests from the BDI models and run each against the simulated world, on two workers.
+# make home-care: the same for the second testbench, examples/home_care.
 # make test:  the project's own tests (5 minutes), without the long ones; those are make slow (half an hour).
 # OPTIONS=... is handed on to pytest by these.
 # make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
@@ -21,10 +22,13 @@ PATIENCE = -o faulthandler_exit_on_timeout=true -o faulthandler_timeout
 # Hundreds of processes are started by the tests, and two workers by each suite: none should compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: suite test slow ros2 lint bench experiment agreement adequacy false-alarms engines closure campaign pictures docs dist clean
+.PHONY: suite home-care test slow ros2 lint bench experiment agreement adequacy false-alarms engines closure campaign pictures docs dist clean
 
 suite: $(VENV)/.installed
 	$(BIN)/pytest --hri-suite=rl -n 2
+
+home-care: $(VENV)/.installed
+	cd examples/home_care && $(abspath $(BIN))/pytest --hri-suite=rl -n 2
 
 test: $(VENV)/.installed
 	$(BIN)/pytest -n 2 --dist worksteal $(PATIENCE)=300 $(OPTIONS)
