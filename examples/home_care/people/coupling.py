@@ -18,6 +18,8 @@ GRIPS_S = (0.0, 5.0)
 
 GIVEN_UP = 'on(refused) & refused.reason != "I cannot do that" & refused.reason != "too many orders"'
 
+KEPT_FROM_CHARGER = 'on(state) & state == "Ready" & previously(state == "Recharge") & !on(docked) & !on(accepted)'
+
 CONFORMANCE = Conformance(
     agent="robot",
     hears=(Hears("order(Kind)", "on(order)", source="person"),),
@@ -33,7 +35,7 @@ CONFORMANCE = Conformance(
     # How long drives and grips take is seen, and not modelled; when it is idle is its specification.
     limits={"travel_time": 0.001, "detour_time": 0.001, "grip_time": 0.001, "idle_after": 30.0},
     # It knows nobody who stays in the way, and no battery.
-    until=f"{GIVEN_UP} | on(state) & battery < 0.2",
+    until=f"{GIVEN_UP} | {KEPT_FROM_CHARGER} | on(state) & battery < 0.2",
 )
 
 ONLINE = Online(
