@@ -187,7 +187,8 @@ class _Usage:
 
     It waits if no thread of it had a processor, wanted one, or had to do with the disk, but for the thread of the
     watchdog, which makes this. That others use all processors has no effect where Linux tells for how long threads
-    wanted one; elsewhere, being interrupted is a sign of it.
+    wanted one, and which want one now: that is added to the former only when they get it, which on a busy machine takes
+    longer than a tick. Elsewhere, being interrupted is a sign of it.
     """
 
     def __init__(self, watched: threading.Thread) -> None:
@@ -203,6 +204,7 @@ class _Usage:
         self._times, self._counters = self._read()
         real_s = self._times[0] - began_s
         waits = self._counters == counters and self._times[2] - wanted_s < (1 - _IDLE) * real_s
+        waits = waits and not _wants_now(self._own)
         # After a machine has slept, or a process was stopped, a tick may have taken for ever.
         return (min(real_s, 2 * TICK_S) if waits else 0.0), self._times[1] - worked_s
 
@@ -234,3 +236,25 @@ def _wanted_s(but: str) -> float | None:
     except (OSError, ValueError):
         return None
     return total_ns / 1e9
+
+
+def _wants_now(but: str) -> bool:
+    """Whether a thread of this process has or wants a processor now; False where the system does not tell.
+
+    Args:
+        but: the number that the system has for a thread, which does not count.
+    """
+    try:
+        tasks = [task for task in os.listdir("/proc/self/task") if task != but]
+    except OSError:
+        return False
+    return any(_state(task) == b"R" for task in tasks)
+
+
+def _state(task: str) -> bytes:
+    """What a thread is doing, a letter as in `ps`; empty where the system does not tell, or it has ended."""
+    try:
+        with open(f"/proc/self/task/{task}/stat", "rb") as file:
+            return file.read().rpartition(b") ")[2][:1]  # its name comes before, in brackets, and may have some
+    except OSError:
+        return b""

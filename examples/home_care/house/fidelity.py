@@ -40,7 +40,7 @@ def _bodies(house: House) -> Sequence[Body]:
 
 FILM = Film(
     camera=_camera,
-    moments={"ordered": "order", "takes": "food_held", "done": "completed", "refused": "refused", "home": "docked"},
+    moments={"ordered": "order", "takes": "food_held", "done": "completed"},
     state="state.name",
     period_s=STEP_US / US_PER_S,
     bodies=_bodies,

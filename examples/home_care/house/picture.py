@@ -1,5 +1,7 @@
 """The flat seen from above, for films, and as boxes and cylinders for viewers in 3-D.
 
+In pictures y goes to the right and x goes down, so that the flat lies: the living room is left, the kitchen right.
+
 Needs Pillow, as all films do; nothing else of the house imports it.
 """
 
@@ -131,7 +133,7 @@ def _solid_body(solid: Solid) -> Body:
 
 def _room() -> Image.Image:
     """What never moves."""
-    whole = Image.new("RGB", (_length_px(FRAME.x2 - FRAME.x1), _length_px(FRAME.y2 - FRAME.y1)), FLOOR)
+    whole = Image.new("RGB", (_length_px(FRAME.y2 - FRAME.y1), _length_px(FRAME.x2 - FRAME.x1)), FLOOR)
     draw = ImageDraw.Draw(whole)
     _box(draw, Box(INSIDE.x1, -0.9, INSIDE.x2, INSIDE.y2), KITCHEN)
     _disc(draw, CHARGER, 0.3, CHARGER_RGB, outline_only=True)
@@ -143,7 +145,7 @@ def _room() -> Image.Image:
             middle = ((solid.box.x1 + solid.box.x2) / 2.0, (solid.box.y1 + solid.box.y2) / 2.0)
             draw.text(_px(middle), _LABELS[solid.name], NAME_RGB, anchor="mm", font_size=11 * FINE)
     draw.text(_px(((SINK.x1 + SINK.x2) / 2.0, 3.7)), "sink", NAME_RGB, anchor="mm", font_size=11 * FINE)
-    draw.text(_px((CHARGER[0], CHARGER[1] + 0.42)), "charger", CHARGER_RGB, anchor="mm", font_size=11 * FINE)
+    draw.text(_px((CHARGER[0] - 0.45, CHARGER[1])), "charger", CHARGER_RGB, anchor="mm", font_size=11 * FINE)
     return whole
 
 
@@ -160,7 +162,7 @@ def _length_px(length_m: float) -> int:
 
 
 def _px(at: Point) -> tuple[float, float]:
-    return (at[0] - FRAME.x1) * PX_PER_M * FINE, (FRAME.y2 - at[1]) * PX_PER_M * FINE
+    return (at[1] - FRAME.y1) * PX_PER_M * FINE, (at[0] - FRAME.x1) * PX_PER_M * FINE
 
 
 def _box(draw: ImageDraw.ImageDraw, box: Box, rgb: tuple[int, int, int]) -> None:

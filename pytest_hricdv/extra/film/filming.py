@@ -8,7 +8,7 @@ import io
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -19,11 +19,12 @@ from pytest_hricdv._base.atomic_file import replaced
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.schedule import Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
-from pytest_hricdv.monitor import MonitorSet, Verdict
+from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.violation_lines import violation_line
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
@@ -39,11 +40,13 @@ class Filming:
     Args:
         settings: of the session's runs, with a testbench that has a film.
         folder: of the report; films go into a folder inside.
+        known_violations: which are declared: a film is about others, where a run has others.
     """
 
-    def __init__(self, settings: RunSettings, folder: Path) -> None:
+    def __init__(self, settings: RunSettings, folder: Path, known_violations: Container[str] = ()) -> None:
         self._settings = settings
         self._folder = folder
+        self._known = known_violations
         self._filmed: Counter[str] = Counter()
 
     def film(self, result: CaseResult) -> FilmResult:
@@ -98,7 +101,7 @@ class Filming:
         path.parent.mkdir(parents=True, exist_ok=True)
         film = video(path)
         try:
-            film_run = FilmRun(declared, result, film)
+            film_run = FilmRun(declared, result, film, alarms_of(result, self._known))
             again = execute(self._settings, result.test, filming=film_run.rolling)
             if film_run.recorder is None:
                 raise TestbenchError("the testbench's run did not call run.go")
@@ -131,10 +134,11 @@ def _counted(failed: Sequence[str]) -> Sequence[str]:
 class FilmRun:
     """One run being filmed."""
 
-    def __init__(self, film: Film, result: CaseResult, video: Video) -> None:
+    def __init__(self, film: Film, result: CaseResult, video: Video, alarms: Sequence[Alarm]) -> None:
         self._film = film
         self._result = result
         self._video = video
+        self._alarms = alarms
         self.recorder: FilmRecorder | None = None
 
     @contextlib.contextmanager
@@ -146,8 +150,7 @@ class FilmRun:
         camera = self._film.camera(world)
         with contextlib.closing(camera):
             view = ReplayView(run.recorder, run.monitors)
-            plan, alarms = self._plan(), _alarms(self._result.verdicts)
-            self.recorder = FilmRecorder(camera, plan, view, self._film.state, alarms, self._video)
+            self.recorder = FilmRecorder(camera, self._plan(), view, self._film.state, self._alarms, self._video)
             run.kernel.world = FilmedWorld(world, self.recorder)
             self.recorder.take_picture(run.kernel.now_us)
             yield
@@ -155,7 +158,7 @@ class FilmRun:
 
     def _plan(self) -> Schedule:
         result = self._result
-        violations_s = sorted(alarm.time_s for alarm in _alarms(result.verdicts))
+        violations_s = [alarm.time_s for alarm in self._alarms]
         first_s = violations_s[0] if violations_s else None
         moments = key_moments(self._film.moments, _events(result.record), first_s, result.sim_s)
         return schedule(moments, violations_s, result.sim_s, self._film.period_us)
@@ -195,15 +198,15 @@ def _events(record: Record) -> list[tuple[float, str]]:
     return sorted(chain(messages, signals))
 
 
-def _alarms(verdicts: Sequence[Verdict]) -> list[Alarm]:
+def alarms_of(result: CaseResult, known_violations: Container[str]) -> list[Alarm]:
+    """The violations that a film of a run shows, in the order of time: those that are not known, or else all."""
+    unknown = undeclared_violations(result, known_violations)
+    shown = set(unknown) & set(result.failed) or set(result.failed)
     alarms = [
-        Alarm(
-            violation.time_s,
-            verdict.requirement,
-            f"{verdict.requirement} {violation_line(violation, {})}",
-        )
-        for verdict in verdicts
+        Alarm(violation.time_s, verdict.requirement, f"{verdict.requirement} {violation_line(violation, {})}")
+        for verdict in result.verdicts
         for violation in verdict.violations
+        if verdict.requirement in shown
     ]
     return sorted(alarms, key=lambda alarm: alarm.time_s)
 

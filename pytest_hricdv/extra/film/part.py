@@ -56,10 +56,10 @@ class FilmPart(Part[bool]):
         """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
         if not self.settings(context.options) or case.result is None or not result.leaves_evidence:
             return result
-        from pytest_hricdv.extra.film.filming import Filming, film_text
+        from pytest_hricdv.extra.film.filming import film_text
         from pytest_hricdv.extra.film.records import FILM
 
-        filming = context.stash.setdefault(_FILMING, Filming(context.run_settings, context.options.report))
+        filming = self._filming(context)
         film = filming.film(case.result)
         folder = os.path.relpath(context.options.report, context.collection.config.invocation_params.dir)
         report.sections.append(("film", film_text(film, Path(folder))))
@@ -69,13 +69,19 @@ class FilmPart(Part[bool]):
         """Counts its film among those of this process."""
         if not self.settings(context.options):
             return
-        from pytest_hricdv.extra.film.filming import Filming
         from pytest_hricdv.extra.film.records import FILM
 
         film = FILM.of(result)
         if film is not None and film.video:
             failed = [name for name in result.requirements if result.violates(name)]
-            context.stash.setdefault(_FILMING, Filming(context.run_settings, context.options.report)).count(failed)
+            self._filming(context).count(failed)
+
+    def _filming(self, context: RunContext) -> Filming:
+        from pytest_hricdv.extra.film.filming import Filming
+
+        if _FILMING not in context.stash:
+            context.stash[_FILMING] = Filming(context.run_settings, context.options.report, context.known_violations)
+        return context.stash[_FILMING]
 
 
 PART = FilmPart()

@@ -1,0 +1,48 @@
+"""What the watchdog takes for waiting."""
+
+from __future__ import annotations
+
+import _thread
+import hashlib
+import sys
+import threading
+
+import pytest
+
+from pytest_hricdv.runtime.watchdog import _wants_now
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what a thread is doing")
+
+BLOCK = bytes(50_000_000)
+"""Takes tens of ms to digest, without Python's lock."""
+
+
+def looked_at_while(act: str) -> list[bool]:
+    """What a thread sees of this one, the only other one, while this one computes, or waits."""
+    seen: list[bool] = []
+    begun, looked = threading.Event(), threading.Event()
+
+    def look() -> None:
+        own = str(threading.get_native_id())
+        begun.wait()
+        seen.extend(_wants_now(own) for _ in range(20))
+        looked.set()
+
+    _thread.start_new_thread(look, ())
+    begun.set()
+    if act == "waits":
+        looked.wait()
+    else:
+        while not looked.is_set():
+            hashlib.sha256(BLOCK)
+    return seen
+
+
+def test_who_computes_wants_a_processor_whether_it_gets_one_or_not() -> None:
+    assert sum(looked_at_while("computes")) > 15  # between two blocks it may wait for Python's lock
+
+
+def test_who_waits_wants_none() -> None:
+    seen = looked_at_while("waits")
+    assert not all(seen)  # the first looks may come before it waits
+    assert not seen[-1]
