@@ -5,8 +5,8 @@ A part shows the core up to six faces, each a module of its folder that the core
 - `part`: what it does in a session: options, checks, work on each result and after the tests (`session.part.Part`);
 - `execution`: what it adds to runs: criteria, a middleware (`execution.execution_part.ExecutionPart`);
 - `records`: the keys that it adds to `report.json` (`results.section.Section`);
-- `merging`: its keys of a merged report, where they are not just absent (`merge(reports, merged)`), and of one that is
-  rebuilt of a journal (`rebuilt(report, kept)`);
+- `merging`: its keys of a merged report, where they are not just absent (`merge(reports, merged)`), of one that is
+  rebuilt of a journal (`rebuilt(report, kept)`), and of a campaign (`associated(report, is_of_all_runs=...)`);
 - `view`: what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
 - `commands`: what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command.Command`).
 

@@ -33,6 +33,7 @@ from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.cluster import connected
 from pytest_hricdv.extra.cluster.worker_project import WorkerProject, worker_project
 from pytest_hricdv.report import files, terminal
+from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.model import GateResult, Report
 
@@ -187,7 +188,12 @@ def report(options: argparse.Namespace) -> int:
     failed += [*_failures(made), *checked.failed]
     made = structs.replace(made, gates=GateResult(failed=tuple(failed), improved=checked.improved))
     files.write(made, options.output)
-    for line in terminal.summary(made, options.output, shutil.get_terminal_size().columns):
+    columns = shutil.get_terminal_size().columns
+    failing = FailingTests.of(made, columns)
+    for line in (
+        *(failing.lines(columns) if failing.causes is not None else ()),
+        *terminal.summary(made, options.output, columns),
+    ):
         print(harmless_line(line.text))
     if options.page:
         files.write_text(options.page, page.text(made, now))

@@ -16,6 +16,7 @@ from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignResult, DifferingRun, LostRun
 from pytest_hricdv.extra.campaign.statistics import Statistics
 from pytest_hricdv.extra.campaign.store import Store
+from pytest_hricdv.parts import faces
 from pytest_hricdv.report import files
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.consistency import check_report
@@ -61,7 +62,10 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
         repeated=counts.repeated,
         differing=tuple(_differing(store, plan)),
     )
-    return structs.replace(report, campaign=campaign), problem
+    report = structs.replace(report, campaign=campaign)
+    for associated in faces("merging", "associated"):
+        report = associated(report, is_of_all_runs=campaign.is_listed and not campaign.lost)
+    return report, problem
 
 
 def _results(store: Store, plan: CampaignPlan, keys: list[RunKey], output: Path) -> Iterator[TestResult]:

@@ -56,7 +56,11 @@ def summary_of(cause: Cause) -> str:
     names, left = cause.requirements[:_MOST_REQUIREMENTS], len(cause.requirements) - _MOST_REQUIREMENTS
     listed = ", ".join(names) + and_more(max(left, 0))
     where = f", first in the state {cause.state}" if cause.state else ""
-    return f"{listed} in {plural(len(cause.tests), 'test')}{where}{' (known)' if cause.is_known else ''}"
+    many = plural(len(cause.tests), "test")
+    if (found := cause.probability) is not None:
+        percent = 100 * found.failing / found.runs
+        many = f"{found.failing:,} of {found.runs:,} runs, {percent:.2f} % ({found.low:.2f} to {found.high:.2f})"
+    return f"{listed} in {many}{where}{' (known)' if cause.is_known else ''}"
 
 
 def replay_of(cause: Cause, options: Sequence[str]) -> str:

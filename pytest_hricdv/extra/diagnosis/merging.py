@@ -9,9 +9,10 @@ from msgspec.structs import replace
 
 from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Located, Subject, cause_of, ranked_places
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
-from pytest_hricdv.extra.diagnosis.grouping import Group
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision
+from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision, Probability
 from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.proportion import share
 
 
 def merge(reports: Sequence[Report], merged: Report) -> Report:
@@ -56,6 +57,28 @@ def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
     hints = dict.fromkeys(hint for other in same for hint in other.hints)
     largest = max(same, key=lambda other: len(other.tests), default=cause)
     return replace(cause, hints=tuple(hints), places=largest.places or cause.places)
+
+
+def associated(report: Report, *, is_of_all_runs: bool) -> Report:
+    """The report of a campaign with the causes of its failures, by association over its runs, without experiments.
+
+    Args:
+        is_of_all_runs: its tests are all runs, so that it is known how probable each cause is.
+    """
+    subject = Subject.of(report)
+    if not any(test.fails for test in report.tests) or not subject.failures:
+        return report
+    causes = (cause_of(subject, group, Evidence(), None, ()) for group in subject.groups(Evidence()))
+    runs = len(subject.tests) if is_of_all_runs else 0
+    return CAUSES.put(report, tuple(replace(cause, probability=_probability(cause, runs)) for cause in causes))
+
+
+def _probability(cause: Cause, runs: int) -> Probability | None:
+    interval = share(min(len(cause.tests), runs), runs)
+    if interval is None:
+        return None
+    low, high = round(100 * interval.low, 4), round(100 * interval.high, 4)
+    return Probability(runs=runs, failing=len(cause.tests), low=low, high=high)
 
 
 def rebuilt(report: Report, kept: Mapping[str, Mapping[str, bytes]]) -> Report:

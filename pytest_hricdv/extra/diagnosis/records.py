@@ -8,7 +8,7 @@ from typing import Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
-from pytest_hricdv._base.record import Count, Names, NotNegative, PlainRecord, ReplayName, TestId
+from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord, ReplayName, TestId
 from pytest_hricdv.results.section import FileNames, Section
 
 DiagnosisEnd = Literal["done", "runs", "interrupted"]
@@ -67,6 +67,19 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
     concrete: Names = ()
 
 
+class Probability(PlainRecord, frozen=True, kw_only=True):
+    """The share of a campaign's runs that fail for a cause, with its 95 % interval (per cent).
+
+    The interval is Wilson's (1927), over runs. Tests are not drawn at random, but the seeds of each are: so often
+    does the cause strike in these tests.
+    """
+
+    runs: Count
+    failing: Count
+    low: Percent
+    high: Percent
+
+
 class Cause(PlainRecord, frozen=True, kw_only=True):
     """What tests fail for.
 
@@ -84,6 +97,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         decision: how this came out, and where both runs part; None where nobody tried.
         confirmed: in so many tests an experiment has shown that they fail for it.
         is_known: all of its violations are known ones.
+        probability: in a campaign all runs of which are in the report; else None.
     """
 
     id: str
@@ -99,6 +113,7 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     decision: Decision | None = None
     confirmed: Count = 0
     is_known: bool = False
+    probability: Probability | None = None
 
 
 class Experiment(PlainRecord, frozen=True, kw_only=True):

@@ -1,0 +1,69 @@
+"""Campaigns have causes over all seeds, and say how probable each is."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from msgspec import convert
+from msgspec.structs import replace
+
+from pytest_hricdv.extra.diagnosis.merging import associated
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS
+from pytest_hricdv.report.failing_tests import FailingTests
+from pytest_hricdv.results.model import Report, TestResult
+from tests import json_schema
+from tests.extra.campaign.conftest import RUN, command, lamps  # noqa: F401 (a fixture)
+from tests.plugin import project
+from tests.report import sample, sample_tests
+
+
+def run_of(number: int, failing: bool) -> TestResult:
+    """A run of a campaign; of every tenth R1 fails."""
+    made = sample_tests.test(random.Random(number), "rl")
+    made["requirements"] = {
+        name: sample_tests.requirement_result("Failed" if failing and name == "R1" else "Passed", 8.25)
+        for name in sample_tests.TITLES
+    }
+    made |= {"outcome": "failed" if failing else "passed"}
+    return convert(made, TestResult)
+
+
+def campaign(runs: int, every: int) -> Report:
+    tests = tuple(run_of(number, number % every == 0) for number in range(runs))
+    return replace(sample.report(tests=0), tests=tests, known_violations={}, known_while={}, strict=False)
+
+
+def test_each_cause_has_its_share_of_runs_with_an_interval() -> None:
+    report = associated(campaign(200, 10), is_of_all_runs=True)
+    (cause,) = CAUSES.of(report)
+    assert cause.probability is not None
+    assert (cause.probability.failing, cause.probability.runs) == (20, 200)
+    assert cause.probability.low < 10 < cause.probability.high
+    assert DIAGNOSIS.of(report) is None
+    title = f"cause 1 ({cause.id}): R1 in 20 of 200 runs, 10.00 % (6.57 to 14.94)"
+    assert [line.text for line in FailingTests.of(report).lines(None)][1].startswith(title)
+
+
+def test_of_runs_that_are_not_all_listed_nobody_knows_the_share() -> None:
+    (cause,) = CAUSES.of(associated(campaign(20, 10), is_of_all_runs=False))
+    assert cause.probability is None
+
+
+def test_where_nothing_fails_there_is_no_cause() -> None:
+    report = replace(campaign(3, 1), tests=tuple(run_of(number, failing=False) for number in range(3)))
+    assert CAUSES.of(associated(report, is_of_all_runs=True)) == ()
+
+
+@pytest.mark.slow
+def test_a_campaign_s_report_has_them(lamps: pytest.Pytester) -> None:  # noqa: F811
+    project.change(lamps, "requirements.toml", "lamp_level <= 80", "lamp_level <= 5")
+    assert command(lamps, *RUN, "--", "--hri-strict").returncode == 1
+    reported = command(lamps, "report", "--state=a.db")
+    assert reported.returncode == 1
+    lines = reported.stdout.splitlines()
+    start = next(number for number, line in enumerate(lines) if " fail for " in line)
+    assert "of 20 runs, " in lines[start + 1]
+    written = project.report(lamps)
+    json_schema.REPORT.validate(written)
+    assert written["causes"][0]["probability"]["runs"] == 20
