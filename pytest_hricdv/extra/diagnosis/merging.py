@@ -11,6 +11,7 @@ from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Located, Subje
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision, Probability
+from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.results.proportion import share
 
@@ -18,11 +19,13 @@ from pytest_hricdv.results.proportion import share
 def merge(reports: Sequence[Report], merged: Report) -> Report:
     """The merged report with the causes of all its failures: what experiments have shown is put together."""
     subject = Subject.of(merged)
-    bases = [basis for report in reports if (basis := DIAGNOSIS.of(report)) is not None]
+    of_each = {canonical(basis): basis for report in reports if (basis := DIAGNOSIS.of(report)) is not None}
+    bases = [of_each[content] for content in sorted(of_each)]  # the same in any order, and a report twice counts once
     if not subject.failures or not bases:
         return merged
     before = [cause for report in reports for cause in CAUSES.of(report)]
-    experiments = tuple(dict.fromkeys(experiment for basis in bases for experiment in basis.experiments))
+    shown = dict.fromkeys(experiment for basis in bases for experiment in basis.experiments)
+    experiments = tuple(sorted(shown, key=canonical))
     evidence = evidence_of(experiments)
     made = (
         cause_of(
@@ -48,14 +51,16 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
         for cause in before
         if cause.decision and any((cause.decision.test, name) in failures for name in cause.requirements)
     )
-    return min(decided, key=lambda decision: (not decision.kind, len(decision.concrete)), default=None)
+    return min(
+        decided, key=lambda decision: (not decision.kind, len(decision.concrete), canonical(decision)), default=None
+    )
 
 
 def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
     """With the hints of all reports, and the places of the one with most tests: there, runs were traced."""
     same = [other for other in before if other.id == cause.id]
-    hints = dict.fromkeys(hint for other in same for hint in other.hints)
-    largest = max(same, key=lambda other: len(other.tests), default=cause)
+    hints = dict.fromkeys(hint for other in sorted(same, key=canonical) for hint in other.hints)
+    largest = max(same, key=lambda other: (len(other.tests), canonical(other)), default=cause)
     return replace(cause, hints=tuple(hints), places=largest.places or cause.places)
 
 
@@ -68,7 +73,10 @@ def associated(report: Report, *, is_of_all_runs: bool) -> Report:
     subject = Subject.of(report)
     if not any(test.fails for test in report.tests) or not subject.failures:
         return report
-    causes = (cause_of(subject, group, Evidence(), None, ()) for group in subject.groups(Evidence()))
+    causes = (
+        cause_of(subject, group, Evidence(), None, Located(ranked_places(subject, group, ())))
+        for group in subject.groups(Evidence())
+    )
     runs = len(subject.tests) if is_of_all_runs else 0
     return CAUSES.put(report, tuple(replace(cause, probability=_probability(cause, runs)) for cause in causes))
 
