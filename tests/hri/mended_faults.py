@@ -52,7 +52,7 @@ FAULTS = (
         "goes_home_with_the_leg",
         "controller/finishing.py: discard",
         [("hand_held_shut", {"grip_s": 40.0}), *NOT_READY],
-        "R29 R21",
+        "R16 R29 R21",
     ),
     MendedFault(
         "closes_on_the_person",
