@@ -151,9 +151,10 @@ def notes(result: ClosingResult) -> Iterator[str]:
 def kinds_left_text(estimate: ViolationEstimate) -> str:
     """What a further run would probably find; runs of a loop are not independent, so it is an estimate."""
     if not estimate.once:
-        seen = f"none of {estimate.kinds} kinds of new violations came once" if estimate.kinds else "no new violation"
         bound = percent(100.0 * min(1.0, RULE_OF_THREE / estimate.runs))
-        return f"{seen} in {plural(estimate.runs, 'run')}: below {bound} of runs show another (95 %)"
+        seen = f"no new violation in {plural(estimate.runs, 'run')}"
+        seen = "each kind of violations came again" if estimate.kinds else seen
+        return f"{seen}: below {bound} of runs show another (95 %)"
     kinds = f"{estimate.once} of {estimate.kinds} came once"
     return f"a further run would find {quantity(estimate.new)} more kinds of violations ({kinds})"
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -65,10 +65,11 @@ class ViolationWay:
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""
-        aims = [*self._aims(archive)]
+        violating = _violating(archive)
+        aims = [*self._aims(archive, violating)]
         failures, widths = {}, {}
         for aim in aims:
-            failures[aim.target], widths[aim.target] = _progress(archive, aim)
+            failures[aim.target], widths[aim.target] = _progress(archive, aim, violating.get(aim.target[1], ()))
         proposals: list[Proposal] = []
         used = Counter[Point]()
         while aims and len(proposals) < count:
@@ -92,10 +93,12 @@ class ViolationWay:
         values = values_of(after)
         return Draft(test.target, test.beliefs, test.lines, test.plans, values=values, seed=test.seed, after=test.after)
 
-    def _aims(self, archive: Archive) -> Iterator[Aim]:
+    def _aims(self, archive: Archive, violating: Mapping[str, Container[int]]) -> Iterator[Aim]:
         violated = {point[1] for point in archive.hit_by if point[0] == NEW}
         for name in self._requirements:
-            runs = [entry for entry in archive.entries if name in entry.observation.unused and not _shows(entry, name)]
+            others = violating.get(name, ())
+            triggered = [entry for entry in archive.entries if name in entry.observation.unused]
+            runs = [entry for entry in triggered if entry.number not in others]
             if name in violated or not runs:
                 continue
             margins = {entry.number: entry.observation.margins.get(name, math.inf) for entry in runs}
@@ -106,9 +109,13 @@ class ViolationWay:
                 yield Aim(("part", name, part), nearest[:STARTS])
 
 
-def _shows(entry: Entry, requirement: str) -> bool:
-    """Whether a run violates it, if only as is known: from there nothing is nearer to what is not."""
-    return any(point[0] in (NEW, KNOWN) and point[1] == requirement for point in entry.observation.points)
+def _violating(archive: Archive) -> dict[str, set[int]]:
+    """Requirement -> the runs that violate it, if only as is known: from there nothing is nearer to what is not."""
+    runs: dict[str, set[int]] = {}
+    for point, numbers in archive.hit_by.items():
+        if point[0] in (NEW, KNOWN):
+            runs.setdefault(point[1], set()).update(numbers)
+    return runs
 
 
 def _share(margins: Sequence[float]) -> float:
@@ -127,12 +134,12 @@ def never_decisive(archive: Archive, requirement: str) -> tuple[str, ...]:
     return tuple(part for part in first if all(part in parts for parts in others))
 
 
-def _progress(archive: Archive, aim: Aim) -> tuple[int, float]:
+def _progress(archive: Archive, aim: Aim, violating: Container[int]) -> tuple[int, float]:
     """So many runs for an aim, the last ones, came no nearer; and how wide the next one varies."""
     name, least = aim.target[1], math.inf
     failures, width = 0, FIRST_WIDTH if aim.margin else WIDE
     for entry in archive.entries:
-        margin = math.inf if _shows(entry, name) else entry.observation.margins.get(name, math.inf)
+        margin = math.inf if entry.number in violating else entry.observation.margins.get(name, math.inf)
         if entry.way == NAME and aim.target in entry.targets:
             improved = margin < least
             failures = 0 if improved else failures + 1
