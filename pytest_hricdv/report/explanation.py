@@ -228,9 +228,14 @@ def _other_requirements(test: TestResult, failed: Sequence[str]) -> Iterator[str
 
 
 def _others_counted(test: TestResult, failed: Sequence[str]) -> Iterator[str]:
-    verdicts = [result.verdict for name, result in test.requirements.items() if name not in failed]
     words = {"Passed": "passed", "Failed": "failed", "NC": "not checked"}
-    counted = [f"{verdicts.count(verdict)} {word}" for verdict, word in words.items() if verdict in verdicts]
+    others = [
+        "pending at the end" if result.verdict == "NC" and result.pending else words[result.verdict]
+        for name, result in test.requirements.items()
+        if name not in failed
+    ]
+    order = (*words.values(), "pending at the end")
+    counted = [f"{others.count(word)} {word}" for word in order if word in others]
     if counted:
         yield f"others:  {', '.join(counted)}"
 

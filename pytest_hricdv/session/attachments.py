@@ -148,7 +148,8 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
     """
     if test.timeline is None:
         return "no timeline: the run was not completed\n"
-    events = [*_messages(test), *_actions(test), *_violations(test, units), (test.timeline.end_s, "", test.ended)]
+    events = [*_messages(test), *_actions(test), *_violations(test, units), *_pending(test)]
+    events.append((test.timeline.end_s, "", test.ended))
     lines = (
         f"{time_s:9.3f}  {sender:{_SENDER_COLUMNS}}  {event}".rstrip()
         for time_s, sender, event in sorted(events, key=lambda event: event[0])
@@ -174,3 +175,12 @@ def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[fl
     for name, result in test.requirements.items():
         for violation in result.violations:
             yield violation.time_s, name, f"FAILED {violation_line(violation, units)}"
+
+
+def _pending(test: TestResult) -> Iterator[tuple[float, str, str]]:
+    """What was triggered and is undecided, as it would look passed: where the run ended."""
+    for name, spans in test.timeline.triggers.items() if test.timeline else ():
+        for span in spans.split():
+            if span.endswith("?"):
+                begin_s = span.removesuffix("?").rpartition("-")[0]
+                yield test.timeline.end_s if test.timeline else 0.0, name, f"pending, triggered at {begin_s} s"

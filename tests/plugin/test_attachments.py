@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import base64
 import json
+import random
 import re
 from html import unescape
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.session.attachments import timeline_text
 from tests.plugin.project import report
+from tests.report import sample_tests
 
 WORKERS = [pytest.param(("-p", "no:xdist"), id="plain"), pytest.param(("-n", "2"), id="xdist", marks=pytest.mark.slow)]
 SUITE = ("--hri-suite=by-hand", "--hri-strict")
@@ -78,3 +82,13 @@ def test_without_their_options_nothing_is_written(bench: pytest.Pytester) -> Non
     bench.runpytest_subprocess(*SUITE, "-p", "no:cacheprovider")
     assert [str(page.relative_to(bench.path)) for page in bench.path.rglob("*.html")] == ["hri-report/index.html"]
     assert not list(bench.path.rglob("*-result.json"))
+
+
+def test_the_timeline_as_text_says_what_is_pending_where_the_run_ended() -> None:
+    test = sample_tests.result(random.Random(1))
+    assert test.timeline is not None
+    test = replace(test, timeline=replace(test.timeline, triggers={"R5": "1-2 41.25-60?"}))
+    lines = timeline_text(test, {}).splitlines()
+    assert [line.split() for line in lines if "R5" in line] == [
+        ["60.000", "R5", "pending,", "triggered", "at", "41.25", "s"]
+    ]

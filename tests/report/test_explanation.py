@@ -205,3 +205,7 @@ def test_a_brief_text_has_no_formulas_and_counts_what_else_was_checked() -> None
     assert "checked as" not in text
     assert "nearest at" not in text
     assert "\nothers:  2 passed, 1 not checked\n" in text
+    test = _failing("R3", unchecked=["R1"])
+    pending = replace(test.requirements["R1"], triggers=1, pending=1)
+    test = replace(test, requirements={**test.requirements, "R1": pending})
+    assert "\nothers:  2 passed, 1 pending at the end\n" in failure(test, REQUIREMENTS, seed=0, brief=True)
