@@ -20,6 +20,7 @@ from pytest_hricdv.execution.execution_part import Follower, Watcher, execution_
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, Concretization, concretize
 from pytest_hricdv.monitor import (
     Criterion,
@@ -241,7 +242,7 @@ def execute(
     ended += faults.of_simulation(kernel, run.ending)
     replaced = wrong_answers()
     ended += [complaint(replaced)] if replaced else []
-    ended += faults.of_actors(run.idle_actors())
+    ended += faults.of_actors(name for name in run.idle_actors() if _acts(name, testbench))
     ended += run.middleware.stuck_nodes if run.middleware is not None else ()
     return CaseResult(
         test=run.enacted,
@@ -261,6 +262,11 @@ def execute(
         notes=run.middleware.notes if run.middleware is not None else (),
         engine=testbench.engine,
     )
+
+
+def _acts(name: str, testbench: Testbench) -> bool:
+    """Whether somebody can do anything: an actor of the model may only tell others something."""
+    return name not in testbench.model.actors or name in actors_of(testbench.concretization.commands)
 
 
 def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:

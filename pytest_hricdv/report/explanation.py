@@ -7,7 +7,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report import action_lines, log_lines
-from pytest_hricdv.report.formatting import by_requirement, plural, quantity, seconds
+from pytest_hricdv.report.formatting import by_requirement, enumerated, plural, quantity, seconds
 from pytest_hricdv.report.log_lines import LogLine
 from pytest_hricdv.report.margin import margin_text, unit_of
 from pytest_hricdv.report.violation_lines import failed_in_order, first_violation, headline, violation_line
@@ -250,7 +250,7 @@ def _course(test: TestResult) -> Iterator[str]:
 def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> Iterator[str]:
     """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
-    who = " and ".join([*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.seen)])
+    who = enumerated([*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.seen)])
     if test.acted_s and at_s is not None:
         numbers = [number for _, number in test.begun]
         left = [number for number in range(len(test.abstract)) if number not in numbers]

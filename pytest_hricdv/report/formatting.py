@@ -66,6 +66,11 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}{ending}"
 
 
+def enumerated(names: Sequence[str]) -> str:
+    """`nurse`, `nurse and child`, `nurse, porter and child`."""
+    return " and ".join([*filter(None, [", ".join(names[:-1])]), *names[-1:]])
+
+
 def line_ranges(lines: Iterable[int]) -> tuple[str, ...]:
     """Line numbers as ranges: 60, 61, 62, 70 become `60-62`, `70`."""
     spans: list[list[int]] = []

@@ -14,6 +14,7 @@ from pytest_hricdv.generate.actors import PAUSE_S, TURN_WAIT_S
 from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.concrete import concretize
+from pytest_hricdv.generate.suite_files import dump_tests, parse_tests
 from pytest_hricdv.monitor import load_requirements
 from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, Weight
 from pytest_hricdv.testbench import (
@@ -72,6 +73,8 @@ def test_the_test_is_the_same_run_to_the_bit(seed: int) -> None:
     assert (repeated.acted_s, repeated.sim_s) == (result.acted_s, result.sim_s)
     assert result.ending_faults == repeated.ending_faults == ()
     assert test.values[RUN][TURN_WAIT_S] == 0.0
+    (read,) = parse_tests(dump_tests([test]), file="t", suite="closure", commands=bench().commands.commands)
+    assert again(bench(), read).record.sha256 == result.record.sha256
 
 
 def test_the_child_waits_until_the_nurse_has_called_it() -> None:

@@ -48,7 +48,14 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
     result = project.runpytest_inprocess(*SUITE, "--hri-shrink")
     assert result.ret == 1
     result.stdout.fnmatch_lines(
-        ["*what nurse and child did around then*", "*s  child: step_in", "*--> R1 is violated*"]
+        [
+            "*what nurse and child did around then*",
+            "*s  child: step_in",
+            "*--> R1 is violated*",
+            "*shrunk from * actions to 2*",
+            "*it takes * and *: without what one of them does, it does not fail so",
+            "*s child: step_in*; * s R1 is violated",
+        ]
     )
     written = report(project.path)
     json_schema.REPORT.validate(written)
@@ -59,18 +66,30 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
         assert len(test["acted"]) == len(test["acted_s"])
     ((shrunk,),) = [[test["shrunk"]["R1"]] for test in failed if test.get("shrunk")]
     assert sorted(shrunk["abstract"]) == ["child: step_in", "nurse: send_on"]
+    assert sorted(line.partition(" s ")[2] for line in shrunk["course"]) == [
+        "R1 is violated",
+        "child: step_in",
+        "nurse: send_on",
+    ]
     again = project.runpytest_inprocess(f"--hri-replay={shrunk['replay']}")
     again.stdout.fnmatch_lines(["*the same run, to the bit*"])
 
 
 def test_any_number_of_workers_gives_the_same(project: pytest.Pytester) -> None:
-    hashes = {}
+    hashes, shrunk = {}, {}
     for workers in ("0", "1", "2", "3"):
-        project.runpytest_inprocess(*SUITE, f"-n{workers}", f"--hri-report=r{workers}")
+        project.runpytest_inprocess(*SUITE, "--hri-shrink", f"-n{workers}", f"--hri-report=r{workers}")
         written = json.loads((project.path / f"r{workers}" / "report.json").read_text(encoding="utf-8"))
         hashes[workers] = [(test["id"], test["acted"], test["record_sha256"]) for test in written["tests"]]
+        shrunk[workers] = [
+            (name, made["concrete"], made["course"], (project.path / made["replay"]).read_bytes())
+            for test in written["tests"]
+            for name, made in test.get("shrunk", {}).items()
+        ]
     assert len(hashes["0"]) == 24
     assert hashes["0"] == hashes["1"] == hashes["2"] == hashes["3"]
+    assert len(shrunk["0"]) > 0
+    assert shrunk["0"] == shrunk["1"] == shrunk["2"] == shrunk["3"]
     exported = project.runpytest_inprocess(*SUITE, "--hri-export=texts", "--collect-only", "-q")
     read = project.runpytest_inprocess("--hri-suite=texts/rl.txt", "--hri-report=read")
     written = json.loads((project.path / "read" / "report.json").read_text(encoding="utf-8"))

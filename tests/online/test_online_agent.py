@@ -66,6 +66,26 @@ def test_it_hears_what_happened_meanwhile_only_after_its_command(tmp_path: Path)
     assert life.agent.next_command(4.0) == "leave"
 
 
+def test_what_was_heard_is_believed_until_its_end_is_heard_as_well(tmp_path: Path) -> None:
+    person = (
+        "@a +!fetch <- press. +alarm <- leave. "
+        "+clear <- -clear[source(percept)]; -alarm[source(percept)]; nod. +cup(_)."
+    )
+    hears = (Hears("alarm", "rise(smoke)"), Hears("clear", "fall(smoke)"))
+    for heard, expected in (
+        (hears, ["press", "leave", "nod", "leave"]),
+        (hears[:1], ["press", "leave"]),  # it has not heard that the smoke has gone
+    ):
+        life = Life(role(tmp_path, person, Online("person", heard)), Wish())
+        done = life.commands()
+        for smoke in (True, False, True):
+            life.agent.signal(life.time_s, "smoke", False)
+            life.agent.signal(life.time_s + 0.1, "smoke", smoke)
+            life.time_s += 1.0
+            done += life.commands()
+        assert done == expected
+
+
 def test_a_goal_can_be_posted_where_the_agent_decides_what_to_do(tmp_path: Path) -> None:
     chooser = Wish(goal=["thank", NONE], voice=["loud"], act=["shout"])
     life = Life(role(tmp_path), chooser)

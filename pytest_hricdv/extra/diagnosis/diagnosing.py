@@ -214,7 +214,7 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
         tests=tuple(dict.fromkeys(test.id for test in tests)),
         change=group.change,
         state=state,
-        minimal=shortest.abstract,
+        minimal=_as_begun(shortest),
         replay=shortest.replay,
         places=_places(subject, located.ranked),
         hints=tuple(words_of(hint, len(group.nodeids)) for hint in located.hints),
@@ -223,6 +223,15 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
         confirmed=len(confirmed),
         is_known=group.is_known,
     )
+
+
+def _as_begun(test: TestResult) -> tuple[str, ...]:
+    """The lines of a test; of several actors as they began, so that they tell who did what in which order."""
+    if test.acted is None:
+        return test.abstract
+    begun = [number for _, number in test.begun]
+    left = [number for number in range(len(test.abstract)) if number not in begun]
+    return tuple(test.abstract[number] for number in (*begun, *left))
 
 
 def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:

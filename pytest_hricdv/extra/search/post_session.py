@@ -119,7 +119,20 @@ class Shrinking:
             ended=shrunk.ended,
             reason=tuple(self._wanted or ()),
             note=note,
+            course=() if self._best is None else tuple(_course(self._best, self.requirement)),
         )
+
+
+def _course(result: CaseResult, requirement: Criterion) -> Iterator[str]:
+    """Of several actors, what each began when, up to the violation; nothing of one, whose actions come in order."""
+    violations = result.verdict(requirement.id).violations
+    if len(result.test.actors) < 2 or not violations:
+        return
+    violated_s = violations[0].time_s
+    for time_s, number in zip(result.acted_s, result.begun, strict=True):
+        if time_s <= violated_s:
+            yield f"{time_s:.1f} s {result.test.actions[number].command}"
+    yield f"{violated_s:.1f} s {requirement.id} is violated"
 
 
 Searched = tuple[Criterion, SearchResult, HriCase | None]

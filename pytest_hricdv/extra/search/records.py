@@ -17,7 +17,8 @@ SearchEnd = Literal["done", "runs", "seconds", "interrupted"]
 class ShrunkTest(PlainRecord, frozen=True, kw_only=True):
     """The shortest test found that fails a requirement for the same reason.
 
-    `id` and `replay` are None where nothing could be removed; `note` says why the test was not shrunk at all.
+    `id` and `replay` are None where nothing could be removed; `note` says why the test was not shrunk at all. `course`
+    says of several actors what each began when, and when the requirement was violated.
     """
 
     id: TestId | None
@@ -30,6 +31,7 @@ class ShrunkTest(PlainRecord, frozen=True, kw_only=True):
     ended: SearchEnd
     reason: Names
     note: str
+    course: Names = ()
 
 
 class SearchResult(PlainRecord, frozen=True, kw_only=True):

@@ -7,8 +7,9 @@ from typing import Any
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.search.records import SEARCH, SHRUNK, SearchResult, ShrunkTest
+from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.report.explanation import replay_command
-from pytest_hricdv.report.formatting import Line, by_requirement, plural, quantity, seconds
+from pytest_hricdv.report.formatting import Line, by_requirement, enumerated, plural, quantity, seconds
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.view import RequirementNote, View
 from pytest_hricdv.results.model import Report, TestResult
@@ -65,6 +66,7 @@ def _plain(requirement: str, shrunk: ShrunkTest, report: Report) -> dict[str, An
         "from": shrunk.actions_before,
         "abstract": shrunk.abstract,
         "note": shrunk.note,
+        "takes": ". ".join(filter(None, [_takes(shrunk).capitalize(), "; ".join(shrunk.course)])),
         "rerun": replay_command(shrunk.replay, report.rerun.options) if shrunk.replay else "",
     }
 
@@ -82,9 +84,21 @@ def _shrunk(
     yield from (Line(visible(f"  {action}")) for action in shrunk.concrete[:_MAX_ACTIONS] or ["nothing"])
     if len(shrunk.concrete) > _MAX_ACTIONS:
         yield Line(f"  ... and {plural(len(shrunk.concrete) - _MAX_ACTIONS, 'more action')}")
+    if takes := _takes(shrunk):
+        yield Line(visible(f"  {takes}"))
+    if shrunk.course:
+        yield Line(visible(f"  {'; '.join(shrunk.course)}"))
     file = shrunk.replay or file
     if file:
         yield Line(visible(f"  {replay_command(file, options)}"), "dim")
+
+
+def _takes(shrunk: ShrunkTest) -> str:
+    """Of several actors, who is needed: each was left out, and the test did not fail so any more."""
+    actors = actors_of(shrunk.abstract)
+    if len(actors) < 2 or shrunk.ended != "done":
+        return ""
+    return f"it takes {enumerated(actors)}: without what one of them does, it does not fail so"
 
 
 def _searched(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv.testbench import (
     BeliefSpace,
     Concretization,
+    Conformance,
     CrossProduct,
+    Does,
+    Film,
+    Hears,
     Model,
     Outcome,
     Range,
@@ -166,6 +171,43 @@ def ward(people: People = (nurse, child), obeys: bool = True) -> Testbench:
         virtual=("time",),
         run=running(people, obeys),
     )
+
+
+class Camera:
+    """Looks at the corridor from above: the cart, and the child where it is in the way."""
+
+    def __init__(self, corridor: Corridor) -> None:
+        self._corridor = corridor
+
+    def picture(self, *, fine: bool = False) -> Any:
+        """A picture, as a film has it."""
+        from PIL import Image, ImageDraw
+
+        image = Image.new("RGB", (640, 160), (240, 240, 240))
+        draw = ImageDraw.Draw(image)
+        draw.rectangle((60 * self._corridor.cart_m, 60, 60 * self._corridor.cart_m + 30, 100), (40, 80, 160))
+        if self._corridor.child_m is not None:
+            draw.ellipse((60 * self._corridor.child_m, 65, 60 * self._corridor.child_m + 30, 95), (200, 60, 60))
+        return image
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+
+def followed_ward(obeys: bool = True) -> Testbench:
+    """The testbench with a film, and with the model's robot as an oracle."""
+    made = ward(obeys=obeys)
+    oracle = Conformance(
+        agent="robot",
+        hears=(
+            Hears("in_the_way", "on(near) & near.somebody"),
+            Hears("free_again", "on(near) & !near.somebody"),
+        ),
+        does=(Does("arrive", "on(arrived)", within_s=(0.0, 60.0)),),
+    )
+    film = Film(camera=Camera, moments={"steps in": "near", "sent on": "send_on"}, period_s=0.1)
+    model = replace(made.model, path=HERE / "models" / "ward_with_robot.mas2j")
+    return replace(made, conformance=oracle, film=film, model=model)
 
 
 def crossed_ward() -> Testbench:

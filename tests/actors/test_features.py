@@ -1,0 +1,126 @@
+"""What a session does beside running tests, with several actors: traces, films, the oracle, changes, campaigns."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+
+from tests import json_schema
+from tests.plugin.conftest import ENVIRONMENT
+from tests.plugin.project import report
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[2]
+CONFTEST = """
+import os
+
+from tests.actors.corridor.bench import followed_ward
+from tests.actors.hospital.bench import hospital
+
+def pytest_hricdv_testbench(config):
+    if os.environ["WHERE"] == "hospital":
+        return hospital(online=True)
+    return followed_ward(obeys=os.environ["WHERE"] == "corridor")
+"""
+HOST = """
+def test_ward(hri_case):
+    hri_case.check(hri_case.run())
+"""
+SUITE = ("--hri-suite=pseudorandom,rl", "--hri-tests=6", "--hri-seed=1", "--hri-diagnose=0")
+
+
+@pytest.fixture
+def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> pytest.Pytester:
+    """A project with the corridor or the hospital; its runs see nothing of the run they are part of."""
+    for name in (*ENVIRONMENT, "PYTEST_XDIST_WORKER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_folder))
+    monkeypatch.setenv("XDG_STATE_HOME", str(cache_folder))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("WHERE", "corridor")
+    pytester.makeini("[pytest]\naddopts = -p no:hypothesispytest\nhri_audit = off\n")
+    pytester.makeconftest(CONFTEST)
+    pytester.makepyfile(test_ward=HOST)
+    return pytester
+
+
+def logged(path: Path) -> list[tuple[str, str]]:
+    """Who did what in a trace, in order, without parameters."""
+    with path.open("rb") as file:
+        messages = [json.loads(message.data) for _, channel, message in make_reader(file).iter_messages()
+                    if channel.topic == "/hricdv/log"]  # fmt: skip
+    return [(content["name"], content["message"].split(" ")[0]) for content in messages]
+
+
+def test_traces_say_who_did_what_films_show_it_and_the_oracle_follows(project: pytest.Pytester) -> None:
+    project.runpytest_inprocess(*SUITE, "--hri-mcap-all", "--hri-film")
+    written = report(project.path)
+    json_schema.REPORT.validate(written)
+    verdicts = {test["requirements"]["MODEL"]["verdict"] for test in written["tests"]}
+    assert "Passed" in verdicts
+    failed = [test for test in written["tests"] if test["outcome"] == "failed"]
+    assert failed
+    for test in written["tests"]:
+        begun = [test["abstract"][number - 1].split(": ") for number in test["acted"]]
+        told = logged(project.path / "hri-report" / "traces" / f"{test['id']}.mcap")
+        assert [entry for entry in told if entry[0] in ("nurse", "child")] == [(who, act) for who, act in begun]
+    assert all(test["film"]["frames"] > 20 and not test["film"]["note"] for test in failed)
+
+
+def test_a_change_of_the_code_is_told_and_none_is_where_there_is_none(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = ("--hri-baseline=before.json",)
+    project.runpytest_inprocess(*SUITE, *before, "--hri-update-baseline")
+    same = project.runpytest_inprocess(*SUITE, *before, "--hri-fail-on-change")
+    assert report(project.path)["changes"]["changed"] == {}
+    assert "behave otherwise" not in same.stdout.str()
+    monkeypatch.setenv("WHERE", "corridor without the fault")
+    other = project.runpytest_inprocess(*SUITE, *before, "--hri-fail-on-change")
+    assert other.ret == 1
+    other.stdout.fnmatch_lines(["*tests behave otherwise than in the baseline", "*`arrived` later*"])
+
+
+def test_a_campaign_has_the_runs_of_a_session(project: pytest.Pytester) -> None:
+    campaign = [sys.executable, "-m", "pytest_hricdv.campaign"]
+    size = ["--suite=rl", "--tests=3", "--concretizations=2", "--audit=100", "--cluster=local:2"]
+    done = subprocess.run(
+        [*campaign, "run", *size, "--state=c.db"], cwd=project.path, capture_output=True, text=True, env=os.environ
+    )
+    assert "expected 6, stored 6" in done.stdout, done.stdout + done.stderr
+    subprocess.run([*campaign, "report", "--state=c.db", "-o", "made"], cwd=project.path, capture_output=True)
+    project.runpytest_inprocess("--hri-suite=rl", "--hri-tests=3", "--hri-concretizations=2")
+    made = json.loads((project.path / "made" / "report.json").read_text(encoding="utf-8"))
+    assert identities(made) == identities(report(project.path))
+
+
+def identities(written: dict[str, Any]) -> list[tuple[str, str, tuple[int, ...]]]:
+    """Of each run of a report: its test, its record, and who began in which order."""
+    return [(test["id"], test["record_sha256"], tuple(test["acted"])) for test in written["tests"]]
+
+
+def test_the_closing_loop_gives_the_same_on_any_number_of_processes(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("WHERE", "hospital")
+    suites = {}
+    for workers in ("1", "2", "3"):
+        options = ("--hri-suite=closure", "--hri-close-runs=48", f"-n{workers}", "-p", "no:cacheprovider")
+        project.runpytest_inprocess(*options, f"--hri-report=r{workers}")
+        text = (project.path / f"r{workers}" / "report.json").read_text(encoding="utf-8")
+        written = json.loads(text)
+        json_schema.REPORT.validate(written)
+        suites[workers] = identities(written)
+        assert {"interleaving", "online", "disturbances"} <= {step["way"] for step in written["closing"]["growth"]}
+        assert "do not do again what they did" not in text
+        lines = [line for test in written["tests"] for line in test["abstract"]]
+        assert any(line.startswith("disturb ") for line in lines)
+    assert suites["1"] == suites["2"] == suites["3"]

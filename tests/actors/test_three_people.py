@@ -1,0 +1,89 @@
+"""A fault of coroutines that takes two of three people in two of six orders; and who only tells others something."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import combinations, pairwise
+
+import pytest
+
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
+from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.actors import actor_of
+from pytest_hricdv.generate.concrete import concretize
+from pytest_hricdv.monitor import load_requirements
+from pytest_hricdv.testbench import Testbench
+from pytest_hricdv.testbench_faults import checked
+from tests.actors.hospital.bench import COMMANDS, hospital, running
+
+LINES = ("nurse: load", "nurse: send", "porter: open", "porter: close")
+FATAL = (
+    ("porter: open", "nurse: load", "nurse: send", "porter: close"),
+    ("porter: open", "nurse: load", "porter: close", "nurse: send"),
+)
+"""It is loaded while the door is open, which is closed before it is there."""
+
+
+@cache
+def bench(looks_late: bool = False, online: bool = False) -> Testbench:
+    return checked(hospital(looks_late, online), "tests")
+
+
+def run(test: AbstractTest, testbench: Testbench) -> CaseResult:
+    settings = RunSettings(testbench, load_requirements(testbench.requirements, testbench.vocabulary()))
+    return execute(settings, concretize(test, testbench.commands))
+
+
+def interleaved(order: tuple[str, ...]) -> AbstractTest:
+    """The test with these lines one after the other, each of which takes two seconds."""
+    after = {
+        number + 1: (number,)
+        for number, (line, following) in enumerate(pairwise(order), 1)
+        if actor_of(line) != actor_of(following)
+    }
+    takes = {number: {"takes_s": 2.0} for number in range(1, 5)}
+    return AbstractTest("t", "s", "t", (), order, seed=1, values=takes, after=after)
+
+
+def orders() -> list[tuple[str, ...]]:
+    """All orders that keep both lanes."""
+    found = []
+    for places in combinations(range(4), 2):
+        nurse, porter = iter(LINES[:2]), iter(LINES[2:])
+        found.append(tuple(next(nurse) if place in places else next(porter) for place in range(4)))
+    return found
+
+
+@pytest.mark.parametrize("order", orders())
+def test_two_orders_of_six_are_fatal(order: tuple[str, ...]) -> None:
+    result = run(interleaved(order), bench())
+    assert result.begun == (0, 1, 2, 3)
+    assert result.failed == (("R1",) if order in FATAL else ())
+
+
+def test_without_the_fault_or_one_of_them_nothing_fails() -> None:
+    assert run(interleaved(FATAL[1]), bench(looks_late=True)).failed == ()
+    for actor in ("nurse", "porter"):
+        alone = tuple(line for line in LINES if actor_of(line) == actor)
+        assert run(AbstractTest("t", "s", "t", (), alone, seed=1), bench()).failed == ()
+
+
+def test_who_only_tells_others_something_needs_no_node() -> None:
+    """Of the child there are no commands, so nobody has to take its actions; its agent is in the run all the same."""
+    commands = {line: ranges for line, ranges in COMMANDS.items() if actor_of(line) != "child"}
+    concretization = replace(bench().concretization, commands=commands)
+    testbench = checked(
+        replace(
+            bench(online=True), concretization=concretization, run=running(looks_late=False, actors=("nurse", "porter"))
+        ),
+        "tests",
+    )
+    empty = concretize(AbstractTest("t", "closure", "t", (), (), seed=3), testbench.commands)
+    people = OnlineRun(roles_of(testbench), testbench.commands, 3)
+    settings = RunSettings(testbench, load_requirements(testbench.requirements, testbench.vocabulary()))
+    result = execute(settings, empty, producing=people.actions, watching=[people.watcher])
+    assert result.ending_faults == ()
+    assert {actor_of(action.command) for action in result.test.actions} == {"nurse", "porter"}
+    assert run(people.recorded(result), testbench).record.sha256 == result.record.sha256
