@@ -35,7 +35,14 @@ queue([]).
       refuse(Kind);
       .send(person, tell, refused(Kind)).
 
-@full +order(Kind)[source(person)] : queue(Waiting) & .length(Waiting, Count) & queue_limit(Limit) & Count >= Limit
+// An order after the last one.
++order(Kind)[source(person)] : not Kind == ended & queue(Waiting) & .member(ended, Waiting)
+   <- -order(Kind)[source(person)];
+      refuse(Kind);
+      .send(person, tell, refused(Kind)).
+
+@full +order(Kind)[source(person)] : not Kind == ended & queue(Waiting) & .length(Waiting, Count)
+                                   & queue_limit(Limit) & Count >= Limit
    <- -order(Kind)[source(person)];
       refuse(Kind);
       .send(person, tell, refused(Kind)).

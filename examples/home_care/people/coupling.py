@@ -5,6 +5,8 @@ Both go by messages and by what can be seen from outside, never by the robot's v
 
 from __future__ import annotations
 
+from carebot.orders import ENDING, FULL, UNKNOWN
+
 from pytest_hricdv.testbench import Conformance, Does, Hears, Online
 
 AT_ONCE_S = (0.0, 0.3)
@@ -16,7 +18,7 @@ DRIVES_S = (0.0, 330.0)
 GRIPS_S = (0.0, 5.0)
 """The gripper has 4 s."""
 
-GIVEN_UP = 'on(refused) & refused.reason != "I cannot do that" & refused.reason != "too many orders"'
+GIVEN_UP = "on(refused) & " + " & ".join(f'refused.reason != "{reason}"' for reason in (UNKNOWN, FULL, ENDING))
 
 KEPT_FROM_CHARGER = 'on(state) & state == "Ready" & previously(state == "Recharge") & !on(docked) & !on(accepted)'
 
@@ -41,7 +43,7 @@ CONFORMANCE = Conformance(
 ONLINE = Online(
     agent="person",
     hears=(
-        Hears("refused(Order)", 'on(refused) & refused.reason == "I cannot do that"', source="robot"),
+        Hears("refused(Order)", f'on(refused) & refused.reason == "{UNKNOWN}"', source="robot"),
         Hears("given_up(Order)", GIVEN_UP, source="robot"),
         Hears("idle", "on(idle)", source="robot"),
         Hears("held_up", 'fall(acts) & state != "Ready" & state != "Off"', source="robot"),
