@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
+from pytest_hricdv.extra.diagnosis.repairs import OPERATORS
 from pytest_hricdv.report import files
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.serving import UNWARNED, limit_time, preload, silence
-from studies.localization.faults import Fault
+from studies.localization.faults import REVERSED, Fault
 from studies.localization.projects import Project
 from studies.session import FINISHED, SessionError
 
@@ -45,32 +47,32 @@ def ran(project: Project, folder: Path, fault: Fault | None, options: tuple[str,
     """
     shutil.rmtree(folder / REPORT, ignore_errors=True)
     if fault is None:
-        return _session(project, folder, options, must_run=True)
+        return _session(project, folder, options)
     path = folder / fault.file
     path.write_text(fault.text, encoding="utf-8")
     try:
-        return _session(project, folder, options, must_run=False)
+        return _session(project, folder, options, fault)
     finally:
         path.write_text(fault.before, encoding="utf-8")
 
 
-def _session(project: Project, folder: Path, options: tuple[str, ...], *, must_run: bool) -> Report | None:
+def _session(project: Project, folder: Path, options: tuple[str, ...], fault: Fault | None = None) -> Report | None:
     arguments = [*UNWARNED, "-q", "--tb=no", "--hri-audit=off", *project.options, f"--hri-report={REPORT}", *options]
     pid = os.fork()
     if pid == 0:
-        _run(folder, arguments)
+        _run(folder, arguments, REVERSED.get(fault.kind, ()) if fault is not None else ())
     _, status = os.waitpid(pid, 0)
     code = os.waitstatus_to_exitcode(status)
     try:
         report = load(folder / REPORT)
     except ReportError:
         report = None
-    if must_run and (report is None or code not in FINISHED):
+    if fault is None and (report is None or code not in FINISHED):
         raise SessionError(f"{project.name}: pytest {' '.join(arguments)} in {folder} ended with {code}")
     return report
 
 
-def _run(folder: Path, arguments: list[str]) -> None:
+def _run(folder: Path, arguments: list[str], left_out: Iterable[str]) -> None:
     """In the fork: a session, and the end of the process."""
     code = 3
     try:
@@ -80,6 +82,8 @@ def _run(folder: Path, arguments: list[str]) -> None:
         sys.dont_write_bytecode = True  # faulty code is not to be found by the next session
         files._page = lambda report: ("", {})  # nobody looks at the page, which takes as long as the tests
         limit_time(MOST_S)
+        for name in left_out:
+            del OPERATORS[name]
         code = int(pytest.main(arguments))
     finally:
         os._exit(code)

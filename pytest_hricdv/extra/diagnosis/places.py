@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from pytest_hricdv.coverage.code_map import SourceFile
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
+from pytest_hricdv.extra.diagnosis.surroundings import parsed
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 
 Place = tuple[str, int]
@@ -105,7 +106,7 @@ def _readers(files: Iterable[SourceFile], places: set[Place]) -> Iterator[tuple[
 
     A field of a class counts, too, by its name alone.
     """
-    trees = {file.name: _parsed(file.text) for file in files}
+    trees = {file.name: parsed(file.text) for file in files}
     reading: dict[str, list[Place]] = {}
     for file in files:
         for name, line in _read(trees[file.name]):
@@ -116,13 +117,6 @@ def _readers(files: Iterable[SourceFile], places: set[Place]) -> Iterator[tuple[
             first = max((first for first in file.statements if first <= line), default=0)
             if (file.name, first) in places:
                 yield (file.name, first), [place for name in names for place in reading.get(name, ())]
-
-
-def _parsed(text: str) -> ast.Module:
-    try:
-        return ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return ast.Module([], [])
 
 
 def _read(tree: ast.AST) -> Iterator[tuple[str, int]]:

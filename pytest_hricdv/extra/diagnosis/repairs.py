@@ -10,14 +10,13 @@ seldom the best way to mend it.
 from __future__ import annotations
 
 import ast
-import builtins
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import TypeVar
 
 from pytest_hricdv.coverage.code_map import SourceFile
 from pytest_hricdv.coverage.gaps import functions
+from pytest_hricdv.extra.diagnosis.surroundings import Scope, negated, parsed, position, scope_of
 
 MOST_ADDED = 6
 """So many calls, or conditions, are tried at one place: the nearest in the text. Chosen: each costs a run."""
@@ -46,29 +45,6 @@ class Repair:
     text: str
 
 
-@dataclass(frozen=True)
-class Scope:
-    """What is around a statement.
-
-    Args:
-        block: the statements that it is one of.
-        number: which of them.
-        function: that it is in; None outside of functions.
-        in_loop: of this function.
-        calls: statements elsewhere in the code that call something, the nearest first.
-        conditions: of decisions elsewhere in the code, the nearest first.
-        returned: what the function returns elsewhere.
-    """
-
-    block: list[ast.stmt]
-    number: int
-    function: ast.FunctionDef | ast.AsyncFunctionDef | None
-    in_loop: bool
-    calls: Sequence[ast.stmt]
-    conditions: Sequence[ast.expr]
-    returned: Sequence[ast.expr | None]
-
-
 Change = tuple[str, list[ast.stmt]]
 """What is changed, in words, and the statements that stand in place of the statement."""
 
@@ -83,12 +59,12 @@ def repairs(files: Sequence[SourceFile], file: SourceFile, line: int) -> Iterato
         file: the statement's.
         line: its first line.
     """
-    tree = _parsed(file.text)
-    place = _place(tree, line)
+    tree = parsed(file.text)
+    place = position(tree, line)
     if place is None:
         return
     name = next(function.name for function in functions(file.text) if line in function)
-    scope = _scope(place, [_parsed(other.text) for other in (file, *(other for other in files if other != file))])
+    scope = scope_of(place, [parsed(other.text) for other in (file, *(other for other in files if other != file))])
     statement = scope.block[scope.number]
     seen = {ast.unparse(tree)}
     for operator, change in OPERATORS.items():
@@ -111,7 +87,7 @@ def condition_changed(statement: ast.stmt, scope: Scope) -> Iterator[Change]:
         for number in range(len(test.values)):
             left = test.values[:number] + test.values[number + 1 :]
             tests.append(left[0] if len(left) == 1 else ast.BoolOp(test.op, left))
-    tests.append(_negated(test))
+    tests.append(negated(test))
     for other in scope.conditions[:MOST_ADDED]:
         if ast.dump(other) not in {ast.dump(node) for node in ast.walk(test)}:
             tests += [ast.BoolOp(ast.And(), [other, test]), ast.BoolOp(ast.Or(), [other, test])]
@@ -257,21 +233,8 @@ def _numbers(node: ast.expr) -> Iterator[ast.expr]:
         yield from (ast.Constant(value) for value in scaled)
 
 
-def _negated(test: ast.expr) -> ast.expr:
-    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
-        return test.operand
-    return ast.UnaryOp(ast.Not(), test)
-
-
 def _first_line(statement: ast.stmt) -> str:
     return ast.unparse(statement).splitlines()[0]
-
-
-def _parsed(text: str) -> ast.Module:
-    try:
-        return ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return ast.Module([], [])
 
 
 def _compiles(text: str) -> bool:
@@ -280,92 +243,3 @@ def _compiles(text: str) -> bool:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return False
     return True
-
-
-@dataclass(frozen=True)
-class _Place:
-    """Where a statement stands: its block, its number there, what is around it (the innermost last)."""
-
-    block: list[ast.stmt]
-    number: int
-    around: tuple[ast.AST, ...]
-
-
-def _place(tree: ast.AST, line: int, around: tuple[ast.AST, ...] = ()) -> _Place | None:
-    for _, value in ast.iter_fields(tree):
-        if isinstance(value, list) and value and isinstance(value[0], ast.stmt):
-            for number, statement in enumerate(value):
-                if statement.lineno == line and not isinstance(statement, ast.FunctionDef | ast.ClassDef):
-                    return _Place(value, number, (*around, tree))
-    for child in ast.iter_child_nodes(tree):
-        inner = _place(child, line, (*around, tree))
-        if inner is not None:
-            return inner
-    return None
-
-
-def _scope(place: _Place, trees: Sequence[ast.Module]) -> Scope:
-    enclosing = [node for node in place.around if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
-    function = enclosing[-1] if enclosing else None
-    start = place.around.index(function) if function is not None else 0
-    in_loop = any(isinstance(node, ast.For | ast.While) for node in place.around[start:])
-    if function is None:
-        return Scope(place.block, place.number, None, in_loop, (), (), ())
-    names = _names(function) | _names(trees[0], deeply=False) | {*dir(builtins)}
-    line = place.block[place.number].lineno
-    calls: list[ast.stmt] = []
-    conditions: list[ast.expr] = []
-    for number, tree in enumerate(trees):
-        statements = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
-        for node in sorted(statements, key=lambda node: abs(node.lineno - line) if number == 0 else node.lineno):
-            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _read(node) <= names:
-                calls.append(node)
-            elif isinstance(node, ast.If | ast.While) and (number > 0 or node.lineno != line):
-                conditions += [part for part in _parts(node.test) if _read(part) <= names]
-    returned = [node.value for node in ast.walk(function) if isinstance(node, ast.Return)]
-    return Scope(
-        place.block,
-        place.number,
-        function,
-        in_loop,
-        _once(calls),
-        _once(conditions),
-        _once(returned) if any(value is not None for value in returned) else (None,),
-    )
-
-
-def _parts(test: ast.expr) -> Iterator[ast.expr]:
-    """What a condition is made of, and the contrary of each."""
-    for part in test.values if isinstance(test, ast.BoolOp) else [test]:
-        if not isinstance(part, ast.Constant | ast.NamedExpr):
-            yield part
-            yield _negated(part)
-
-
-def _names(tree: ast.AST, *, deeply: bool = True) -> set[str]:
-    """Names that there are in a function; or, not deeply, that a module defines."""
-    names: set[str] = set()
-    for node in ast.walk(tree) if deeply else ast.iter_child_nodes(tree):
-        if isinstance(node, ast.arg):
-            names.add(node.arg)
-        elif isinstance(node, ast.Name):
-            names.add(node.id)
-        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            names.add(node.name)
-        elif isinstance(node, ast.Import | ast.ImportFrom):
-            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.Assign | ast.AnnAssign) and not deeply:
-            names |= {target.id for target in ast.walk(node) if isinstance(target, ast.Name)}
-    return names
-
-
-def _read(node: ast.AST) -> set[str]:
-    return {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
-
-
-Node = TypeVar("Node", bound=ast.AST | None)
-
-
-def _once(nodes: Iterable[Node]) -> tuple[Node, ...]:
-    """Equal ones once."""
-    return tuple({"" if node is None else ast.dump(node): node for node in nodes}.values())

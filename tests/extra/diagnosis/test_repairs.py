@@ -55,11 +55,12 @@ def made(line: int, file: int = 0) -> list[Repair]:
     [
         (6, "condition changed", "while scale.cup_is_there() and scale.level_ml() < FULL_ML:"),
         (6, "comparison changed", "while scale.level_ml() <= FULL_ML:"),
-        (6, "call added", "        clock.sleep(LOOK_EVERY_S)\n    tap.close()\n"),
+        (8, "call added", "        clock.sleep(LOOK_EVERY_S)\n    tap.close()\n    return"),
         (1, "number changed", "FULL_ML, LOOK_EVERY_S = (150.0, 2.0)"),
         (12, "condition changed", "    if tap.is_open():"),
         (12, "ended early", "        tap.warn()\n        return None\n"),
         (13, "left out", "        pass\n    tap.close()"),
+        (7, "call added", "        clock.sleep(LOOK_EVERY_S)\n        tap.close()\n    return"),
         (14, "guarded", "    if not tap.is_open():\n        tap.close()"),
     ],
 )
