@@ -1,6 +1,6 @@
 """This robot beside the published one: the published tests, run here, with the cause of each difference.
 
-    python -m studies.comparison [--tests FILE] [--copies N] [--workers N] [--folder DIR] [--keep DIR]
+    python -m studies.comparison [--tests FILE] [--copies N] [--sample N] [--workers N] [--folder DIR] [--keep DIR]
 
 Each test is run N times (4 if nothing is said) as it is, and N times as it was: with the published faults switched on,
 the first order unheard as often as in the published runs, and, where the world can do that, the dog that jumps. The
@@ -98,7 +98,15 @@ def _text(path: Path) -> str:
 
 
 def _session(suite: Path, report: Path, environment: Mapping[str, str], workers: int) -> None:
-    options = [f"--hri-suite={suite}", f"--hri-report={report}", "--hri-diagnose=0", "-q", "-p", "no:cacheprovider"]
+    options = [
+        f"--hri-suite={suite}",
+        f"--hri-report={report}",
+        "--hri-diagnose=0",
+        "--hri-audit=off",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+    ]
     command = [sys.executable, "-m", "pytest", *options, *(["-n", str(workers)] if workers > 1 else [])]
     ended = subprocess.run(
         command, cwd=PROJECT, env={**os.environ, **environment}, capture_output=True, text=True, check=False
@@ -119,6 +127,16 @@ def compare(tests: Sequence[PublishedTest], copies: int, workers: int, keep: Pat
     return Comparison(tests, copies, runs, unheard, faults)
 
 
+def sampled(tests: Sequence[PublishedTest], count: int) -> list[PublishedTest]:
+    """So many tests of each method, evenly spaced; all where there are no more, or `count` is 0."""
+    chosen: list[PublishedTest] = []
+    for method in dict.fromkeys(test.method for test in tests):
+        own = [test for test in tests if test.method == method]
+        kept = min(count or len(own), len(own))
+        chosen += [own[len(own) * place // kept] for place in range(kept)]
+    return chosen
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; 0, or 2 where the tests cannot be read or run."""
     parser = argparse.ArgumentParser(prog="python -m studies.comparison", description=(__doc__ or "").split("\n")[0])
@@ -126,12 +144,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--copies", type=int, default=4, help="runs of each test (default: 4)")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--folder", type=Path, default=HERE, help="of the page and its figures (default: here)")
+    parser.add_argument(
+        "--sample", type=int, default=0, help="only so many tests of each method, evenly spaced (0: all)"
+    )
     parser.add_argument("--keep", type=Path, help="keep the sessions here, and make the page of those that are there")
     parsed = parser.parse_args(arguments)
     try:
         with tempfile.TemporaryDirectory(prefix="home-care-") as scratch:
             keep = (parsed.keep or Path(scratch)).resolve()
-            compared = compare(read(parsed.tests), parsed.copies, parsed.workers, keep)
+            compared = compare(sampled(read(parsed.tests), parsed.sample), parsed.copies, parsed.workers, keep)
     except PublishedError as error:
         print(error, file=sys.stderr)
         return 2

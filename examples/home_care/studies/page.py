@@ -92,7 +92,14 @@ class Comparison:
 
     def text(self) -> str:
         """The page, in Markdown."""
-        return "\n".join([_HEAD.format(copies=self.copies), *self._summary(), *self._verdicts(), *self._agreement()])
+        return "\n".join(
+            [
+                _HEAD.format(copies=self.copies, count=len(self.tests)),
+                *self._summary(),
+                *self._verdicts(),
+                *self._agreement(),
+            ]
+        )
 
     def _summary(self) -> Iterable[str]:
         yield "## Coverage, and what was not checked of A1\n"
@@ -157,7 +164,7 @@ class Comparison:
 _HEAD = """# This robot beside the published one
 
 Made by `python -m studies.comparison`. The published tests of the home-care case, which `published.json` has with what
-came of their runs, are run on this robot {copies} times each: *as it is*; and *as it was*, with the published faults
+came of their runs, are run on this robot, {count} of them, {copies} times each: *as it is*; and *as it was*, with the published faults
 switched on (`carebot.config.Faults`), the first order unheard as often as there, and the dog that jumps. Published
 figures are of the runs that started.
 """
