@@ -163,10 +163,10 @@ class Comparison:
 
 _HEAD = """# This robot beside the published one
 
-Made by `python -m studies.comparison`. The published tests of the home-care case, which `published.json` has with what
-came of their runs, are run on this robot, {count} of them, {copies} times each: *as it is*; and *as it was*, with the published faults
-switched on (`carebot.config.Faults`), the first order unheard as often as there, and the dog that jumps. Published
-figures are of the runs that started.
+Made by `python -m studies.comparison`. Published tests of the home-care case, which `published.json` has with what came
+of their runs, are run on this robot: {count} tests, {copies} times each, *as it is*; and as often *as it was*, with the
+published faults switched on (`carebot.config.Faults`), the first order unheard as often as there, and the dog that
+jumps. Published figures are of the runs that started.
 """
 
 
