@@ -28,6 +28,9 @@ OFF_COURSE_RAD = 0.5
 EITHER_X_M, EITHER_Y_M = 0.1, 0.02
 """The published test for the end of a drive, of which one was enough."""
 
+PUSHED_M = 0.15
+"""Further away than this from where it was a period before, it did not drive there (chosen: three times its way)."""
+
 LOOK_AGAIN_S = 2.0
 """So long until a way is looked for once more, where there was none (chosen)."""
 
@@ -45,6 +48,7 @@ class Driver:
         self._config = config
         self._wayfinder = Wayfinder(flat)
         self._turning = False
+        self._before = base.pose()
 
     async def drive_to(self, goal: Point) -> None:
         """Drive there; the base stands when this returns.
@@ -53,6 +57,7 @@ class Driver:
             BlockedError: somebody or something has been in the way for too long.
         """
         loop = asyncio.get_running_loop()
+        self._before = self._base.pose()
         way = self._way(goal, ())
         limit_s = self._limit_s(way)
         ends_s = loop.time() + limit_s
@@ -84,7 +89,10 @@ class Driver:
         """Drive for one period; what is left of the way then, nothing where somebody is in it."""
         if not way:
             return []
-        pose = self._base.pose()
+        before, pose = self._before, self._base.pose()
+        self._before = pose
+        if _distance_m(before, (pose.x, pose.y)) > PUSHED_M:
+            return self._way(way[-1], ())
         if len(way) > 1 and hypot(way[0][0] - pose.x, way[0][1] - pose.y) < CORNER_M:
             way = way[1:]
         velocity = self._velocity(pose, way[0], self._seen(pose))

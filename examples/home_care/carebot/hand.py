@@ -9,8 +9,9 @@ from carebot.config import Config
 from carebot.messages import Food, GripperCommand
 from carebot.ports import Gripper
 
-CLOSED, OPEN = 0.05, 0.95
-"""As its state says, with room for its errors (chosen). Around food or dishes it cannot close so far."""
+CLOSED, HELD, OPEN = 0.05, 0.6, 0.95
+"""As its state says, with room for its errors (chosen). Around food or dishes it closes to less than `HELD`, but not
+as far as `CLOSED`."""
 
 
 class GripperError(Exception):
@@ -32,7 +33,7 @@ class Hand:
         self.is_empty = False
         self._gripper.command(GripperCommand(close=True))
         opening = await self._settled()
-        if opening >= OPEN:
+        if opening > HELD:
             raise GripperError("the gripper does not close")
         if opening <= CLOSED:
             raise GripperError("there is nothing to take")
