@@ -55,6 +55,13 @@ def test_one_command_runs_a_hundred_learned_tests(tmp_path: Path) -> None:
     assert len(report(tmp_path)["tests"]) >= 100
 
 
+def test_what_was_found_stays_mended(tmp_path: Path) -> None:
+    run("--hri-suite=tests/regressions.txt", f"--hri-report={tmp_path}", "-q")
+    outcomes = [test["outcome"] for test in report(tmp_path)["tests"]]
+    assert len(outcomes) == 7
+    assert "failed" not in outcomes
+
+
 def test_workers_change_nothing(tmp_path: Path) -> None:
     hashes = []
     for workers in ("0", "2", "3"):
