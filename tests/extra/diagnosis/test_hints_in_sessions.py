@@ -1,0 +1,29 @@
+"""The bug of the tutorial is found by repairing it: the first place is its statement, and the hint is what mends it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.docs.page import blocks, run, write_files
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="repairs are tried in forks")
+def test_a_repair_of_the_tutorials_bug_is_a_hint(tmp_path: Path) -> None:
+    write_files(blocks("tutorial.md"), tmp_path)
+    pouring = tmp_path / "pouring.py"
+    text = pouring.read_text(encoding="utf-8")
+    assert text.count("scale.cup_is_there() and ") == 1
+    pouring.write_text(text.replace("scale.cup_is_there() and ", ""), encoding="utf-8")
+    status, printed = run("pytest --hri-tests=8 --hri-diagnose=40 --hri-audit=off", tmp_path)
+    assert status == 1, printed
+    (cause,) = json.loads((tmp_path / "hri-report" / "report.json").read_text(encoding="utf-8"))["causes"]
+    assert (cause["places"][0]["file"], cause["places"][0]["function"]) == ("pouring.py", "pour")
+    assert cause["places"][0]["text"].startswith("while scale.level_ml()")
+    assert cause["hints"][0].startswith("with the condition `scale.cup_is_there() and (")
+    assert cause["hints"][0].endswith("failing tests pass, none of 3 others changes")
+    assert cause["hints"][0] in printed
