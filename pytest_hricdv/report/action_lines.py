@@ -9,6 +9,9 @@ from pytest_hricdv.report.formatting import plural
 MAX_ACTIONS = 14
 """Chosen, so that the text of a failure with its traceback is about a screen of a terminal; the report has all."""
 
+BRIEF_ACTIONS = 10
+"""The same of the text without `-v`, chosen: with causes and a line for each test, 20 failures are on two screens."""
+
 _LEAST_LATER = 4
 """Of these, so many are kept for what came after the instant: enough to see how the run went on (chosen)."""
 
@@ -31,7 +34,13 @@ def listed(actions: Sequence[str], name: str, who: str = "the human") -> Iterato
 
 
 def around(
-    actions: Sequence[str], times: Sequence[float], at_s: float, name: str, event: str = "", who: str = "the human"
+    actions: Sequence[str],
+    times: Sequence[float],
+    at_s: float,
+    name: str,
+    event: str = "",
+    who: str = "the human",
+    most: int = MAX_ACTIONS,
 ) -> Iterator[str]:
     """The actions before and after an instant, with the times at which they began.
 
@@ -41,14 +50,15 @@ def around(
         at_s: the instant (s).
         name: of the test, for the first line.
         event: what happened there; empty at the end of a run, after which there is nothing.
+        most: so many actions are shown.
         who: did them.
     """
     at_ms_s = round(at_s, 3)  # as the times are: a disturbance may violate a requirement as it begins
     begun = list(zip(times, actions, strict=False))
     before = [entry for entry in begun if entry[0] <= at_ms_s]
     after = [entry for entry in begun if entry[0] > at_ms_s]
-    later = after[: max(_LEAST_LATER, MAX_ACTIONS - len(before))]
-    earlier = before[max(0, len(before) - (MAX_ACTIONS - len(later))) :]
+    later = after[: max(_LEAST_LATER, most - len(before))]
+    earlier = before[max(0, len(before) - (most - len(later))) :]
     yield f"what {who} did {'around' if event else 'until'} then ({name}):"
     if len(earlier) < len(before):
         yield f"  {plural(len(before) - len(earlier), 'action')} before, and"

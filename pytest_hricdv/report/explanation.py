@@ -68,7 +68,9 @@ def failure(
     lines += [*(_others_counted(test, failed) if brief else _other_requirements(test, failed)), *_course(test), ""]
     violation = first_violation(test.requirements[failed[0]]) if failed else None
     at_s = violation.time_s if violation else None
-    story = _actions(test, test.sim_s) if at_s is None else _actions(test, at_s, f"{failed[0]} is violated")
+    most = action_lines.BRIEF_ACTIONS if brief else action_lines.MAX_ACTIONS
+    event = "" if at_s is None else f"{failed[0]} is violated"
+    story = _actions(test, test.sim_s if at_s is None else at_s, event, most)
     lines += [*story, "", *_logged(logged, test.sim_s if at_s is None else at_s)]
     lines += instructions(test, suite, seed, rerun_options, file)
     return "\n".join(visible(line) for line in lines)
@@ -201,7 +203,8 @@ def _requirement(
         yield f"  {violation_line(violation, units, unit)}"
     if len(result.violations) > _MAX_VIOLATIONS:
         yield f"  and {plural(len(result.violations) - _MAX_VIOLATIONS, 'more violation')}"
-    yield f"  {counts(result)}{_worst_margin(result, unit)}"
+    if not brief or len(result.violations) > 1:  # of one, all is said
+        yield f"  {counts(result)}{_worst_margin(result, unit)}"
 
 
 def _one_line(text: str) -> str:
@@ -247,7 +250,9 @@ def _course(test: TestResult) -> Iterator[str]:
     yield f"ended:   after {seconds(test.sim_s)} simulated{ended}"
 
 
-def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> Iterator[str]:
+def _actions(
+    test: TestResult, at_s: float | None = None, event: str = "", most: int = action_lines.MAX_ACTIONS
+) -> Iterator[str]:
     """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
     who = enumerated([*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.seen)])
@@ -257,7 +262,7 @@ def _actions(test: TestResult, at_s: float | None = None, event: str = "") -> It
         begun = [(time_s, test.abstract[number]) for time_s, number in test.begun]
         begun = sorted([*begun, *test.seen], key=lambda entry: entry[0])
         actions = [*(action for _, action in begun), *(test.abstract[number] for number in left)]
-        return action_lines.around(actions, [time_s for time_s, _ in begun], at_s, name, event, who)
+        return action_lines.around(actions, [time_s for time_s, _ in begun], at_s, name, event, who, most)
     return action_lines.listed(test.abstract, name, who)
 
 

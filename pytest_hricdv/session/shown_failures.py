@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.report.failing_tests import FailingTests
-from pytest_hricdv.report.formatting import Line, Style
+from pytest_hricdv.report.formatting import Line, Style, plural
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.repeated_errors import VIOLATION, RepeatedErrors
@@ -33,6 +33,10 @@ MARKUP: dict[Style, dict[str, bool]] = {
 MOST_EXAMPLE_LINES = 40
 """The first example is shown in any case, further ones as long as all together have so many lines. Chosen: with causes,
 a line for each test and the summary, a session with 20 failures has at most 120 lines."""
+
+MOST_REPEATED = 10
+"""Of violations that are listed by cause above, pytest's short summary repeats examples only, if there are more than
+these (chosen: the last screen of a terminal shows causes then). With -rf, -v, or on a CI service it has all."""
 
 _KINDS = ("failed", "error")
 
@@ -51,6 +55,8 @@ class ShownFailures:
         self._repeated = RepeatedErrors(aggregation)
         self._all: dict[str, list[Any]] = {}
         """Kind -> all reports of that kind, while some of them are not to be shown."""
+        self._failed: list[Any] = []
+        """All that failed, once all of it was shown that is to be shown in full."""
         self._failing: FailingTests | None = None
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -71,6 +77,11 @@ class ShownFailures:
             return (yield)
         finally:
             self.list_all(terminalreporter)
+            left_out = len(self._failed) - len(terminalreporter.stats.get("failed", ()))
+            if left_out > 0:
+                terminalreporter.stats["failed"] = self._failed  # for its counts
+                text = f"and {plural(left_out, 'more test')}, listed above by cause; -rf lists all here"
+                write_lines(terminalreporter, [Line(text, "dim")])
 
     def _show_causes(self, reporter: pytest.TerminalReporter, report: Report, *, is_verbose: bool) -> None:
         columns = _columns()
@@ -101,6 +112,8 @@ class ShownFailures:
 
     def list_all(self, reporter: pytest.TerminalReporter) -> None:
         """Let the terminal have all reports again, for its list of failures and its counts, with their causes."""
+        if not self._all:
+            return
         reporter.stats.update(self._all)
         labels = self._failing.labels() if self._failing is not None else {}
         for report in self._all.get("failed", ()):
@@ -108,6 +121,12 @@ class ShownFailures:
                 crash = report.longrepr.reprcrash
                 label = f" ({labels[report.nodeid]})"
                 crash.message = f"{crash.message.removesuffix(label)}{label}"
+        self._failed = self._all.get("failed", [])
+        violations = [report for report in self._failed if self._is_violation(report)]
+        if self._failing is not None and len(violations) > MOST_REPEATED and _may_be_short(reporter.config):
+            repeated = {*self._failing.examples}
+            shown = [report for report in self._failed if report not in violations or report.nodeid in repeated]
+            reporter.stats["failed"] = shown or self._failed
         self._all = {}
 
 
@@ -115,6 +134,12 @@ def write_lines(reporter: pytest.TerminalReporter, lines: Iterable[Line]) -> Non
     """Write lines in the colours of their styles, where the terminal has any."""
     for line in lines:
         reporter.write_line(line.text, **MARKUP[line.style])
+
+
+def _may_be_short(config: pytest.Config) -> bool:
+    """Whether nobody asked for a list of failures: who reads one on a CI service has no other."""
+    asked = config.getoption("reportchars", "") not in ("", "fE")  # pytest's own default
+    return not (asked or config.get_verbosity() > 0 or os.environ.get("CI") or os.environ.get("BUILD_NUMBER"))
 
 
 def _columns() -> int | None:

@@ -33,6 +33,8 @@ def test_a_suite_with_twenty_failures_is_read_on_two_screens(
     bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, columns: int
 ) -> None:
     monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.delenv("BUILD_NUMBER", raising=False)
     result = bright.runpytest_inprocess(*SUITE)
     result.assert_outcomes(failed=24, passed=4, deselected=1)
     assert len(result.outlines) <= 120
@@ -42,6 +44,14 @@ def test_a_suite_with_twenty_failures_is_read_on_two_screens(
     ids = [test["id"] for test in report(bright.path)["tests"] if test["outcome"] == "failed"]
     assert [sum(line.startswith(f"  {name} ") for line in causes) for name in ids] == [1] * 24
     assert result.stdout.str().count("what the human did around then") == 1
+    assert sum(line.startswith("FAILED test_lamps.py") for line in result.outlines) == 1
+    assert result.outlines[-2] == "and 23 more tests, listed above by cause; -rf lists all here"
+    assert "24 failed, 4 passed" in result.outlines[-1]
+
+
+@pytest.mark.slow
+def test_the_short_summary_has_all_where_it_is_asked_for(bright: pytest.Pytester) -> None:
+    result = bright.runpytest_inprocess(*SUITE, "-rf")
     assert sum(line.startswith("FAILED test_lamps.py") for line in result.outlines) == 24
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.diagnosis.records import Cause, SuspiciousPlace
+from pytest_hricdv.extra.diagnosis.records import Cause
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, Style, and_more, fit, fit_path, plural, width, wrap
 
@@ -13,14 +13,19 @@ MOST_LINES = 8
 """Of a cause in the terminal."""
 
 _MOST_ACTIONS = 3
-_MOST_PLACES = 2
+MOST_PLACES = 2
 _MOST_REQUIREMENTS = 8
 _MOST_WRAPPED = 2
 """Lines of a sentence; chosen: then all of a cause is in `MOST_LINES`."""
 
 
 def cause_lines(
-    number: int, cause: Cause, options: Sequence[str], columns: int | None, status: str = ""
+    number: int,
+    cause: Cause,
+    options: Sequence[str],
+    columns: int | None,
+    status: str = "",
+    most_places: int = MOST_PLACES,
 ) -> tuple[Line, ...]:
     """What it is, where, what decides, its shortest test, and the command that runs this again.
 
@@ -28,11 +33,13 @@ def cause_lines(
         number: of the cause, from 1.
         options: of the session, as far as a replay needs them.
         columns: of the terminal; None where lines may have any width.
+        most_places: so many statements are named.
         status: as `new`, compared with a baseline; empty where there is nothing to say.
     """
+    places = cause.places[:most_places]
     lines = [
         *_sentence(title_of(number, cause, status), columns, "  "),
-        *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in _places(cause)),
+        *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in places),
     ]
     style: Style = "warn" if cause.is_known else "bad"
     shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
@@ -66,10 +73,6 @@ def summary_of(cause: Cause) -> str:
 def replay_of(cause: Cause, options: Sequence[str]) -> str:
     """The command that runs its shortest test again; empty where this has no file."""
     return replay_command(cause.replay, options) if cause.replay else ""
-
-
-def _places(cause: Cause) -> Sequence[SuspiciousPlace]:
-    return cause.places[:_MOST_PLACES]
 
 
 def _place(file: str, line: int, function: str, score: float, text: str, columns: int | None) -> str:

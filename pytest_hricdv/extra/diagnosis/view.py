@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.diagnosis.cause_lines import cause_lines, replay_of, title_of
+from pytest_hricdv.extra.diagnosis.cause_lines import MOST_PLACES, cause_lines, replay_of, title_of
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.results.baseline_diff import NEW_CAUSE
 from pytest_hricdv.results.model import Report
+
+_MANY = 3
+"""Of so many causes, each has one statement in the terminal (chosen: all of them stay on a screen)."""
 
 
 class DiagnosisView(View):
@@ -27,11 +30,12 @@ class DiagnosisView(View):
             nodeids.setdefault(test.id, []).append(test.nodeid)
         options = report.rerun.options
         status = _status(report)
+        places = MOST_PLACES if len(causes) < _MANY else 1
         blocks = (
             FailureCause(
                 label=f"cause {number}",
                 title=title_of(number, cause, status.get(cause.id, "")),
-                lines=cause_lines(number, cause, options, columns, status.get(cause.id, "")),
+                lines=cause_lines(number, cause, options, columns, status.get(cause.id, ""), places),
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
                 place=next(((place.file, place.line) for place in cause.places), None),
                 is_known=cause.is_known,
