@@ -86,7 +86,8 @@ def _place(file: str, line: int, function: str, score: float, text: str, columns
 
 def _shortest(cause: Cause, columns: int | None) -> str:
     """The test, whose id is not cut, and its first actions, as far as there is room."""
-    start = visible(f"  shortest test {cause.tests[0]}")
+    kind = "what is left of" if cause.is_shrunk else "shortest test"
+    start = visible(f"  {kind} {cause.minimal_of or cause.tests[0]}")
     for count in range(min(_MOST_ACTIONS, len(cause.minimal)), 0, -1):
         left = len(cause.minimal) - count
         text = f"{start}: {visible('; '.join(cause.minimal[:count]))}{f'; ... {left} more' if left else ''}"

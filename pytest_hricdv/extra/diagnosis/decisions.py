@@ -8,9 +8,14 @@ from dataclasses import dataclass, field
 from pytest_hricdv.extra.diagnosis.deciding import Deciding, Tried
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group
+from pytest_hricdv.extra.diagnosis.minimal import Minimal, shrunk
 from pytest_hricdv.extra.diagnosis.records import Decision
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import Concretization
+
+LEAST_TO_SHRINK = 16
+"""With fewer runs for a cause, its shortest test is taken as it is. Chosen: half of them is for shrinking, and a test
+of four actions takes some eight runs."""
 
 
 @dataclass
@@ -26,11 +31,19 @@ class Decisions:
     spaces: Mapping[str, Concretization]
     made: dict[tuple[str, str], Decision] = field(default_factory=dict)
     """Node id and requirement -> what decides."""
+    minimal: dict[str, Minimal] = field(default_factory=dict)
+    """Node id -> what was left of the test."""
+    replays: dict[str, str | None] = field(default_factory=dict)
+    """Node id -> the replay file of this."""
 
     def of(self, group: Group) -> Decision | None:
         """Of a cause; None where nobody tried."""
         keys = ((failure.nodeid, failure.requirement) for failure in group.failures)
         return next((self.made[key] for key in keys if key in self.made), None)
+
+    def minimal_of(self, group: Group) -> str | None:
+        """Node id of the test of a cause that was shrunk; None where none was."""
+        return next((name for name in group.nodeids if name in self.minimal), None)
 
     def decide(self, groups: Sequence[Group]) -> None:
         """Look for what decides, of one cause after the other: each may use its share of the runs that are left."""
@@ -54,11 +67,16 @@ class Decisions:
         wanted = {failure.requirement for failure in group.failures if failure.nodeid == nodeid}
         if control is None or not wanted & set(control.violated):
             return
-        test = experiments.tests[nodeid]
-        deciding = Deciding(
-            test, self.spaces[nodeid], control, wanted & set(control.violated), experiments.ran, share - is_new
-        )
-        decision = deciding.decision(self._before(nodeid))
+        test, space, left, before = experiments.tests[nodeid], self.spaces[nodeid], share - is_new, self._before(nodeid)
+        if left >= LEAST_TO_SHRINK:
+            first = next(name for name in _in_order(group, nodeid) if name in control.violated)
+            minimal = shrunk(test, space, control, first, experiments.ran, left // 2)
+            left -= minimal.runs + 1  # one to keep it
+            if minimal.test != test:
+                self.minimal[nodeid] = minimal
+                test, control, before = minimal.test, minimal.ran, iter(())
+        deciding = Deciding(test, space, control, wanted & set(control.violated), experiments.ran, left)
+        decision = deciding.decision(before)
         if decision is not None:
             for requirement in wanted:
                 self.made[nodeid, requirement] = decision
@@ -78,3 +96,8 @@ class Decisions:
             if name == nodeid and result is not None:
                 test = without(self.experiments.tests[nodeid], change)
                 yield Variation("disturbance", f"without the disturbance {change}", test), result
+
+
+def _in_order(group: Group, nodeid: str) -> Iterator[str]:
+    """The requirements that a test fails for a cause, in the order of time."""
+    return (failure.requirement for failure in group.failures if failure.nodeid == nodeid)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import cast
 
 import msgspec
+from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
@@ -17,6 +18,7 @@ from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
 from pytest_hricdv.extra.diagnosis.hints import Hint
 from pytest_hricdv.extra.diagnosis.locating import MOST_PLACES, Locating, raised, words_of
+from pytest_hricdv.extra.diagnosis.minimal import kept
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.places import weighted
 from pytest_hricdv.extra.diagnosis.records import (
@@ -97,6 +99,7 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     located = [Located(ranked_places(subject, group, _traces(experiments, group))) for group in groups]
     _keep(session, _found(session, subject, experiments, decisions, groups, located))
     decisions.decide(groups)
+    _keep_minimal(session, experiments, decisions)
     groups = experiments.groups()
     experiments.budget = budget
     _trace(experiments, groups)
@@ -117,7 +120,9 @@ def _found(
 ) -> tuple[tuple[Cause, ...], Diagnosis]:
     """The causes by now, and what they rest on."""
     made = tuple(
-        cause_of(subject, group, experiments.evidence, decisions.of(group), where)
+        _with_minimal(
+            cause_of(subject, group, experiments.evidence, decisions.of(group), where), subject, group, decisions
+        )
         for group, where in zip(groups, located, strict=True)
     )
     vocabulary = session.context.run_settings.testbench.vocabulary()
@@ -130,6 +135,28 @@ def _found(
         messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
     )
     return made, basis
+
+
+def _keep_minimal(session: PartSession, experiments: Experiments, decisions: Decisions) -> None:
+    """Write replay files of tests that were shrunk."""
+    chosen = session.aggregation.chosen
+    for name, minimal in decisions.minimal.items():
+        if experiments.ended == "interrupted":
+            return
+        try:
+            experiments.used += 1
+            decisions.replays[name] = kept(session.rerunning, chosen[name], name, minimal)
+        except KeyboardInterrupt:
+            experiments.ended = "interrupted"
+
+
+def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: Decisions) -> Cause:
+    """The cause with what is left of a test of it, where one was shrunk and can be run again."""
+    name = decisions.minimal_of(group)
+    if name is None or (replay := decisions.replays.get(name)) is None:
+        return cause
+    lines = tuple(action.command for action in decisions.minimal[name].test.actions)
+    return replace(cause, minimal=lines, minimal_of=subject.tests[name].id, is_shrunk=True, replay=replay)
 
 
 def _keep(session: PartSession, found: tuple[tuple[Cause, ...], Diagnosis]) -> None:
@@ -215,6 +242,7 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
         change=group.change,
         state=state,
         minimal=_as_begun(shortest),
+        minimal_of=shortest.id,
         replay=shortest.replay,
         places=_places(subject, located.ranked),
         hints=tuple(words_of(hint, len(group.nodeids)) for hint in located.hints),

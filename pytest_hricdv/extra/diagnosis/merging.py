@@ -58,10 +58,14 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
 
 def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
     """With the hints of all reports, and the places of the one with most tests: there, runs were traced."""
-    same = [other for other in before if other.id == cause.id]
-    hints = dict.fromkeys(hint for other in sorted(same, key=canonical) for hint in other.hints)
+    same = sorted((other for other in before if other.id == cause.id), key=canonical)
+    hints = dict.fromkeys(hint for other in same for hint in other.hints)
     largest = max(same, key=lambda other: (len(other.tests), canonical(other)), default=cause)
-    return replace(cause, hints=tuple(hints), places=largest.places or cause.places)
+    cause = replace(cause, hints=tuple(hints), places=largest.places or cause.places)
+    left = next((other for other in same if other.is_shrunk and other.minimal_of in cause.tests), None)
+    if left is None:
+        return cause
+    return replace(cause, minimal=left.minimal, minimal_of=left.minimal_of, is_shrunk=True, replay=left.replay)
 
 
 def associated(report: Report, *, is_of_all_runs: bool) -> Report:

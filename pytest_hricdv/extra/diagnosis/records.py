@@ -89,7 +89,9 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         tests: ids of the tests, the shortest first.
         change: the disturbance without which they pass; empty where there is none.
         state: of the code under test when the first of the requirements failed.
-        minimal: lines of the shortest of these tests.
+        minimal: lines of the shortest of these tests, or what was left of it.
+        minimal_of: id of this test; None in reports of older versions: the first of `tests`.
+        is_shrunk: what the test does not need was taken away.
         replay: of this test.
         places: the most suspicious statements first; empty where no code was measured.
         hints: what might mend it, a sentence each.
@@ -106,6 +108,8 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     change: str = ""
     state: str = ""
     minimal: Names = ()
+    minimal_of: TestId | None = None
+    is_shrunk: bool = False
     replay: ReplayName | None = None
     places: tuple[SuspiciousPlace, ...] = ()
     hints: Names = ()

@@ -58,6 +58,7 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
         events: messages, and changes of signals that are bools or texts, in the order of time.
         times_s: requirement -> when it was violated first.
         traces: requirement that it violated -> what it executed until then; of traced runs only.
+        replay: the file that it was kept in; of minimal tests only.
     """
 
     violated: Names
@@ -66,6 +67,7 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
     events: tuple[Event, ...] = ()
     times_s: Mapping[str, Number] = {}
     traces: Mapping[str, Trace] = {}
+    replay: str | None = None
 
 
 Run = Callable[[ConcreteTest], Ran | None]
@@ -93,7 +95,7 @@ def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTes
         return None if result is None else ran(result)
 
     def run(test: ConcreteTest) -> Ran | None:
-        return _forked(rerunning, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
+        return forked(rerunning, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
 
     return run
 
@@ -138,7 +140,7 @@ def changed_runner(rerunning: Rerunning, code: CodeMap) -> RunChanged:
         result = rerunning.run(named(test, "repair"))
         return None if result is None else ran(result)
 
-    return lambda repair, test: _forked(rerunning, lambda: run_here(repair, test))
+    return lambda repair, test: forked(rerunning, lambda: run_here(repair, test))
 
 
 def remembering_repairs(run: RunChanged, journaling: Journaling, part: str) -> RunChanged:
@@ -150,7 +152,7 @@ def remembering_repairs(run: RunChanged, journaling: Journaling, part: str) -> R
     return remembered
 
 
-def _forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
+def forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
     """What a fork gives; None where it came to no end."""
     process = fork()
     if isinstance(process, InFork):

@@ -41,6 +41,8 @@ def surging(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 SUITE = ("--hri-suite=surges.txt", "--hri-strict")
+WITHOUT_REPAIRS = "--hri-diagnose=11"
+"""One run less, and nothing would be left; one more, and repairs would be tried."""
 
 
 @pytest.mark.slow
@@ -48,14 +50,14 @@ SUITE = ("--hri-suite=surges.txt", "--hri-strict")
 def test_causes_come_before_failures_and_are_confirmed_by_runs(
     surging: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    result = surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60", *options)
+    result = surging.runpytest_inprocess(*SUITE, WITHOUT_REPAIRS, *options)
     assert result.ret == 1
     written = report(surging.path)
     json_schema.REPORT.validate(written)
     surge, wish = written["causes"]
     assert (surge["change"], surge["requirements"], len(surge["tests"]), surge["confirmed"]) == ("surge", ["R2"], 3, 3)
     assert (wish.get("change"), wish["requirements"], len(wish["tests"])) == (None, ["R2"], 2)
-    assert (written["diagnosis"]["budget"], written["diagnosis"]["ended"]) == (60, "done")
+    assert (written["diagnosis"]["budget"], written["diagnosis"]["ended"]) == (11, "done")
     assert surge["decision"]["kind"] == "disturbance"
     assert surge["decision"]["failing"][0]["text"] == "R2 is violated"
     assert wish["decides"] == "passes with enter cellar instead of enter hall"
@@ -79,10 +81,10 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
 
 @pytest.mark.slow
 def test_a_merged_report_has_the_causes_of_all_shards(surging: pytest.Pytester) -> None:
-    surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60")
+    surging.runpytest_inprocess(*SUITE, WITHOUT_REPAIRS)
     whole = report(surging.path)["causes"]
     for shard in ("1", "2"):
-        surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60", f"--hri-shard={shard}/2", f"--hri-report=part{shard}")
+        surging.runpytest_inprocess(*SUITE, WITHOUT_REPAIRS, f"--hri-shard={shard}/2", f"--hri-report=part{shard}")
     command("merge", "part1", "part2", "-o", "hri-report")
     merged = report(surging.path)
     json_schema.REPORT.validate(merged)
@@ -106,7 +108,7 @@ KILLED = """    lamp.set(0.0)
 @pytest.mark.slow
 def test_a_diagnosis_that_is_killed_goes_on_and_is_in_a_rebuilt_report(surging: pytest.Pytester) -> None:
     change(surging.path, "conftest.py", "    lamp.set(0.0)\n    run.disturbs(lamp)\n", KILLED)
-    arguments = (*SUITE, "--hri-diagnose=60")
+    arguments = (*SUITE, WITHOUT_REPAIRS)
     killed = surging.runpytest_subprocess(*arguments)
     assert killed.ret == -9
     command("rebuild", "hri-report")
@@ -118,6 +120,16 @@ def test_a_diagnosis_that_is_killed_goes_on_and_is_in_a_rebuilt_report(surging: 
     assert (surge["confirmed"], wish["decides"]) == (3, "passes with enter cellar instead of enter hall")
     made = (surging.path / "experiments").read_text(encoding="utf-8").splitlines()
     assert len(made) == written["diagnosis"]["runs"] + 1  # the one at which it was killed
+
+
+@pytest.mark.slow
+def test_a_test_is_reduced_to_what_it_needs_and_kept(surging: pytest.Pytester) -> None:
+    surging.runpytest_inprocess(*SUITE, "--hri-diagnose=60")
+    wish = report(surging.path)["causes"][1]
+    assert (wish["minimal"], wish["is_shrunk"]) == (["set_lamp level = 100"], True)
+    assert wish["minimal_of"] in wish["tests"]
+    again = surging.runpytest_inprocess(f"--hri-replay={wish['replay']}", "--hri-strict", "--hri-report=again")
+    again.assert_outcomes(failed=1, deselected=1)
 
 
 @pytest.mark.slow
