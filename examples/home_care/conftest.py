@@ -28,7 +28,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from crosses import CROSS
     from disturbances import DISTURBANCES
     from house import house
-    from house.fidelity import ENGINES, FILM
+    from house.fidelity import ENGINES, FILM, TOLERANCES
     from people.beliefs import BELIEFS, LENGTHS, MODEL
     from people.coupling import CONFORMANCE, ONLINE
     from people.dog import DogCalled, bystanders
@@ -56,6 +56,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         virtual=("asyncio",),
         run=run,
         engines=ENGINES,
+        engine_tolerances=TOLERANCES,
         film=FILM,
         conformance=CONFORMANCE,
         online=ONLINE,

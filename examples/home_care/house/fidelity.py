@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from house.base import Mechanics
+from house.base import PUSHES_N, Mechanics
 from house.house import STEP_US, US_PER_S, House
 from house.planar import Planar
 from pytest_hricdv.testbench import Body, Camera, Film
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
 ENGINES: Mapping[str, str] = {"planar": "", "mujoco": "house.dynamic"}
 """`Testbench.engines`: the planar base needs no package."""
+
+TOLERANCES: Mapping[str, float] = {"S3": 0.1, "S4": PUSHES_N}
+"""`Testbench.engine_tolerances`: by how much margins may differ (m/s, N). Motors take 0.1 s to slow down from full
+speed; what they push with is part of the force in MuJoCo, but not of an impact's by the formula."""
 
 
 def new_mechanics(engine: str) -> Mechanics:

@@ -24,6 +24,20 @@ RAN = (0, 1)
 """Exit statuses of pytest after which there is a report: all passed, or some failed."""
 
 
+IDLE = (
+    "The robot is idle 30 s after an order is done. With motors that take time it is done some tenths of a second "
+    "later or earlier, and a person who orders something about then comes first on one base only."
+)
+CAUSES = {
+    "A2": IDLE,
+    "N6": IDLE,
+    "S3": "In MuJoCo the motors take 0.1 s to slow down: at the edge of the half second it may still be too fast.",
+    "S4": "The planar force is that of the impact, or what the wheels push with. In MuJoCo both come together, up to "
+    "120 N more.",
+}
+"""Requirement -> why its verdict depends on the base."""
+
+
 class FidelityError(Exception):
     """There is nothing to compare; the text says why."""
 
@@ -122,40 +136,50 @@ def _differences(tests: Sequence[Mapping[str, Any]]) -> Iterator[Difference]:
 
 def page(compared: Fidelities) -> str:
     """The page, in Markdown."""
-    one, other = compared.engines
     tests = sum(compared.suites.values())
     ran = ", ".join(f"{count} of `{suite}`" for suite, count in compared.suites.items())
     verdicts = tests * len(compared.agreements)
     same = sum(agreement.same for agreement in compared.agreements)
     ended, orders = compared.orders
-    rows = [
-        f"| {row.requirement} | {row.same} of {tests} | {row.triggers} of {tests} | {_apart(row)} |"
-        for row in compared.agreements
+    lines = [
+        "# Two fidelities of the base",
+        "",
+        "Written by `python -m studies.fidelities`: each test runs with the planar base, which moves as it is told",
+        "at once, and with that in MuJoCo, which has a mass, motors of limited force, and contacts that give way.",
+        "Margins are in the requirement's own unit (s, m, m/s, N).",
+        "",
+        f"Tests: {ran}. Verdicts that agree: {same:,} of {verdicts:,}. Orders that end alike: {ended} of {orders}.",
+        "",
+        *_agreement_table(compared, tests),
+        "",
+        "## Verdicts that depend on the fidelity",
+        "",
+        *(_difference_table(compared) if compared.differences else ["None."]),
+        "",
     ]
-    listed = [f"| {row.test} | {row.requirement} | {_said(row, 0)} | {_said(row, 1)} |" for row in compared.differences]
-    differing = (
-        [f"| test | requirement | {one} | {other} |", "| --- | --- | --- | --- |", *listed] if listed else ["None."]
-    )
-    return "\n".join(
-        [
-            "# Two fidelities of the base",
-            "",
-            "Written by `python -m studies.fidelities`: each test runs with the planar base, which moves as it is told",
-            "at once, and with that in MuJoCo, which has a mass, motors of limited force, and contacts that give way.",
-            "Margins are in the requirement's own unit (s, m, m/s, N).",
-            "",
-            f"Tests: {ran}. Verdicts that agree: {same:,} of {verdicts:,}. Orders that end alike: {ended} of {orders}.",
-            "",
-            "| requirement | same verdict | same number of triggers | margins of same verdicts differ by at most |",
-            "| --- | --- | --- | --- |",
-            *rows,
-            "",
-            "## Verdicts that depend on the fidelity",
-            "",
-            *differing,
-            "",
-        ]
-    )
+    return "\n".join(lines)
+
+
+def _agreement_table(compared: Fidelities, tests: int) -> list[str]:
+    return [
+        "| requirement | same verdict | same number of triggers | margins of same verdicts differ by at most |",
+        "| --- | --- | --- | --- |",
+        *(
+            f"| {row.requirement} | {row.same} of {tests} | {row.triggers} of {tests} | {_apart(row)} |"
+            for row in compared.agreements
+        ),
+    ]
+
+
+def _difference_table(compared: Fidelities) -> list[str]:
+    names = dict.fromkeys(row.requirement for row in compared.differences)
+    return [
+        f"| test | requirement | {' | '.join(compared.engines)} |",
+        "| --- | --- | --- | --- |",
+        *(f"| {row.test} | {row.requirement} | {_said(row, 0)} | {_said(row, 1)} |" for row in compared.differences),
+        "",
+        *(f"- {name}: {CAUSES.get(name, 'Not known.')}" for name in names),
+    ]
 
 
 def _apart(row: Agreement) -> str:

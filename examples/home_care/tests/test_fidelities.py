@@ -34,6 +34,7 @@ def test_what_differs_is_listed_with_both_margins() -> None:
     text = page(compared)
     assert "| S4 | 2 of 3 | 2 of 3 | 2.5 |" in text
     assert "| rl-2 | S4 | Passed by +3 | Failed by -1 |" in text
+    assert "- S4: The planar force is" in text
     assert "Verdicts that agree: 2 of 3. Orders that end alike: 3 of 6." in text
 
 
