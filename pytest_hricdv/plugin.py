@@ -131,8 +131,7 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
-    from pytest_hricdv.session.shown_failures import ShownFailures
-    from pytest_hricdv.session.summary_section import SummarySection
+    from pytest_hricdv.session.terminal_summary import ShownFailures, SummarySection
 
     collection = context.collection
     collection.generate_further = lambda suites: [suite for part in parts() for suite in part.generate(context, suites)]

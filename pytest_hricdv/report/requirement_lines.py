@@ -25,13 +25,13 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief
     if not rows:
         yield Line("  no requirements", "dim")
         return
-    passed = [row for row in rows if row.passed and not row.failed]
-    if brief and len(passed) > _MAX_PASSED:
-        yield from _table([row for row in rows if row not in passed], columns)
-        yield Line(f"  {len(passed)} others: no test failed them; -v lists all", "ok")
+    good = [row for row in rows if not row.failed and (row.passed or row.may_be_nc)]
+    if brief and len(good) > _MAX_PASSED:
+        yield from _table([row for row in rows if row not in good], columns)
+        yield Line(f"  {len(good)} others: no test failed them; -v lists all", "ok")
     else:
         yield from _table(rows, columns)
-    yield from _unchecked(rows, columns)
+    yield from _unchecked([row for row in rows if not (brief and row.may_be_nc)], columns)
     yield from _pending(rows, columns)
     yield from _known(rows, columns)
     if totals.is_whole(report, suite) and not brief:

@@ -81,7 +81,8 @@ def _value(name: str, violation: Violation, units: Mapping[str, str]) -> str:
 
 def _later(violation: Violation, time_s: float | None) -> str:
     """The moment of a value, where it is another one than that of the violation."""
-    return "" if time_s is None or abs(time_s - violation.time_s) < _SAME_S else f" at {seconds(time_s)}"
+    shown = "" if time_s is None else seconds(time_s)
+    return f" at {shown}" if shown and shown != seconds(violation.time_s) else ""
 
 
 def _by(violation: Violation, unit: str) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -13,14 +14,17 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
 from pytest_hricdv.report.annotations import Place, annotation_commands
 from pytest_hricdv.report.exported_files import ExportTargets, write_exports
+from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
-from pytest_hricdv.session.junit_causes import tell_causes
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.reporting import Reporting
+
+_ID = "hri.id"
+"""The property by which an element of the JUnit file is known to be of a generated test."""
 
 
 def read_targets(config: pytest.Config) -> ExportTargets:
@@ -117,3 +121,36 @@ class Exporting:
         """A file's name as GitHub expects it: relative to the checked-out repository, with slashes."""
         root = os.environ.get("GITHUB_WORKSPACE") or self._config.invocation_params.dir
         return Path(os.path.relpath(self._config.rootpath / file, root)).as_posix()
+
+
+def tell_causes(report: Report, reporters: Iterable[Any]) -> None:
+    """Add causes to the elements of failing tests in the JUnit file: to the message, which CI services show.
+
+    pytest makes a test's element when the test has ended, and writes all of them at the end of the session; what tests
+    fail for is known in between.
+
+    Args:
+        report: of the session.
+        reporters: of pytest's plugin `junitxml`: each has the element of a test that has ended.
+    """
+    failing = FailingTests.of(report)
+    labels = failing.labels()
+    by_id = {test.id: labels[nodeid] for nodeid, test in failing.tests.items() if nodeid in labels}
+    for reporter in reporters if by_id else ():
+        element = reporter.to_xml()
+        properties = element.find("properties")
+        of_test = {} if properties is None else {entry.get("name"): entry.get("value") for entry in properties}
+        label = by_id.get(str(of_test.get(_ID, "")))
+        if label is not None and properties is not None:
+            ET.SubElement(properties, "property", name="hri.cause", value=visible(label))
+            for failure in element.iter("failure"):
+                _label(failure, visible(label))
+
+
+def _label(failure: ET.Element, label: str) -> None:
+    """Name the cause at the end of the first line, in the message and in the text."""
+    first = failure.get("message", "")
+    if first and "\n" not in first:
+        failure.set("message", f"{first} ({label})")
+        text = failure.text or ""
+        failure.text = f"{first} ({label}){text.removeprefix(first)}" if text.startswith(first) else text

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
+from pytest_hricdv.session.terminal_summary import example_lines
 from tests.plugin.project import A_WORKER, change, report
 
 SUITE = ("--hri-suite=bright.txt", "--hri-strict")
@@ -27,6 +28,25 @@ def between(lines: list[str], first: str, last: str) -> list[str]:
     return lines[start + 1 : end]
 
 
+TEXT = [
+    "R3 failed at 108.8 s by 0.001252 m",
+    "",
+    "R3 Failed: The robot shall not close its hand when the human hand is too close",
+    "  triggered at 108.8 s, violated at 108.8 s: hand_closing = True, hand_distance = 0.04875 m (margin -0.001252 m)",
+    "  --> R3 is violated",
+    '  pytest "tests/hri/test_table_assembly.py::test_table_assembly[by-hand-leg3-bored-291d1aac]" --hri-suite=by-hand',
+]
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80])
+def test_the_lines_of_an_example_fit_and_commands_are_whole(columns: int) -> None:
+    lines = list(example_lines(TEXT, columns))
+    assert [line.style for line in example_lines(TEXT, None)] == ["bad", "plain", "bad", "plain", "bad", "dim"]
+    assert all(len(line.text) <= columns for line in lines if line.style != "dim")
+    assert lines[-1].text == TEXT[-1]
+    assert " ".join(" ".join(line.text.split()) for line in lines[:-2]).split() == " ".join(TEXT[:-2]).split()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("columns", [60, 80, 120])
 def test_a_suite_with_twenty_failures_is_read_on_two_screens(
@@ -44,6 +64,8 @@ def test_a_suite_with_twenty_failures_is_read_on_two_screens(
     ids = [test["id"] for test in report(bright.path)["tests"] if test["outcome"] == "failed"]
     assert [sum(line.startswith(f"  {name} ") for line in causes) for name in ids] == [1] * 24
     assert result.stdout.str().count("what the human did around then") == 1
+    example = between(result.outlines, "FAILURES", "human-robot interaction")
+    assert all(len(line) <= columns for line in example if not line.startswith("  pytest "))
     assert sum(line.startswith("FAILED test_lamps.py") for line in result.outlines) == 1
     assert result.outlines[-2] == "and 23 more tests, listed above by cause; -rf lists all here"
     assert "24 failed, 4 passed" in result.outlines[-1]

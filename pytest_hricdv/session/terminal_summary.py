@@ -1,4 +1,4 @@
-"""What the terminal shows of failures: what tests fail for, one example in full, and the first lines of all.
+"""What the terminal shows at the end: what tests fail for, one example in full, the section of results.
 
 pytest shows each failure in full, fifty lines of each, and again in its short summary. Here causes come first, each
 with a line for each of its tests, and of violations only examples are shown in full, unless `-v` asks for all. Reports
@@ -8,6 +8,7 @@ stay as they are for everybody else, as JUnit XML and editors.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -15,11 +16,14 @@ from typing import Any
 
 import pytest
 
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.report import terminal, totals
 from pytest_hricdv.report.failing_tests import FailingTests
-from pytest_hricdv.report.formatting import Line, Style, plural
+from pytest_hricdv.report.formatting import Line, Style, plural, width, wrap
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.repeated_errors import VIOLATION, RepeatedErrors
+from pytest_hricdv.session.reporting import Reporting
 
 MARKUP: dict[Style, dict[str, bool]] = {
     "title": {"bold": True},
@@ -38,6 +42,8 @@ MOST_REPEATED = 10
 """Of violations that are listed by cause above, pytest's short summary repeats examples only, if there are more than
 these (chosen: the last screen of a terminal shows causes then). With -rf, -v, or on a CI service it has all."""
 
+_HEAD = re.compile(r"\S+ Failed(:|$)")
+
 _KINDS = ("failed", "error")
 
 
@@ -55,6 +61,8 @@ class ShownFailures:
         self._repeated = RepeatedErrors(aggregation)
         self._all: dict[str, list[Any]] = {}
         """Kind -> all reports of that kind, while some of them are not to be shown."""
+        self._texts: list[tuple[Any, Any]] = []
+        """Reports that are shown as examples, and their own texts."""
         self._failed: list[Any] = []
         """All that failed, once all of it was shown that is to be shown in full."""
         self._failing: FailingTests | None = None
@@ -100,6 +108,10 @@ class ShownFailures:
                 lines += len(reports[nodeid].longreprtext.splitlines())
                 if not kept or lines <= MOST_EXAMPLE_LINES:
                     kept.add(nodeid)
+        for nodeid in kept:
+            report = reports[nodeid]
+            self._texts.append((report, report.longrepr))
+            report.longrepr = _Example(report.longrepr)
         if kept:
             reporter.stats["failed"] = [
                 report for report in self._all["failed"] if report.nodeid in kept or report.nodeid not in reports
@@ -114,6 +126,9 @@ class ShownFailures:
         """Let the terminal have all reports again, for its list of failures and its counts, with their causes."""
         if not self._all:
             return
+        for report, longrepr in self._texts:
+            report.longrepr = longrepr
+        self._texts.clear()
         reporter.stats.update(self._all)
         labels = self._failing.labels() if self._failing is not None else {}
         for report in self._all.get("failed", ()):
@@ -128,6 +143,66 @@ class ShownFailures:
             shown = [report for report in self._failed if report not in violations or report.nodeid in repeated]
             reporter.stats["failed"] = shown or self._failed
         self._all = {}
+
+
+class SummarySection:
+    """Writes what came of a session: verdicts, coverage, problems."""
+
+    def __init__(self, reporting: Reporting, failures: ShownFailures) -> None:
+        self._reporting = reporting
+        self._failures = failures
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Writes one section at the end."""
+        reporting = self._reporting
+        self._failures.list_all(terminalreporter)
+        if reporting.missing:
+            terminalreporter.write_line(visible(f"hricdv: {reporting.missing.strip()}"), red=True)
+        report, session = reporting.report, reporting.session
+        if report is None and not session.problems:
+            return
+        terminalreporter.write_sep("=", "human-robot interaction")
+        if report is not None:
+            columns, is_brief = shutil.get_terminal_size().columns, terminalreporter.verbosity <= 0
+            brief = is_brief and totals.has_failed(report)
+            write_lines(terminalreporter, terminal.summary(report, reporting.options.report, columns, brief=brief))
+            write_lines(terminalreporter, terminal.findings(report))
+        improved = report.gates.improved if report and report.gates else ()
+        journal = reporting.aggregation.journaling.lines(had_header=terminalreporter.verbosity >= 0)
+        write_lines(terminalreporter, (Line(visible(text), "ok") for text in improved))
+        write_lines(terminalreporter, (Line(visible(text), "warn") for text in (*session.warnings, *journal)))
+        write_lines(terminalreporter, (Line(visible(f"FAILED {problem}"), "bad") for problem in session.problems))
+
+
+class _Example:
+    """The text of a failure in lines that fit, except commands, and in colours, where there is a terminal."""
+
+    def __init__(self, longrepr: Any) -> None:
+        self._text = str(longrepr)
+        self.reprcrash = longrepr.reprcrash
+
+    def __str__(self) -> str:
+        return self._text
+
+    def toterminal(self, writer: Any) -> None:
+        """pytest calls it with its `TerminalWriter`."""
+        columns = _columns()
+        for line in example_lines(self._text.splitlines(), columns):
+            writer.line(line.text, **MARKUP[line.style])
+
+
+def example_lines(texts: Iterable[str], columns: int | None) -> Iterator[Line]:
+    """The lines of a failure's text with their styles; what is too long goes on below, but for commands."""
+    for number, text in enumerate(texts):
+        is_command = text.startswith("  pytest ")
+        is_bad = number == 0 or _HEAD.match(text) is not None or "  --> " in text
+        style: Style = "dim" if is_command else "bad" if is_bad else "plain"
+        if columns is None or is_command or width(text) <= columns:
+            yield Line(text, style)
+            continue
+        indent = text[: len(text) - len(text.lstrip())]
+        lines = wrap(text.split(), columns - len(indent) - 4)
+        yield from (Line(f"{indent}{'    ' if later else ''}{line}", style) for later, line in enumerate(lines))
 
 
 def write_lines(reporter: pytest.TerminalReporter, lines: Iterable[Line]) -> None:
