@@ -25,8 +25,9 @@ RAN = (0, 1)
 
 
 IDLE = (
-    "The robot is idle 30 s after an order is done. With motors that take time it is done some tenths of a second "
-    "later or earlier, and a person who orders something about then comes first on one base only."
+    "The robot is idle 30 s after the last order is done and it is docked. With motors that take time, and ways around "
+    "others that begin elsewhere, this is up to some seconds later or earlier: an order at about that time comes first "
+    "on one base only."
 )
 CAUSES = {
     "A2": IDLE,
