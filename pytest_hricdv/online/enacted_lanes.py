@@ -40,6 +40,7 @@ class LaneRecord:
         self._done_before: dict[int, frozenset[int]] = {}
         """Of each action, which had ended when it began."""
         self._stays_us: dict[str, int] = {}
+        self._given_up: set[int] = set()
 
     def begun(self, action: Begun) -> None:
         """An action begins."""
@@ -49,6 +50,10 @@ class LaneRecord:
     def done(self, number: int, now_us: int) -> None:
         """An action has ended."""
         self._done_us[number] = now_us
+
+    def given_up(self, number: int) -> None:
+        """The agent has dropped what an action was part of while it was done: no step of the trace is for it."""
+        self._given_up.add(number)
 
     def left(self, actor: str, free_us: int, now_us: int) -> None:
         """An actor does nothing more; it had been free before."""
@@ -81,7 +86,8 @@ class LaneRecord:
         """What comes after what: an action is noted in the trace when it is done, in the test when it begins."""
         lanes: dict[str, list[int]] = defaultdict(list)
         for action in self._begun:
-            lanes[action.actor].append(action.number)
+            if action.number not in self._given_up:
+                lanes[action.actor].append(action.number)
         pending = {actor: iter(lane) for actor, lane in lanes.items()}
         steps = [step.agent for step in trace if step.kind == "action" and step.agent in lanes]
         numbers = [next(pending[actor]) for actor in steps]

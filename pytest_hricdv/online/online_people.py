@@ -195,16 +195,24 @@ class OnlinePeople:
             self._begun = True
             self._steer()
         if person.doing is not None:
-            (number, done), person.doing = person.doing, None
-            self._record.done(number, self._here.now_us)
+            self._record.done(person.doing[0], self._here.now_us)
             self._late.reopen()
-            person.agent.go_on_after(done)
+            self._go_on_after(person)
             self._settle()
         self._listen(person)
         goal = self._decisions.goal(person.role.goals, self._run.now_s)
         if goal != NONE:
             self._tell(person, parse_literal(goal), self._steering.name, is_goal=True)
         return bool(person.agent.ready_acts) or self._waits(person)
+
+    def _go_on_after(self, person: _Person) -> None:
+        """The agent goes on after its action, unless it has given up meanwhile what the action was part of."""
+        assert person.doing is not None, "somebody has asked"
+        (number, done), person.doing = person.doing, None
+        if done in person.agent.ready_acts:
+            person.agent.go_on_after(done)
+        else:
+            self._record.given_up(number)
 
     def _waits(self, person: _Person) -> bool:
         """The person waits: whether there is something to do in the end."""
@@ -311,10 +319,11 @@ class OnlinePeople:
         """
         end_us = round(end_s * US_PER_S)
         for person in self._people.values():
-            if person.doing is not None:
-                person.agent.go_on_after(person.doing[1])  # so that what led to it is among the steps, too
+            is_busy = person.doing is not None
+            if is_busy:
+                self._go_on_after(person)  # so that what led to its action is among the steps, too
             if person.is_asked and not self._record.has_left(person.name):
-                since_us = end_us if person.doing is not None else person.free_us
+                since_us = end_us if is_busy else person.free_us
                 rest_us = end_us - since_us + round(person.role.declaration.patience_s * US_PER_S)
                 self._record.left(person.name, since_us, since_us + rest_us)
         with suppress(BdiError):  # an agent cannot go on after its last action, which had not ended

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -29,7 +30,7 @@ from pytest_hricdv.testbench import (
     TestbenchError,
 )
 from pytest_hricdv.testbench_faults import checked
-from tests.actors.corridor.bench import nurse, running, ward
+from tests.actors.corridor.bench import COMMANDS, nurse, running, ward
 
 PEOPLE = (Online("nurse", patience_s=2.0), Online("child", patience_s=3.0))
 
@@ -186,3 +187,24 @@ def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
 def test_a_patience_that_is_no_time_is_refused(patience_s: object) -> None:
     with pytest.raises(OnlineError, match=r"patience_s is .*; expected a time in seconds, from 0 on"):
         Online("nurse", patience_s=patience_s)  # type: ignore[arg-type]
+
+
+def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_path: Path) -> None:
+    people = {
+        "nurse": "+!work <- rest; send_on. +stop <- .drop_intention(work); call_out.",
+        "child": "+!play <- step_in; .send(nurse, tell, stop); step_out.",
+    }
+    made = bench()
+    for source in made.model.path.parent.iterdir():
+        (tmp_path / source.name).write_text(people.get(source.stem, source.read_text("utf-8")), encoding="utf-8")
+    beliefs = replace(made.beliefs, neutral=made.beliefs.beliefs)
+    model = replace(made.model, path=tmp_path / made.model.path.name, covered=("meta",))
+    commands = {line: {"takes_s": Constant(4.0 if line == "nurse: rest" else 1.0, "s")} for line in COMMANDS}
+    testbench = checked(
+        replace(made, model=model, beliefs=beliefs, concretization=replace(made.concretization, commands=commands)),
+        "tests",
+    )
+    result, test = decided(testbench, 1, [])
+    assert test.lines == ("nurse: rest", "child: step_in", "child: step_out", "nurse: call_out")
+    assert test.after == {4: (2,)}
+    assert again(testbench, test).record.sha256 == result.record.sha256
