@@ -115,8 +115,9 @@ def _session(suite: Path, report: Path, environment: Mapping[str, str], workers:
         raise PublishedError(f"{' '.join(command)} ended with {ended.returncode}:\n{ended.stdout}{ended.stderr}")
 
 
-def compare(tests: Sequence[PublishedTest], copies: int, workers: int, keep: Path) -> Comparison:
+def compare(known: Sequence[PublishedTest], sample: int, copies: int, workers: int, keep: Path) -> Comparison:
     """Run the tests here, as they are and as they were; the sessions are kept in two folders in `keep`."""
+    tests = sampled(known, sample)
     unheard = {method: share for method, (_, _, share) in first_orders(tests).items()}
     faults = ",".join(SWITCHES)
     now, then = {FAULTS: "", DOG_VARIABLE: ""}, {FAULTS: faults, DOG_VARIABLE: AS_PUBLISHED}
@@ -124,7 +125,7 @@ def compare(tests: Sequence[PublishedTest], copies: int, workers: int, keep: Pat
         AS_IT_IS: run_suite(suite_text(tests, copies, {}), now, workers, keep / "now"),
         AS_IT_WAS: run_suite(suite_text(tests, copies, unheard), then, workers, keep / "then"),
     }
-    return Comparison(tests, copies, runs, unheard, faults)
+    return Comparison(tests, known, copies, runs, unheard, faults)
 
 
 def sampled(tests: Sequence[PublishedTest], count: int) -> list[PublishedTest]:
@@ -152,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with tempfile.TemporaryDirectory(prefix="home-care-") as scratch:
             keep = (parsed.keep or Path(scratch)).resolve()
-            compared = compare(sampled(read(parsed.tests), parsed.sample), parsed.copies, parsed.workers, keep)
+            compared = compare(read(parsed.tests), parsed.sample, parsed.copies, parsed.workers, keep)
     except PublishedError as error:
         print(error, file=sys.stderr)
         return 2

@@ -6,8 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from studies.published import REQUIREMENTS, VERDICTS, PublishedTest
+from people.ranges import KNOWN
+
+from studies.published import REQUIREMENTS, VERDICTS, PublishedTest, first_orders
 from studies.results import Result, Run, agreement, published_result, result
+
+FOOD = ("feed", "clean")
+"""Orders for which something is taken and delivered."""
 
 METHODS = {"bdi": "BDI", "mc": "model checking", "pr": "pseudorandom"}
 PASSED, FAILED, NC = range(len(VERDICTS))
@@ -28,9 +33,13 @@ CAUSES = {
     },
     "A2": {
         NC: "The robot was not idle. In the original an order lasts longer than here, and unheard orders leave none "
-        "after which it can be idle; here it is idle before the first order as well.",
-        FAILED: "Idle, and 40 s later not at the charger. In the original, a drive ends as soon as one coordinate is "
-        "that of the goal. A next order within these 40 s fails A2, too, here as there: it is what A2 says.",
+        "after which it can be idle.",
+        FAILED: "Idle, and 40 s later not at the charger. As it is, each of these failures is one of A2, and none of "
+        "the robot: within the 40 s the person orders something, and the robot is away for it. The person waits for 90 "
+        "s and more, the robot is done after 50 s and idle after 80 s. That alone gives the published pattern, below: "
+        "few with one order, more with two, most with three. As it was, the stop test leaves the robot beside its "
+        "charger, too. With one order it fails here where others come first that the robot cannot do: it is idle "
+        "before its first order as well, and the original is not.",
     },
     "A3": {
         FAILED: "More than 0.25 m between two samples. The original robot never drives faster than this, but samples "
@@ -49,7 +58,8 @@ class Comparison:
     """Published tests and their runs here.
 
     Args:
-        tests: of all methods.
+        tests: those that were run, of all methods.
+        known: those that they are a sample of.
         copies: runs of each test.
         runs: by what was done with them: as it is, as it was.
         unheard: method -> share of runs, 0 to 1, in which the first order was unheard in the published runs.
@@ -57,6 +67,7 @@ class Comparison:
     """
 
     tests: Sequence[PublishedTest]
+    known: Sequence[PublishedTest]
     copies: int
     runs: Mapping[str, Sequence[Run]]
     unheard: Mapping[str, float]
@@ -92,28 +103,16 @@ class Comparison:
 
     def text(self) -> str:
         """The page, in Markdown."""
-        return "\n".join(
-            [
-                _HEAD.format(copies=self.copies, count=len(self.tests)),
-                *self._summary(),
-                *self._verdicts(),
-                *self._agreement(),
-            ]
-        )
+        per_method = len(self.tests) // len(self.methods)
+        sample = f" --sample {per_method}" if len(self.tests) < len(self.known) else ""
+        head = _HEAD.format(copies=self.copies, count=len(self.tests), sample=sample)
+        return "\n".join([head, *self._summary(), *self._verdicts(), *self._agreement()])
 
     def _summary(self) -> Iterable[str]:
         yield "## Coverage, and what was not checked of A1\n"
+        names = ("published", *self.runs)
         yield _table(
-            [
-                "",
-                "runs here",
-                "A1 NC, published",
-                "as it is",
-                "as it was",
-                "coverage, published",
-                "as it is",
-                "as it was",
-            ],
+            ["", "runs here", *(f"{what}, {name}" for what in ("A1 NC", "coverage") for name in names)],
             [self._summary_row(method) for method in self.methods],
         )
         means = {name: [self.results(method)[name].coverage for method in self.methods] for name in self.runs}
@@ -121,8 +120,27 @@ class Comparison:
             falls = values == sorted(values, reverse=True)
             order = ", ".join(f"{METHODS.get(m, m)} {v:.1f} %" for m, v in zip(self.methods, values, strict=True))
             yield f"- Mean coverage {name}: {order}: {'in' if falls else 'not in'} the published order."
-        lost = ", ".join(f"{METHODS.get(m, m)} {100 * share:.0f} %" for m, share in self.unheard.items())
-        yield f"- First orders that the original robot did not hear, where this can be seen: {lost}.\n"
+        yield ""
+        yield "Of all tests that are known, A1 is not checked where neither `feed` nor `clean` is heard: so by their"
+        yield "steps, and by the share of first orders that the original robot did not hear. That shows where the first"
+        yield "order is the only one that it can do; of later orders, it heard nearly all.\n"
+        yield _table(
+            ["", "A1 NC, published", "by steps", "and unheard first orders", "first orders unheard"],
+            [self._step_row(method) for method in self.methods],
+        )
+        yield self._confirmed()
+
+    def _step_row(self, method: str) -> list[str]:
+        own = [test for test in self.known if test.method == method]
+        runs, unmoved, share = first_orders(own)[method]
+        shares = [published_result(own).share(0, NC), unchecked(own, 0.0), unchecked(own, share)]
+        return [METHODS.get(method, method), *(f"{held:.1f} %" for held in shares), f"{unmoved} of {runs} runs"]
+
+    def _confirmed(self) -> str:
+        name, runs = next(iter(self.runs.items()))
+        food = {(test.method, test.number): any(step in FOOD for step in test.steps) for test in self.tests}
+        held = sum((run.verdicts[0] != VERDICTS[NC]) == food[run.method, run.number] for run in runs)
+        return f"In {held} of {len(runs)} runs {name}, A1 was checked if and only if one of them was ordered.\n"
 
     def _summary_row(self, method: str) -> list[str]:
         held = self.results(method)
@@ -142,6 +160,18 @@ class Comparison:
             for verdict, why in CAUSES[requirement].items():
                 yield f"- {VERDICTS[verdict]}: {why}"
             yield ""
+            if requirement == "A2":
+                yield self._by_orders(place)
+
+    def _by_orders(self, place: int) -> str:
+        """Failed of checked, by how many orders of a test the robot can do."""
+        rows = []
+        for count in (1, 2, 3):
+            own = [test for test in self.tests if sum(step in KNOWN for step in test.steps) == count]
+            names = {(test.method, test.number) for test in own}
+            here = [result([run for run in runs if (run.method, run.number) in names]) for runs in self.runs.values()]
+            rows.append([str(count), *(_of_checked(held, place) for held in (published_result(own), *here))])
+        return _table(["orders that it can do", "published", *self.runs], rows)
 
     def _columns(self, method: str) -> Iterable[tuple[str, Result]]:
         if method in ALL_FIFTY:
@@ -163,11 +193,27 @@ class Comparison:
 
 _HEAD = """# This robot beside the published one
 
-Made by `python -m studies.comparison`. Published tests of the home-care case, which `published.json` has with what came
-of their runs, are run on this robot: {count} tests, {copies} times each, *as it is*; and as often *as it was*, with the
-published faults switched on (`carebot.config.Faults`), the first order unheard as often as there, and the dog that
-jumps. Published figures are of the runs that started.
+Made by `python -m studies.comparison --copies {copies}{sample}`. Published tests of the home-care case, which
+`published.json` has with what came of their runs, are run on this robot: {count} tests, runs of each: {copies}, *as it
+is*; and as often *as it was*, with the published faults switched on (`carebot.config.Faults`), the first order unheard
+as often as there, and the dog that jumps. Published figures are of the runs that started.
 """
+
+
+def unchecked(tests: Sequence[PublishedTest], unheard: float) -> float:
+    """In how many % of runs A1 is not checked, if a share of the first orders is unheard, and nothing else differs."""
+    held = 0.0
+    for test in tests:
+        first, later = test.steps[:1], test.steps[1:]
+        if not any(step in FOOD for step in later):
+            held += unheard if any(step in FOOD for step in first) else 1.0
+    return 100.0 * held / len(tests)
+
+
+def _of_checked(held: Result, place: int) -> str:
+    passed, failed, _ = held.verdicts[place]
+    checked = passed + failed
+    return f"{failed} of {checked} ({100 * failed / checked:.0f} %)" if checked else "-"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

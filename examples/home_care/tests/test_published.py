@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from people.ranges import COMMANDS, PUBLISHED_S, WholeSeconds
-from studies.comparison import UNHEARD, suite_text
+from studies.comparison import UNHEARD, sampled, suite_text
 from studies.published import (
     Counts,
     PublishedError,
@@ -23,6 +23,7 @@ from studies.published import (
 from studies.results import Run, agreement, published_result, result
 
 from pytest_hricdv.generate.suite_files import parse_tests
+from studies.page import Comparison, unchecked
 
 
 def test_all_known_tests_run_with_their_steps_as_lines() -> None:
@@ -136,6 +137,33 @@ def test_a_verdict_agrees_with_as_many_published_runs_as_have_it() -> None:
     assert agreement([test], [passed, passed, failed], 0) == (70.0, 70.0)
     assert agreement([test], [passed, failed, failed], 0) == (20.0, 70.0)
     assert result([passed, failed]).verdicts[0] == (1, 1, 0)
+
+
+def test_a1_is_unchecked_where_no_food_is_heard_of() -> None:
+    steps = [("fridge",), ("feed", "sink"), ("sink", "clean"), ("clean", "feed")]
+    tests = [PublishedTest("pr", number, held) for number, held in enumerate(steps)]
+    assert unchecked(tests, 0.0) == 25.0
+    assert unchecked(tests, 0.4) == 35.0
+
+
+def test_a_sample_has_as_many_tests_of_each_method_and_all_if_there_are_no_more() -> None:
+    tests = read()
+    assert [test.method for test in sampled(tests, 5)] == ["bdi"] * 5 + ["mc"] * 5 + ["pr"] * 5
+    assert sampled(tests, 0) == sampled(tests, 99) == tests
+
+
+def test_the_page_has_each_column_and_says_which_command_made_it() -> None:
+    known = read()
+    tests = sampled(known, 2)
+    runs = [Run(test.method, test.number, ("Passed", "Failed", "Passed", "NC"), 80.0) for test in tests]
+    text = Comparison(tests, known, 1, {"as it is": runs, "as it was": runs}, {"bdi": 0.15}, "").text()
+    assert "python -m studies.comparison --copies 1 --sample 2`" in text
+    for line in text.splitlines():
+        if line.startswith("| A1 |"):
+            assert line.count("|") == 5, "as it is, as it was, at most"
+    widths = [{line.count("|") for line in block.splitlines()} for block in text.split("\n\n") if block.startswith("|")]
+    assert widths
+    assert all(len(width) == 1 for width in widths)
 
 
 def test_waits_are_whole_seconds_each_equally_likely() -> None:
