@@ -27,9 +27,10 @@ ALL_FIFTY: Mapping[str, tuple[float, float, tuple[tuple[int, int, int], ...]]] =
 CAUSES = {
     "A1": {
         NC: "Nothing was taken that could be delivered. In the original, the first order is said 5 s after the start, "
-        "and is often not heard; here it always is.",
-        FAILED: "Food not delivered within 300 s. In the original, the robot stands for as long as anybody is near, "
-        "and the dog comes near; here it looks for another way.",
+        "and is often not heard; as it is, it always is. As it was, there is more: the stop test ends drives beside the "
+        "fridge or the table, and the gripper closes on nothing. In the original food is a flag, and there all the same.",
+        FAILED: "Food not delivered within 300 s: none of the runs here. In the original, the robot stands for as long "
+        "as anybody is near its laser, and the dog comes near; most of these runs failed A3, too.",
     },
     "A2": {
         NC: "The robot was not idle. In the original an order lasts longer than here, and unheard orders leave none "
@@ -37,13 +38,14 @@ CAUSES = {
         FAILED: "Idle, and 40 s later not at the charger. As it is, each of these failures is one of A2, and none of "
         "the robot: within the 40 s the person orders something, and the robot is away for it. The person waits for 90 "
         "s and more, the robot is done after 50 s and idle after 80 s. That alone gives the published pattern, below: "
-        "few with one order, more with two, most with three. As it was, the stop test leaves the robot beside its "
-        "charger, too. With one order it fails here where others come first that the robot cannot do: it is idle "
-        "before its first order as well, and the original is not.",
+        "few with one order, more with two, most with three. With one order it fails here only where others come first "
+        "that the robot cannot do: it is idle before its first order as well. As it was, it fails with one order, too, "
+        "beside its charger; the original did not: so its stop test is not what its failures of A2 come from.",
     },
     "A3": {
-        FAILED: "More than 0.25 m between two samples. The original robot never drives faster than this, but samples "
-        "are 1.2 s apart, and the dog can jump into it; here the robot drives at 0.24 m/s, and the dog cannot jump.",
+        FAILED: "More than 0.25 m between two samples: none of the runs here, which sample each second at 0.24 m/s, not "
+        "even with the dog that jumps, as far as its facts are known. So this does not show that the dog is the cause "
+        "in the original, whose samples are 1.2 s apart by the wall's clock, enough for 0.30 m at its 0.25 m/s.",
     },
     "A4": {
         FAILED: "Turning on the spot and gripping count as standing still, here as there: the requirement is wrong, "
