@@ -27,8 +27,8 @@ ALL_FIFTY: Mapping[str, tuple[float, float, tuple[tuple[int, int, int], ...]]] =
 CAUSES = {
     "A1": {
         NC: "Nothing was taken that could be delivered. In the original, the first order is said 5 s after the start, "
-        "and is often not heard; as it is, it always is. As it was, there is more: the stop test ends drives beside the "
-        "fridge or the table, and the gripper closes on nothing. In the original food is a flag, and there all the same.",
+        "and is often not heard; as it is, it always is. As it was, there is more: the stop test ends drives beside "
+        "the fridge, and the gripper closes on nothing. In the original food is a flag that is set all the same.",
         FAILED: "Food not delivered within 300 s: none of the runs here. In the original, the robot stands for as long "
         "as anybody is near its laser, and the dog comes near; most of these runs failed A3, too.",
     },
@@ -43,9 +43,9 @@ CAUSES = {
         "beside its charger; the original did not: so its stop test is not what its failures of A2 come from.",
     },
     "A3": {
-        FAILED: "More than 0.25 m between two samples: none of the runs here, which sample each second at 0.24 m/s, not "
-        "even with the dog that jumps, as far as its facts are known. So this does not show that the dog is the cause "
-        "in the original, whose samples are 1.2 s apart by the wall's clock, enough for 0.30 m at its 0.25 m/s.",
+        FAILED: "More than 0.25 m between two samples: none of the runs here, which sample each second at 0.24 m/s, "
+        "not even with the dog that jumps, as far as its facts are known. So this does not show that the dog is the "
+        "cause in the original, whose samples are 1.2 s apart by the wall's clock, enough for 0.30 m at its 0.25 m/s.",
     },
     "A4": {
         FAILED: "Turning on the spot and gripping count as standing still, here as there: the requirement is wrong, "
