@@ -145,5 +145,5 @@ def planted(project: str, code: CodeMap) -> Iterator[Fault]:
 def mutants(code: CodeMap, seed: int, most: int) -> Iterator[Fault]:
     """Mutants of the code, in an order that is drawn with the seed; at most so many."""
     texts = {file.name: file.text for file in code.files}
-    for mutant in sample(all_mutants(code), seed, most):
+    for mutant in sample(all_mutants(code) if most else (), seed, most):
         yield Fault(mutant.id, mutant.operator, mutant.file, texts[mutant.file], mutant.text)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from tests.docs.page import blocks, run, write_files
+from tests.docs.page import blocks, write_files
 
 
 @pytest.mark.slow
@@ -19,8 +21,10 @@ def test_a_repair_of_the_tutorials_bug_is_a_hint(tmp_path: Path) -> None:
     text = pouring.read_text(encoding="utf-8")
     assert text.count("scale.cup_is_there() and ") == 1
     pouring.write_text(text.replace("scale.cup_is_there() and ", ""), encoding="utf-8")
-    status, printed = run("pytest --hri-tests=8 --hri-diagnose=40 --hri-audit=off", tmp_path)
-    assert status == 1, printed
+    arguments = [sys.executable, "-m", "pytest", "--hri-tests=8", "--hri-diagnose=40", "--hri-audit=off"]
+    done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=900)
+    printed = " ".join(done.stdout.split())
+    assert done.returncode == 1, printed
     (cause,) = json.loads((tmp_path / "hri-report" / "report.json").read_text(encoding="utf-8"))["causes"]
     assert (cause["places"][0]["file"], cause["places"][0]["function"]) == ("pouring.py", "pour")
     assert cause["places"][0]["text"].startswith("while scale.level_ml()")
