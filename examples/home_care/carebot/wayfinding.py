@@ -18,6 +18,9 @@ MARGIN_M = 0.06
 AROUND_M = 0.35
 """Between hull and what is not in the map (chosen: more than the room that the robot leaves ahead of it)."""
 
+SQUEEZE_M = 0.28
+"""The same where there is no way else, as between two of them (chosen: hull and wheels need 0.12 m)."""
+
 STEPS = tuple((dx, dy, hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
 
 Point = tuple[float, float]
@@ -30,18 +33,29 @@ class Wayfinder:
     def __init__(self, flat: FlatMap) -> None:
         self._flat = flat
         self._free: dict[Cell, bool] = {}
+        self._keeps_m = HULL_M + AROUND_M
 
     def way(self, start: Point, goal: Point, others: Sequence[Point] = ()) -> list[Point] | None:
         """The corners of a way, without its start and with its goal; None where there is none.
+
+        With others about it keeps well away from them, or a little less where there is no way else.
 
         Args:
             start: where the robot is: it may leave from wherever it stands.
             goal: where it is to go.
             others: points that are not in the map, to keep away from.
         """
+        self._keeps_m = HULL_M + AROUND_M
+        way = self._way(start, goal, others)
+        if way is None and others:
+            self._keeps_m = HULL_M + SQUEEZE_M
+            way = self._way(start, goal, others)
+        return way
+
+    def _way(self, start: Point, goal: Point, others: Sequence[Point]) -> list[Point] | None:
         if self._is_clear(start, goal, others):
             return [goal]
-        if any(hypot(goal[0] - x, goal[1] - y) < HULL_M + AROUND_M for x, y in others):
+        if self._is_near(goal, others):
             return None
         cells = self._search(_cell(start), _cell(goal), others)
         if cells is None:
@@ -77,7 +91,7 @@ class Wayfinder:
         free = self._free.get(cell)
         if free is None:
             free = self._free[cell] = self._flat.clearance_m(*centre) >= HULL_M + MARGIN_M
-        return free and not _is_near(centre, others)
+        return free and not self._is_near(centre, others)
 
     def _corners(self, points: list[Point], others: Sequence[Point]) -> list[Point]:
         """Leaves out what a straight line can do without."""
@@ -97,19 +111,18 @@ class Wayfinder:
         for piece in range(1, pieces):
             part = piece / pieces
             point = start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
-            if self._flat.clearance_m(*point) < HULL_M + MARGIN_M or _is_near(point, others):
+            if self._flat.clearance_m(*point) < HULL_M + MARGIN_M or self._is_near(point, others):
                 return False
-        return not _is_near(end, others)
+        return not self._is_near(end, others)
+
+    def _is_near(self, point: Point, others: Sequence[Point]) -> bool:
+        return any(hypot(point[0] - x, point[1] - y) < self._keeps_m for x, y in others)
 
 
 def length_m(start: Point, way: Sequence[Point]) -> float:
     """How long a way is."""
     corners = [start, *way]
     return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(corners))
-
-
-def _is_near(point: Point, others: Sequence[Point]) -> bool:
-    return any(hypot(point[0] - x, point[1] - y) < HULL_M + AROUND_M for x, y in others)
 
 
 def _cell(point: Point) -> Cell:
