@@ -51,6 +51,7 @@ Modules
     disturbance_way                 tests of the pool with interventions
     interleaving_way                tests of several actors, in which certain actions meet in a certain order
     online_way, choice_statistics   people who decide during the run
+    violation_way, relevance, nearness   the search for violations after it: what it varies, and how near runs came
     process, fork_runner, online_run, runs      the process that runs tests, each in a fork; the session's end of it
     closing, options, records, view     the loop in a session, and in its report
 

@@ -1,25 +1,27 @@
 """The way `violations`: varies the parameters of the runs that came nearest to violating a requirement.
 
 It is the search of `pytest_hricdv.extra.search`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of
-the loop, and a generation at a time. It aims at the requirements that are not violated, those first that came nearest;
-and at alternatives of a response that never were decisive, of which no distance is known: there it varies widely.
+the loop, and a generation at a time; parameters that have changed no margin so far change more seldom. It aims at the
+requirements that are not violated, those first that came nearest; and at alternatives of a response that never were
+decisive, of which no distance is known: there it varies widely.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive, Entry
+from pytest_hricdv.extra.closing.relevance import Parameter, Relevance
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.extra.search.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
 from pytest_hricdv.generate.abstract import Draft
-from pytest_hricdv.generate.concrete import Concretization, concretize, values_of
+from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, values_of
 
 NAME = "violations"
 
@@ -38,15 +40,21 @@ class Aim:
     Args:
         target: of the proposals for it.
         starts: the runs that are varied, the nearest first.
-        share: how near it is: its least margin, in proportion to how much margins of runs differ; 1 of what has none,
-            infinite where they are all the same.
-        margin: whether runs have one, which is made smaller.
+        margin: the least one of these runs; None where nothing is compared.
+        spread: by how much margins of all runs differ.
     """
 
     target: Point
     starts: Sequence[Entry]
-    share: float = 1.0
-    margin: bool = False
+    margin: float | None = None
+    spread: float = 0.0
+
+    @property
+    def share(self) -> float:
+        """How near it is: the margin, in proportion to the spread; 1 without one, infinite where all are the same."""
+        if self.margin is None:
+            return 1.0
+        return max(self.margin, 0.0) / self.spread if self.spread > 0.0 else math.inf
 
 
 class ViolationWay:
@@ -62,6 +70,8 @@ class ViolationWay:
     def __init__(self, requirements: Sequence[str], space: Concretization) -> None:
         self._requirements = tuple(requirements)
         self._space = space
+        self._drawn: dict[int, ConcreteTest] = {}
+        self._relevance = Relevance(NAME, self._concrete)
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""
@@ -70,13 +80,14 @@ class ViolationWay:
         failures, widths = {}, {}
         for aim in aims:
             failures[aim.target], widths[aim.target] = _progress(archive, aim, violating.get(aim.target[1], ()))
+        self._relevance.read(archive)
         proposals: list[Proposal] = []
         used = Counter[Point]()
         while aims and len(proposals) < count:
             # The nearest first, until it has not come nearer for a while; two of a generation for one aim.
             aim = min(aims, key=lambda aim: (used[aim.target] // 2, failures[aim.target] // PATIENCE, aim.share))
             start = aim.starts[(failures[aim.target] // PATIENCE) % len(aim.starts)]
-            draft = self._varied(start, widths[aim.target], rng)
+            draft = self._varied(start, widths[aim.target], rng, self._weight(aim, violating))
             if draft is None:
                 aims.remove(aim)  # none of its parameters can have another value
                 continue
@@ -84,10 +95,19 @@ class ViolationWay:
             proposals.append(Proposal(draft, NAME, (aim.target,)))
         return proposals
 
-    def _varied(self, start: Entry, width: float, rng: Random) -> Draft | None:
-        test = start.test
-        before = concretize(test, self._space)
-        after = mutate(before, self._space, width, rng)
+    def _weight(self, aim: Aim, violating: Mapping[str, Container[int]]) -> Callable[[Parameter], float]:
+        name = aim.target[1]
+        return self._relevance.of(name, aim.spread, violating.get(name, ()))
+
+    def _concrete(self, entry: Entry) -> ConcreteTest:
+        """The test of a run with its parameters, which is drawn once."""
+        if entry.number not in self._drawn:
+            self._drawn[entry.number] = concretize(entry.test, self._space)
+        return self._drawn[entry.number]
+
+    def _varied(self, start: Entry, width: float, rng: Random, weight: Callable[[Parameter], float]) -> Draft | None:
+        test, before = start.test, self._concrete(start)
+        after = mutate(before, self._space, width, rng, weight)
         if after == before:
             return None
         values = values_of(after)
@@ -104,7 +124,8 @@ class ViolationWay:
             margins = {entry.number: entry.observation.margins.get(name, math.inf) for entry in runs}
             nearest = sorted(runs, key=lambda entry: (margins[entry.number], -entry.number))
             finite = [margin for margin in margins.values() if margin < math.inf]
-            yield Aim((NEW, name), nearest[:STARTS], _share(finite), margin=bool(finite))
+            spread = max(finite) - min(finite) if finite else 0.0
+            yield Aim((NEW, name), nearest[:STARTS], min(finite, default=None), spread)
             for part in never_decisive(archive, name):
                 yield Aim(("part", name, part), nearest[:STARTS])
 
@@ -116,13 +137,6 @@ def _violating(archive: Archive) -> dict[str, set[int]]:
         if point[0] in (NEW, KNOWN):
             runs.setdefault(point[1], set()).update(numbers)
     return runs
-
-
-def _share(margins: Sequence[float]) -> float:
-    if not margins:
-        return 1.0
-    spread = max(margins) - min(margins)
-    return max(min(margins), 0.0) / spread if spread > 0.0 else math.inf
 
 
 def never_decisive(archive: Archive, requirement: str) -> tuple[str, ...]:
@@ -137,12 +151,12 @@ def never_decisive(archive: Archive, requirement: str) -> tuple[str, ...]:
 def _progress(archive: Archive, aim: Aim, violating: Container[int]) -> tuple[int, float]:
     """So many runs for an aim, the last ones, came no nearer; and how wide the next one varies."""
     name, least = aim.target[1], math.inf
-    failures, width = 0, FIRST_WIDTH if aim.margin else WIDE
+    failures, width = 0, WIDE if aim.margin is None else FIRST_WIDTH
     for entry in archive.entries:
         margin = math.inf if entry.number in violating else entry.observation.margins.get(name, math.inf)
         if entry.way == NAME and aim.target in entry.targets:
             improved = margin < least
             failures = 0 if improved else failures + 1
-            width = next_width(width, improved=improved) if aim.margin else WIDE
+            width = WIDE if aim.margin is None else next_width(width, improved=improved)
         least = min(least, margin)
     return failures, width
