@@ -269,7 +269,9 @@ def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
     if not confirmed:
         return decided or f"comes with the disturbance {group.change}; no run has confirmed it"
     tests = plural(len(group.nodeids), "test")
-    decided = decided or f"passes without the disturbance {group.change}"
+    # A test that was shrunk may have come to fail without the disturbance, for another cause: the others have not.
+    is_same = decision is not None and decision.kind == "disturbance"
+    decided = decided if is_same else f"passes without the disturbance {group.change}"
     return f"{decided}: {confirmed} of {tests} were run without it"
 
 

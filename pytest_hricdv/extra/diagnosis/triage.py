@@ -94,7 +94,8 @@ class _Triage:
         return Entry(requirement, condition, f"{requirement} while {text}: {reason}", replaces)
 
     def _examples(self, requirement: str, tests: set[str]) -> Examples:
-        """All violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
+        """All new violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
+        has_entry = not self.report.strict and requirement in self.report.known_while
         inside: list[Moment] = []
         outside: list[Moment] = []
         elsewhere: list[Moment] = []
@@ -103,8 +104,13 @@ class _Triage:
             result = test.requirements.get(requirement)
             if result is None:
                 continue
-            violated = [Moment(nodeid, rounded(violation.time_s)) for violation in result.violations]
-            (inside if nodeid in tests else outside).extend(violated)
+            is_inside = nodeid in tests
+            violated = (
+                Moment(nodeid, rounded(violation.time_s))
+                for violation in result.violations
+                if violation.outside or not (is_inside and has_entry)
+            )
+            (inside if is_inside else outside).extend(violated)
             if result.verdict == "Passed" and passing < MOST_PASSING:
                 passing += 1
                 elsewhere += [Moment(nodeid, time_s) for time_s in _decided(test, requirement)]
