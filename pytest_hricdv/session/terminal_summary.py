@@ -76,6 +76,8 @@ class ShownFailures:
         report = self._report()
         if report is not None:
             self._show_causes(terminalreporter, report, is_verbose=config.get_verbosity() > 0)
+        if config.getoption("tbstyle", "auto") == "line":
+            self._leave_first_lines()
         if config.getoption("tbstyle", "auto") not in ("no", "line"):
             if config.get_verbosity() <= 0:
                 self._leave_out(terminalreporter)
@@ -116,6 +118,13 @@ class ShownFailures:
             reporter.stats["failed"] = [
                 report for report in self._all["failed"] if report.nodeid in kept or report.nodeid not in reports
             ]
+
+    def _leave_first_lines(self) -> None:
+        """With --tb=line, pytest shows the text of a violation as well: it has no traceback to leave out."""
+        for report in self._all.get("failed", ()):
+            if self._is_violation(report):
+                self._texts.append((report, report.longrepr))
+                report.longrepr = _Example(report.longrepr, is_shown=False)
 
     def _is_violation(self, report: Any) -> bool:
         crash = getattr(getattr(report, "longrepr", None), "reprcrash", None)
@@ -177,8 +186,9 @@ class SummarySection:
 class _Example:
     """The text of a failure in lines that fit, except commands, and in colours, where there is a terminal."""
 
-    def __init__(self, longrepr: Any) -> None:
+    def __init__(self, longrepr: Any, *, is_shown: bool = True) -> None:
         self._text = str(longrepr)
+        self._is_shown = is_shown
         self.reprcrash = longrepr.reprcrash
 
     def __str__(self) -> str:
@@ -186,8 +196,8 @@ class _Example:
 
     def toterminal(self, writer: Any) -> None:
         """pytest calls it with its `TerminalWriter`."""
-        columns = _columns()
-        for line in example_lines(self._text.splitlines(), columns):
+        texts = self._text.splitlines() if self._is_shown else []
+        for line in example_lines(texts, _columns()):
             writer.line(line.text, **MARKUP[line.style])
 
 

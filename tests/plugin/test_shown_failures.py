@@ -72,6 +72,14 @@ def test_a_suite_with_twenty_failures_is_read_on_two_screens(
 
 
 @pytest.mark.slow
+def test_with_tb_line_each_failure_has_one_line(bright: pytest.Pytester) -> None:
+    result = bright.runpytest_inprocess(*SUITE, "--tb=line")
+    lines = between(result.outlines, "FAILURES", "human-robot interaction")
+    assert len(lines) == 24
+    assert all("R2 failed at " in line for line in lines)
+
+
+@pytest.mark.slow
 def test_the_short_summary_has_all_where_it_is_asked_for(bright: pytest.Pytester) -> None:
     result = bright.runpytest_inprocess(*SUITE, "-rf")
     assert sum(line.startswith("FAILED test_lamps.py") for line in result.outlines) == 24
