@@ -34,22 +34,24 @@ class Wayfinder:
         self._flat = flat
         self._free: dict[Cell, bool] = {}
         self._keeps_m = HULL_M + AROUND_M
+        self._leaves: Point | None = None
 
     def way(self, start: Point, goal: Point, others: Sequence[Point] = ()) -> list[Point] | None:
         """The corners of a way, without its start and with its goal; None where there is none.
 
-        With others about it keeps well away from them, or a little less where there is no way else.
+        With others about it keeps well away from them, or a little less where there is no way else. Nearer to one than
+        that already, it may go wherever it does not come nearer still.
 
         Args:
             start: where the robot is: it may leave from wherever it stands.
             goal: where it is to go.
             others: points that are not in the map, to keep away from.
         """
-        self._keeps_m = HULL_M + AROUND_M
-        way = self._way(start, goal, others)
-        if way is None and others:
-            self._keeps_m = HULL_M + SQUEEZE_M
+        for room_m, leaves in ((AROUND_M, False), (SQUEEZE_M, False), (SQUEEZE_M, True)):
+            self._keeps_m, self._leaves = HULL_M + room_m, start if leaves else None
             way = self._way(start, goal, others)
+            if way is not None or not others:
+                break
         return way
 
     def _way(self, start: Point, goal: Point, others: Sequence[Point]) -> list[Point] | None:
@@ -116,7 +118,12 @@ class Wayfinder:
         return not self._is_near(end, others)
 
     def _is_near(self, point: Point, others: Sequence[Point]) -> bool:
-        return any(hypot(point[0] - x, point[1] - y) < self._keeps_m for x, y in others)
+        return any(hypot(point[0] - x, point[1] - y) < self._keeps_from(x, y) for x, y in others)
+
+    def _keeps_from(self, x: float, y: float) -> float:
+        if self._leaves is None:
+            return self._keeps_m
+        return min(self._keeps_m, hypot(self._leaves[0] - x, self._leaves[1] - y))
 
 
 def length_m(start: Point, way: Sequence[Point]) -> float:
