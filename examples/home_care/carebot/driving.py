@@ -16,8 +16,8 @@ STAND = Velocity(0.0, 0.0)
 ARRIVED_M = 0.05
 """At a goal (chosen: a third of the published 0.15 m at the charger)."""
 
-CORNER_M = 0.15
-"""At a corner of the way (chosen)."""
+CORNER_M = 0.06
+"""At a corner of the way (chosen: a way around somebody may begin with a corner 0.1 m away, which is to be reached)."""
 
 TURNED_RAD = 0.1
 """It turns on the spot until it faces the next corner by this much (published)."""
