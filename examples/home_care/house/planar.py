@@ -37,7 +37,7 @@ class Pose(NamedTuple):
 class Near(NamedTuple):
     """Something and the gap to it: what it is, its velocity (m/s), and the gap."""
 
-    what: str
+    name: str
     velocity: Point
     gap: Gap
 
@@ -78,11 +78,11 @@ class Planar:
             base.at, base.heading_rad = goal
             return FREE
         # Where it is now counts, too: who stands closer than allowed may go away.
-        before = {near.what: near.gap.width_m for near in _all_near(start.at, base.radius_m, person, dog)}
+        before = {near.name: near.gap.width_m for near in _all_near(start.at, base.radius_m, person, dog)}
         in_way = [
             near
             for near in _all_near(goal.at, base.radius_m, person, dog)
-            if near.gap.width_m < min(-TOUCHES_M, before.get(near.what, math.inf) - CREEPS_M)
+            if near.gap.width_m < min(-TOUCHES_M, before.get(near.name, math.inf) - CREEPS_M)
         ]
         base.at, base.heading_rad = goal
         if not in_way:
@@ -103,16 +103,16 @@ class Planar:
         return driven(start, base.forward_m_s, base.turn_rad_s, free * duration_s).at if free else start.at
 
     def _contact(self, base: Base, near: Near, start: Pose) -> Contact:
-        what = near.what.partition(":")[0]
+        body = near.name.partition(":")[0]
         away = near.gap.away
         ahead = (math.cos(start.heading_rad), math.sin(start.heading_rad))
         towards = -math.copysign(1.0, base.forward_m_s) * (ahead[0] * away[0] + ahead[1] * away[1])
         pushes_n = PUSHES_N * max(0.0, towards)
-        if self._touched == what:
-            return Contact(what, pushes_n)
+        if self._touched == body:
+            return Contact(body, pushes_n)
         theirs = near.velocity[0] * away[0] + near.velocity[1] * away[1]
         closing_m_s = abs(base.forward_m_s) * towards + theirs
-        return Contact(what, max(pushes_n, impact_n(max(0.0, closing_m_s), BODIES[what])))
+        return Contact(body, max(pushes_n, impact_n(max(0.0, closing_m_s), BODIES[body])))
 
 
 def driven(start: Pose, forward_m_s: float, turn_rad_s: float, duration_s: float) -> Pose:

@@ -41,11 +41,11 @@ class Person:
             self._order(ENDED)
 
     def _do(self, action: ConcreteAction) -> None:
-        name, _, what = action.command.partition(" ")
+        name, _, argument = action.command.partition(" ")
         if name == "ask" or name in PUBLISHED_S or name == ENDED:
-            self._order(what or name)
+            self._order(argument or name)
         elif name == "walk":
-            self._walk(what, action.parameters["speed_m_s"])
+            self._walk(argument, action.parameters["speed_m_s"])
         elif name == "sit":
             self._house.person.sit(action.parameters["speed_m_s"])
             self._arrive()

@@ -15,6 +15,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import eq
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +104,7 @@ def fidelities(report: Mapping[str, Any]) -> Fidelities:
         engines=(tests[0]["engine"], tests[0]["beside"]["engine"]),
         suites=suites,
         orders=(
-            sum(sum(one == other for one, other in zip(first, second, strict=False)) for _, first, second in ends),
+            sum(sum(map(eq, first, second)) for _, first, second in ends),
             sum(max(len(first), len(second)) for _, first, second in ends),
         ),
         agreements=tuple(_agreement(name, tests) for name in tests[0]["requirements"]),

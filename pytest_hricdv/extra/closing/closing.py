@@ -137,8 +137,9 @@ class Closing:
     @property
     def _searcher(self) -> Way | None:
         context = self._context
-        known = [name for name in context.known_violations if name not in context.known_while]  # whatever violates them
-        requirements = [requirement.id for requirement in context.requirements if requirement.id not in known]
+        # Known whatever violates them: those with a condition may be violated otherwise.
+        excused = [name for name in context.known_violations if name not in context.known_while]
+        requirements = [requirement.id for requirement in context.requirements if requirement.id not in excused]
         return ViolationWay(requirements, self._collection.testbench.commands) if self._options.search != 0 else None
 
     def _used_ways(self) -> tuple[Way, ...]:

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, permutations
 from random import Random
 from typing import NamedTuple
 
@@ -78,11 +78,10 @@ class Order:
     def meetings(self) -> Mapping[Meeting, tuple[Place, ...]]:
         """Which lines can meet, and where."""
         places: dict[Meeting, list[Place]] = {}
-        for one, other in combinations(self._lanes.values(), 2):
-            for first_lane, then_lane in ((one, other), (other, one)):
-                for place in self._places(first_lane, then_lane):
-                    meeting = Meeting(self.lines[place.first - 1], self.lines[place.then - 1])
-                    places.setdefault(meeting, []).append(place)
+        for first_lane, then_lane in permutations(self._lanes.values(), 2):
+            for place in self._places(first_lane, then_lane):
+                meeting = Meeting(self.lines[place.first - 1], self.lines[place.then - 1])
+                places.setdefault(meeting, []).append(place)
         return {meeting: tuple(where) for meeting, where in places.items()}
 
     @cached_property
@@ -134,8 +133,8 @@ class Order:
 def meetings_of(lines: Iterable[str]) -> Iterator[Meeting]:
     """Which lines have met, of those that began, in this order."""
     begun = [line for line in lines if actor_of(line)]
-    for one, other in combinations(sorted(actors_of(begun)), 2):
-        theirs = [line for line in begun if actor_of(line) in (one, other)]
+    for pair in combinations(sorted(actors_of(begun)), 2):
+        theirs = [line for line in begun if actor_of(line) in pair]
         yield from (Meeting(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
 
 

@@ -64,9 +64,9 @@ def summary_of(cause: Cause) -> str:
     listed = ", ".join(names) + and_more(max(left, 0))
     where = f", first in the state {cause.state}" if cause.state else ""
     many = plural(len(cause.tests), "test")
-    if (found := cause.probability) is not None:
-        percent = 100 * found.failing / found.runs
-        many = f"{found.failing:,} of {found.runs:,} runs, {percent:.2f} % ({found.low:.2f} to {found.high:.2f})"
+    if (share := cause.probability) is not None:
+        percent = 100 * share.failing / share.runs
+        many = f"{share.failing:,} of {share.runs:,} runs, {percent:.2f} % ({share.low:.2f} to {share.high:.2f})"
     return f"{listed} in {many}{where}{' (known)' if cause.is_known else ''}"
 
 

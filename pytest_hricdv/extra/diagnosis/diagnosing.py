@@ -97,7 +97,7 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     decisions = Decisions(experiments, {name: case.ranges for name, case in cases.items()})
     groups = experiments.groups(enough=FIRST_TESTS)
     located = [Located(ranked_places(subject, group, _traces(experiments, group))) for group in groups]
-    _keep(session, _found(session, subject, experiments, decisions, groups, located))
+    _keep(session, *_by_now(session, subject, experiments, decisions, groups, located))
     decisions.decide(groups)
     _keep_minimal(session, experiments, decisions)
     groups = experiments.groups()
@@ -105,12 +105,12 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     _trace(experiments, groups)
     located = _located(session, subject, experiments, groups)
     session.interrupted |= experiments.ended == "interrupted"
-    found = _found(session, subject, experiments, decisions, groups, located)
-    _keep(session, found)
-    return DIAGNOSIS.put(CAUSES.put(report, found[0]), found[1])
+    causes, basis = _by_now(session, subject, experiments, decisions, groups, located)
+    _keep(session, causes, basis)
+    return DIAGNOSIS.put(CAUSES.put(report, causes), basis)
 
 
-def _found(
+def _by_now(
     session: PartSession,
     subject: Subject,
     experiments: Experiments,
@@ -159,9 +159,9 @@ def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: Decis
     return replace(cause, minimal=lines, minimal_of=subject.tests[name].id, is_shrunk=True, replay=replay)
 
 
-def _keep(session: PartSession, found: tuple[tuple[Cause, ...], Diagnosis]) -> None:
+def _keep(session: PartSession, causes: tuple[Cause, ...], basis: Diagnosis) -> None:
     """So that a report that is rebuilt has them."""
-    session.aggregation.journaling.keep(NAME, CAUSES.name, msgspec.json.encode(found))
+    session.aggregation.journaling.keep(NAME, CAUSES.name, msgspec.json.encode((causes, basis)))
 
 
 def _kinds(names: Mapping[str, type]) -> dict[str, KindName]:

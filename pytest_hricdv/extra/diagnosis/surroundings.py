@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 _PAIRS = (("open", "close"), ("start", "stop"), ("set", "clear"), ("enable", "disable"), ("acquire", "release"))
-OPPOSITES = {one: other for pair in _PAIRS for one, other in (pair, pair[::-1])}
+OPPOSITES = {command: undo for pair in _PAIRS for command, undo in (pair, pair[::-1])}
 """Names of commands that undo each other."""
 
 
