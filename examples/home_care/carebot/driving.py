@@ -34,6 +34,9 @@ PUSHED_M = 0.15
 LOOK_AGAIN_S = 2.0
 """So long until a way is looked for once more, where there was none (chosen)."""
 
+SLOW_AFTER_S = 1.0
+"""So long it stays slow after it has seen somebody near (chosen: a person walks out of `near_m` meanwhile)."""
+
 
 class BlockedError(Exception):
     """No way to the goal within the time that the robot may take."""
@@ -48,6 +51,7 @@ class Driver:
         self._config = config
         self._wayfinder = Wayfinder(flat)
         self._turning = False
+        self._slow_until_s = 0.0
         self._before = base.pose()
 
     async def drive_to(self, goal: Point) -> None:
@@ -112,11 +116,18 @@ class Driver:
             self._turning = abs(error) > TURNED_RAD
             # The last piece is as slow as it has to be, so that it is not turned too far.
             return Velocity(0.0, copysign(min(self._config.turn_rad_s, abs(error) / self._config.period_s), error))
-        if any(is_in_the_way(other, self._config.stop_m) for other in seen):
+        if any(is_in_the_way(other, self._config.stop_m, seen) for other in seen):
             return None
-        speed_m_s = self._config.near_speed_m_s if seen else self._config.speed_m_s
+        speed_m_s = self._config.near_speed_m_s if self._is_slow(bool(seen)) else self._config.speed_m_s
         forward = min(speed_m_s, distance_m / self._config.period_s)
         return Velocity(forward, max(-self._config.turn_rad_s, min(2 * error, self._config.turn_rad_s)))
+
+    def _is_slow(self, sees_somebody: bool) -> bool:
+        """Whether somebody is near, or was a moment ago: beside furniture they are taken for a part of it."""
+        now_s = asyncio.get_running_loop().time()
+        if sees_somebody:
+            self._slow_until_s = now_s + SLOW_AFTER_S
+        return now_s < self._slow_until_s
 
     def _seen(self, pose: Pose) -> list[Seen]:
         return unknown(self._base.scan(), pose, self._flat, self._config.near_m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 
@@ -13,6 +14,12 @@ THINNED = 6
 
 BESIDE_M = 0.12
 """On either side of the hull the way has to be free so far (chosen: a person's step in half a period)."""
+
+SAME_M = 0.5
+"""What is seen nearer to each other than this may be the same person (chosen: the breadth of shoulders)."""
+
+NEARER_M = 0.02
+"""By less it does not count as nearer (chosen: two thirds of the laser's noise)."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +58,17 @@ def unknown(scan: Scan, pose: Pose, flat: FlatMap, within_m: float) -> list[Seen
     return seen
 
 
-def is_in_the_way(seen: Seen, stop_m: float) -> bool:
-    """Whether the robot would come near it if it drove on: it is ahead, and not beside the way."""
-    return 0.0 < seen.ahead_m < HULL_M + stop_m and abs(seen.left_m) < HULL_M + BESIDE_M
+def is_in_the_way(other: Seen, stop_m: float, seen: Sequence[Seen] = ()) -> bool:
+    """Whether the robot would come near it if it drove on: it is ahead, and not beside the way.
+
+    Who stands nearer beside the robot than it likes is not in its way as long as it comes no nearer to them.
+
+    Args:
+        other: what may be in the way.
+        stop_m: how far ahead of the hull the way has to be free.
+        seen: all that is seen.
+    """
+    if not 0.0 < other.ahead_m < HULL_M + stop_m:
+        return False
+    near_m = [near.distance_m for near in seen if hypot(near.x - other.x, near.y - other.y) < SAME_M]
+    return abs(other.left_m) < min([HULL_M + BESIDE_M, *(distance_m - NEARER_M for distance_m in near_m)])

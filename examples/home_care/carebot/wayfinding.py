@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from heapq import heappop, heappush
-from itertools import pairwise
+from itertools import pairwise, product
 from math import ceil, hypot
 
 from carebot.flatmap import HULL_M, FlatMap
+from carebot.watching import SAME_M
 
 CELL_M = 0.25
 """Chosen: the narrowest place, in front of the kitchen unit, is 0.35 m from its goal, which need not be on the grid."""
@@ -21,10 +22,15 @@ AROUND_M = 0.35
 SQUEEZE_M = 0.28
 """The same where there is no way else, as between two of them (chosen: hull and wheels need 0.12 m)."""
 
+LEAVES_CELLS = 3
+"""Beside somebody the first cell of a way may be so far (chosen: those next to the robot may all be too near)."""
+
 STEPS = tuple((dx, dy, hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
 
 Point = tuple[float, float]
 Cell = tuple[int, int]
+Circle = tuple[float, float, float]
+"""Where somebody is, and how near the robot's middle may come."""
 
 
 class Wayfinder:
@@ -33,40 +39,40 @@ class Wayfinder:
     def __init__(self, flat: FlatMap) -> None:
         self._flat = flat
         self._free: dict[Cell, bool] = {}
-        self._keeps_m = HULL_M + AROUND_M
-        self._leaves: Point | None = None
+        self._is_leaving = False
 
     def way(self, start: Point, goal: Point, others: Sequence[Point] = ()) -> list[Point] | None:
         """The corners of a way, without its start and with its goal; None where there is none.
 
         With others about it keeps well away from them, or a little less where there is no way else. Nearer to one than
-        that already, it may go wherever it does not come nearer still.
+        that already, it may go wherever it does not come nearer to that one than it is.
 
         Args:
             start: where the robot is: it may leave from wherever it stands.
             goal: where it is to go.
             others: points that are not in the map, to keep away from.
         """
-        for room_m, leaves in ((AROUND_M, False), (SQUEEZE_M, False), (SQUEEZE_M, True)):
-            self._keeps_m, self._leaves = HULL_M + room_m, start if leaves else None
-            way = self._way(start, goal, others)
+        for room_m, self._is_leaving in ((AROUND_M, False), (SQUEEZE_M, False), (SQUEEZE_M, True)):
+            circles = [(x, y, HULL_M + room_m) for x, y in others]
+            way = self._way(start, goal, _left(circles, start) if self._is_leaving else circles)
             if way is not None or not others:
                 break
         return way
 
-    def _way(self, start: Point, goal: Point, others: Sequence[Point]) -> list[Point] | None:
-        if self._is_clear(start, goal, others):
+    def _way(self, start: Point, goal: Point, circles: Sequence[Circle]) -> list[Point] | None:
+        if self._is_clear(start, goal, circles):
             return [goal]
-        if self._is_near(goal, others):
+        if self._is_near(goal, circles):
             return None
-        cells = self._search(_cell(start), _cell(goal), others)
+        cells = self._search(start, _cell(goal), circles)
         if cells is None:
             return None
-        return self._corners([start, *(map(_centre, cells[1:-1])), goal], others)
+        return self._corners([start, *(map(_centre, cells[1:-1])), goal], circles)
 
-    def _search(self, start: Cell, goal: Cell, others: Sequence[Point]) -> list[Cell] | None:
-        costs, came_from = {start: 0.0}, {start: start}
-        open_cells, closed = [(0.0, start)], set()
+    def _search(self, start: Point, goal: Cell, circles: Sequence[Circle]) -> list[Cell] | None:
+        first = _cell(start)
+        costs, came_from = {first: 0.0}, {first: first}
+        open_cells, closed = [(0.0, first)], set()
         while open_cells:
             _, cell = heappop(open_cells)
             if cell == goal:
@@ -74,7 +80,9 @@ class Wayfinder:
             if cell in closed:
                 continue
             closed.add(cell)
-            for neighbour, length in self._neighbours(cell, goal, others):
+            leaves = self._is_leaving and cell == first
+            near = self._around(start, circles) if leaves else self._neighbours(cell, goal, circles)
+            for neighbour, length in near:
                 cost = costs[cell] + length
                 if cost < costs.get(neighbour, float("inf")):
                     costs[neighbour], came_from[neighbour] = cost, cell
@@ -82,48 +90,66 @@ class Wayfinder:
                     heappush(open_cells, (cost + rest, neighbour))
         return None
 
-    def _neighbours(self, cell: Cell, goal: Cell, others: Sequence[Point]) -> Iterator[tuple[Cell, float]]:
+    def _neighbours(self, cell: Cell, goal: Cell, circles: Sequence[Circle]) -> Iterator[tuple[Cell, float]]:
         for dx, dy, length in STEPS:
             neighbour = cell[0] + dx, cell[1] + dy
-            if neighbour == goal or self._is_free(neighbour, others):
+            if neighbour == goal or self._is_free(neighbour, circles):
                 yield neighbour, length
 
-    def _is_free(self, cell: Cell, others: Sequence[Point]) -> bool:
+    def _around(self, start: Point, circles: Sequence[Circle]) -> Iterator[tuple[Cell, float]]:
+        """Cells to which it can leave straight from where it is, which need not be on the grid."""
+        first, reach = _cell(start), range(-LEAVES_CELLS, LEAVES_CELLS + 1)
+        for dx, dy in product(reach, reach):
+            cell = first[0] + dx, first[1] + dy
+            if self._is_free(cell, circles) and self._is_clear(start, _centre(cell), circles):
+                yield cell, hypot(dx, dy)
+
+    def _is_free(self, cell: Cell, circles: Sequence[Circle]) -> bool:
         centre = _centre(cell)
         free = self._free.get(cell)
         if free is None:
             free = self._free[cell] = self._flat.clearance_m(*centre) >= HULL_M + MARGIN_M
-        return free and not self._is_near(centre, others)
+        return free and not self._is_near(centre, circles)
 
-    def _corners(self, points: list[Point], others: Sequence[Point]) -> list[Point]:
+    def _corners(self, points: list[Point], circles: Sequence[Circle]) -> list[Point]:
         """Leaves out what a straight line can do without."""
         way, at = [], 0
         while at < len(points) - 1:
             ahead = len(points) - 1
-            while ahead > at + 1 and not self._is_clear(points[at], points[ahead], others):
+            while ahead > at + 1 and not self._is_clear(points[at], points[ahead], circles):
                 ahead -= 1
             way.append(points[ahead])
             at = ahead
         return way
 
-    def _is_clear(self, start: Point, end: Point, others: Sequence[Point]) -> bool:
+    def _is_clear(self, start: Point, end: Point, circles: Sequence[Circle]) -> bool:
         """Whether the robot can drive straight; it can leave and reach a place that is narrower than the rest."""
         length_m = hypot(end[0] - start[0], end[1] - start[1])
         pieces = max(ceil(length_m / CELL_M), 1)
         for piece in range(1, pieces):
             part = piece / pieces
             point = start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
-            if self._flat.clearance_m(*point) < HULL_M + MARGIN_M or self._is_near(point, others):
+            if self._flat.clearance_m(*point) < HULL_M + MARGIN_M or self._is_near(point, circles):
                 return False
-        return not self._is_near(end, others)
+        return not self._is_near(end, circles)
 
-    def _is_near(self, point: Point, others: Sequence[Point]) -> bool:
-        return any(hypot(point[0] - x, point[1] - y) < self._keeps_from(x, y) for x, y in others)
+    def _is_near(self, point: Point, circles: Sequence[Circle]) -> bool:
+        return any(hypot(point[0] - x, point[1] - y) < keeps_m for x, y, keeps_m in circles)
 
-    def _keeps_from(self, x: float, y: float) -> float:
-        if self._leaves is None:
-            return self._keeps_m
-        return min(self._keeps_m, hypot(self._leaves[0] - x, self._leaves[1] - y))
+
+def _left(circles: Sequence[Circle], start: Point) -> list[Circle]:
+    """The circles, smaller where the robot already is nearer to somebody; one person is seen as many points."""
+    far_m = [hypot(start[0] - x, start[1] - y) for x, y, _ in circles]
+    return [
+        (
+            x,
+            y,
+            min(
+                [keeps_m, *(far for far, (u, v, _) in zip(far_m, circles, strict=True) if hypot(u - x, v - y) < SAME_M)]
+            ),
+        )
+        for x, y, keeps_m in circles
+    ]
 
 
 def length_m(start: Point, way: Sequence[Point]) -> float:

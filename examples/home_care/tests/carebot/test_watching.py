@@ -6,7 +6,7 @@ from math import hypot, inf, pi
 
 from carebot.flatmap import HULL_M, PLACES, FlatMap
 from carebot.messages import Pose, Scan
-from carebot.watching import is_in_the_way, unknown
+from carebot.watching import Seen, is_in_the_way, unknown
 
 RAYS = 720
 
@@ -40,3 +40,12 @@ def test_only_what_is_ahead_and_near_is_in_the_way() -> None:
     assert blocking
     assert all(seen.ahead_m > 0.9 and hypot(seen.ahead_m, seen.left_m) < HULL_M + 0.8 for seen in blocking)
     assert not [seen for seen in around if is_in_the_way(seen, stop_m=0.3)]
+
+
+def test_who_stands_beside_is_in_the_way_only_if_the_robot_comes_nearer_to_them() -> None:
+    beside, ahead = Seen(0.05, -0.33, 0.05, -0.33), Seen(0.3, -0.33, 0.3, -0.33)
+    assert is_in_the_way(beside, 0.3)
+    assert not is_in_the_way(beside, 0.3, [beside])
+    assert is_in_the_way(ahead, 0.3, [ahead])
+    elsewhere = Seen(0.0, 0.32, 0.0, 0.32)
+    assert is_in_the_way(ahead, 0.3, [ahead, elsewhere])

@@ -61,3 +61,21 @@ def test_beside_somebody_it_may_leave_but_come_no_nearer() -> None:
     way = Wayfinder(FlatMap()).way(start, PLACES["charger"], [dog])
     assert way is not None
     assert min(hypot(x - dog[0], y - dog[1]) for x, y in points_on(start, way)) > hypot(0.21, 0.42) - 0.01
+
+
+def test_one_person_is_seen_as_many_points_and_is_left_sideways() -> None:
+    # Found by random belief sets: the person before the robot, which stands at the sink.
+    start = (-2.04, 3.02)
+    person = [(-2.19, 2.62), (-2.13, 2.66), (-2.04, 2.67), (-1.95, 2.65), (-1.87, 2.56)]
+    way = Wayfinder(FlatMap()).way(start, PLACES["charger"], person)
+    assert way is not None
+    near_m = min(hypot(x - u, y - v) for x, y in points_on(start, way) for u, v in person)
+    assert near_m > hypot(0.0, 0.35) - 0.03
+
+
+def test_the_first_corner_may_be_farther_than_the_next_cell() -> None:
+    # Found by random belief sets: the table on one side, and the dog on the other.
+    start, dog = (-2.397, -3.905), [(-1.94, -3.95), (-1.93, -3.93), (-1.94, -3.9), (-1.97, -3.87), (-1.95, -3.84)]
+    way = Wayfinder(FlatMap()).way(start, PLACES["charger"], dog)
+    assert way is not None
+    assert all(FlatMap().clearance_m(*point) > HULL_M for point in points_on(start, way))
