@@ -160,7 +160,7 @@ def test_a_disturbance_is_taken_when_the_person_comes_to_it_and_nobody_enacts_it
     applied: list[tuple[float, float]] = []
     slip = Disturbance({"by_m": Range(0.0, 1.0)}, lambda world, given: world.append((run.kernel.now_s, given["by_m"])))
     test = replace(TEST, actions=(WAVE, ConcreteAction("disturb slip", {"by_m": 0.5}), NOD))
-    run = make_run(replace(test, actions=()), lambda run: iter(test.actions))
+    run = make_run(replace(test, actions=()), lambda run, actor: iter(test.actions))
     run.disturbances = {"slip": slip}
     run.disturbs(applied)
     enact(run)
@@ -173,7 +173,7 @@ def test_a_disturbance_is_taken_when_the_person_comes_to_it_and_nobody_enacts_it
 def test_produced_actions_are_produced_when_the_person_is_free() -> None:
     asked_s = []
 
-    def producing(run: Run) -> Iterator[ConcreteAction]:
+    def producing(run: Run, actor: str) -> Iterator[ConcreteAction]:
         while run.kernel.now_s < 7.0:
             asked_s.append(run.kernel.now_s)
             yield NOD if run.taken else BOW

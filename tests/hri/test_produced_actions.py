@@ -26,7 +26,7 @@ def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() 
     source = bench.concrete([*bench.leg("101"), "tell leg", "receivesignal", "bored"])
     asked_s: list[float] = []
 
-    def producing(run: Run) -> Iterator[ConcreteAction]:
+    def producing(run: Run, actor: str) -> Iterator[ConcreteAction]:
         for action in source.actions:
             asked_s.append(run.kernel.now_s)
             yield action
@@ -37,7 +37,7 @@ def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() 
     assert asked_s[1] > 0.0
 
     stored = concretize(abstract_from(found.test, "produced"), bench.testbench().concretization)
-    again = produced(stored, lambda run: iter(run.test.actions))
+    again = produced(stored, lambda run, actor: iter(run.test.actions))
     fixed = execute(kinematic(), stored)
     assert again.record.sha256 == fixed.record.sha256 == found.record.sha256
     assert fixed.outcome == found.outcome
@@ -51,7 +51,7 @@ def test_an_action_that_cannot_be_enacted_is_an_error_before_a_fixed_run_and_in_
     dance = (*test.actions, ConcreteAction("dance"))
     with pytest.raises(SimulationError, match="step 3: unknown command 'dance'"):
         bench.run(replace(test, actions=dance))
-    found = produced(replace(test, actions=()), lambda run: iter(dance))
+    found = produced(replace(test, actions=()), lambda run, actor: iter(dance))
     assert found.error is not None
     assert "step 3: unknown command 'dance'" in str(found.error)
     assert found.acted_s[-1] > 0.0
