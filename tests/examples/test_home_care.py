@@ -98,8 +98,21 @@ def test_each_published_fault_is_found(fault: str, requirements: set[str], tmp_p
     assert failed & requirements
 
 
-def test_closure_closes_or_says_what_stays_open(tmp_path: Path) -> None:
+OPEN = {"S2", "N3"}
+"""What the loop finds in the robot, and nobody has mended yet: the list is in the example's README."""
+
+
+def test_closure_says_how_it_ended_and_finds_nothing_that_is_not_listed(tmp_path: Path) -> None:
     done = run("--hri-suite=closure", "-n", "2", "--hri-close-runs=150", f"--hri-report={tmp_path}", "-q")
-    assert done.returncode == 0, done.stdout[-4000:]
-    closing = report(tmp_path)["suites"][0]["generation"]
-    assert closing
+    reported = report(tmp_path)
+    closing = reported["closing"]
+    assert (closing["ended"] == "closed") == (not closing["open"])
+    assert f"closing: {closing['runs']} runs" in done.stdout
+    violated = {
+        name
+        for test in reported["tests"]
+        for name, requirement in test["requirements"].items()
+        if test["outcome"] == "failed" and requirement["verdict"] == "Failed" and name not in ("A2", "A4")
+    }
+    assert violated <= OPEN
+    assert done.returncode in (0, 1)
