@@ -94,4 +94,8 @@ def _basis(report: Report) -> str:
         "runs": "; the budget is used up, --hri-diagnose=N allows more",
         "interrupted": "; interrupted",
     }[diagnosis.ended]
-    return f"causes: by association over all tests, and {plural(diagnosis.runs, 'run')} of experiments{ended}"
+    # With nothing to compare with, all that failing runs executed gets the highest scores.
+    alone = (
+        "" if any(test.outcome == "passed" for test in report.tests) else "; no test passed: scores compare with none"
+    )
+    return f"causes: by association over all tests, and {plural(diagnosis.runs, 'run')} of experiments{ended}{alone}"
