@@ -1,4 +1,7 @@
-"""Violations by cause: those of one requirement in the same situation are one finding, however many tests have it."""
+"""Violations by situation: those of one requirement in one situation are one finding, however many tests have it.
+
+Known ones and others are never one finding: who reads it must not take what is new for what is known.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +16,14 @@ from pytest_hricdv.results.model import Report, TestResult
 
 @dataclass(frozen=True)
 class FailureGroup:
-    """Tests that violated a requirement in the same situation.
+    """Tests that violated a requirement in the same situation, all as it is known or none.
 
     Args:
         requirement: its id.
         situation: the bools and texts that were there at the violation, or what was expected; empty where nothing was.
         tests: in the order of their margins, the worst first.
         margin: the worst; None where nothing was compared.
-        is_known: all of these violations are known ones.
+        is_known: these violations are known ones.
     """
 
     requirement: str
@@ -32,14 +35,12 @@ class FailureGroup:
 
 def failure_groups(report: Report) -> tuple[FailureGroup, ...]:
     """Violations that are not known first, then by the number of tests."""
-    groups: dict[tuple[str, str], dict[str, tuple[float, bool, TestResult]]] = {}
+    groups: dict[tuple[str, str, bool], dict[str, tuple[float, TestResult]]] = {}
     for test in report.tests:
         for name, situation, margin, is_known in _violations(report, test):
-            tests = groups.setdefault((name, situation), {})
-            before = tests.get(test.nodeid, (math.inf, True, test))
-            tests[test.nodeid] = (min(margin, before[0]), is_known and before[1], test)
-    found_groups = [_group(name, situation, list(tests.values())) for (name, situation), tests in groups.items()]
-    return tuple(sorted(found_groups, key=_order))
+            tests = groups.setdefault((name, situation, is_known), {})
+            tests[test.nodeid] = (min(margin, tests.get(test.nodeid, (math.inf, test))[0]), test)
+    return tuple(sorted((_group(*key, [*tests.values()]) for key, tests in groups.items()), key=_order))
 
 
 def _order(group: FailureGroup) -> tuple[bool, int, tuple[object, ...], str]:
@@ -61,13 +62,13 @@ def _situation(violation: Violation) -> str:
     return ", ".join(words)
 
 
-def _group(name: str, situation: str, tests: list[tuple[float, bool, TestResult]]) -> FailureGroup:
-    ordered = sorted(tests, key=lambda entry: (entry[0], entry[2].id))
+def _group(name: str, situation: str, is_known: bool, tests: list[tuple[float, TestResult]]) -> FailureGroup:
+    ordered = sorted(tests, key=lambda entry: (entry[0], entry[1].id))
     worst = ordered[0][0]
     return FailureGroup(
         requirement=name,
         situation=situation,
-        tests=tuple(test for _, _, test in ordered),
+        tests=tuple(test for _, test in ordered),
         margin=worst if math.isfinite(worst) else None,
-        is_known=all(is_known for _, is_known, _ in ordered),
+        is_known=is_known,
     )

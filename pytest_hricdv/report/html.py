@@ -18,10 +18,11 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_view, tests_view, totals, waivers_view
-from pytest_hricdv.report.failure_groups import failure_groups
 from pytest_hricdv.report.margin import margin_text, margin_unit
-from pytest_hricdv.report.requirement_view import grouped, requirement_view, triggers_over_time
+from pytest_hricdv.report.navigation import areas, suites_heading
+from pytest_hricdv.report.requirement_view import grouped, requirement_view, states, triggers_over_time
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
+from pytest_hricdv.report.verdict import verdict
 from pytest_hricdv.report.view import Place, views
 from pytest_hricdv.report.violation_lines import violation_line
 from pytest_hricdv.results.behaviour_diff import headline
@@ -34,11 +35,13 @@ _SHOWN_ITEMS = 40
 """Of a gap, before the rest is folded away; chosen: some lines of a browser."""
 _SCRIPTS = (
     "element",
+    "address",
     "data",
     "table",
     "plots",
     "tests",
     "requirement",
+    "requirements",
     "suites",
     "closure",
     "cross",
@@ -130,12 +133,11 @@ def _context(report: Report) -> dict[str, Any]:
     return {
         "report": report,
         "code": report.code_under_test,
-        "merged": totals.statements_covered(report),
         "outcomes": totals.outcomes(report),
         "loss": totals.loss(report),
         "nothing_checked": totals.nothing_checked(report),
         "duration": totals.duration(report),
-        "suites": [(suite, totals.requirement_rows(report, suite)) for suite in report.suites],
+        "suites": report.suites,
         "gaps": totals.explained_gaps(report),
         "shown_items": _SHOWN_ITEMS,
         "waivers": waivers_view.waivers(report),
@@ -144,7 +146,6 @@ def _context(report: Report) -> dict[str, Any]:
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
         "tests_text": totals.tests_text,
-        "by_group": totals.by_group,
         "share": formatting.share,
         "plural": formatting.plural,
         "requirements": requirements,
@@ -156,7 +157,11 @@ def _context(report: Report) -> dict[str, Any]:
         "headline": headline,
         "all_sections": sections,
         "sections": {place: [section for section in sections if section.place == place] for place in get_args(Place)},
-        "failure_groups": failure_groups(report),
+        "verdict": verdict(report),
+        "areas": areas(report, sections),
+        "suites_heading": suites_heading(report),
+        "states": states(requirements),
+        "tests_by_nodeid": {test.nodeid: test for test in report.tests},
         "replay_command": lambda file: explanation.replay_command(file, report.rerun.options),
         "violation": lambda name, violation: violation_line(violation, report.units or {}, margin_unit(report, name)),
         "nearest_miss": explanation.nearest_miss,

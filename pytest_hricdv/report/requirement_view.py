@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
@@ -17,6 +18,20 @@ SHOWN = 25
 """At most so many failures, tight passes and near misses are listed; the table of tests has the others."""
 _SPANS_S = (0.1, 0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 86400)
 """Widths of the bars of a histogram (s): round ones, so that people can read them off."""
+
+RequirementState = Literal["failed", "known to fail", "not checked", "not checked, as allowed", "pending", "passed"]
+
+STATES: tuple[RequirementState, ...] = get_args(RequirementState)
+"""The worst first."""
+
+_STYLES: Mapping[RequirementState, str] = {
+    "failed": "bad",
+    "known to fail": "warn",
+    "not checked": "warn",
+    "not checked, as allowed": "",
+    "pending": "warn",
+    "passed": "ok",
+}
 
 Judged = tuple[TestResult, RequirementResult]
 Missed = tuple[TestResult, NearestMiss]
@@ -39,6 +54,7 @@ class RequirementView:
         near_misses: tests that did not trigger it, by how near they came.
         notes: of optional parts.
         unit: of its margin; empty where that is not known.
+        least: the least margin of all tests; None where nothing was compared.
     """
 
     name: str
@@ -55,6 +71,39 @@ class RequirementView:
     near_misses: tuple[Missed, ...]
     notes: tuple[RequirementNote, ...]
     unit: str
+    least: float | None
+
+    @property
+    def state(self) -> RequirementState:
+        """What came of it over all tests; the worst counts."""
+        if self.counts["Failed"]:
+            return "known to fail" if self.known_reason and not self.outside else "failed"
+        if self.counts["Passed"]:
+            return "passed"
+        if self.pending:
+            return "pending"
+        return "not checked, as allowed" if self.may_be_nc else "not checked"
+
+    @property
+    def style(self) -> str:
+        """Of its state, as a badge has it."""
+        return _STYLES[self.state]
+
+    @property
+    def searched(self) -> str:
+        """The words that a search finds it by."""
+        texts = self.texts
+        return " ".join((self.name, texts.title, texts.group, texts.source, self.state)).lower()
+
+    @property
+    def new_failures(self) -> int:
+        """Tests that violated it where that is not known."""
+        return self.outside if self.known_reason else self.counts["Failed"]
+
+    @property
+    def known_failures(self) -> int:
+        """Tests that violated it only where that is known."""
+        return self.counts["Failed"] - self.new_failures
 
 
 def requirement_view(report: Report, name: str) -> RequirementView:
@@ -78,6 +127,7 @@ def requirement_view(report: Report, name: str) -> RequirementView:
         near_misses=tuple(sorted(near_misses, key=_nearness)[:SHOWN]),
         notes=tuple(note for view in views() if (note := view.of_requirement(report, name)) is not None),
         unit=margin_unit(report, name),
+        least=min((result.margin for _, result in pairs if result.margin is not None), default=None),
     )
 
 
@@ -87,6 +137,12 @@ def grouped(requirements: Iterable[RequirementView]) -> list[tuple[str, list[Req
     for view in requirements:
         groups.setdefault(view.texts.group, []).append(view)
     return [*groups.items()]
+
+
+def states(requirements: Iterable[RequirementView]) -> dict[RequirementState, int]:
+    """State -> how many requirements have it, the worst first; without those that none has."""
+    counts = Counter(view.state for view in requirements)
+    return {state: counts[state] for state in STATES if counts[state]}
 
 
 def triggers_over_time(report: Report, requirement: str, bins: int = 60) -> dict[str, Any] | None:

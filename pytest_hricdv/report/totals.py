@@ -266,12 +266,6 @@ def duration(report: Report) -> Duration:
     return Duration(report.wall_s, simulated_s, report.workers)
 
 
-def statements_covered(report: Report) -> tuple[int, int]:
-    """Statements covered by all suites together, and all statements."""
-    files = report.code_under_test.files
-    return sum(file.covered for file in files), sum(file.statements for file in files)
-
-
 def unmeasured(report: Report) -> str:
     """Why the code was not measured, for a suite without figures of it."""
     return report.code_under_test.reason or "no reason given"

@@ -10,7 +10,9 @@ from pytest_hricdv.parts import faces
 from pytest_hricdv.report.formatting import Line
 from pytest_hricdv.results.model import Report, TestResult
 
-Place = Literal["first", "after suites", "in closure", "after cross"]
+Place = Literal["causes", "requirements", "in closure", "further"]
+"""Of a section: an entry of the navigation of its own, beside the requirements, in the view of what is not covered, or
+beside other views that only some reports have."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class PageSection:
     title: str
     template: str
     values: Mapping[str, Any]
-    place: Place = "after cross"
+    place: Place = "further"
     headline: str = ""
     remark: str = ""
 
@@ -47,6 +49,8 @@ class FailureCause:
         tests: node ids, the best example first.
         place: the file and line of the code where it probably is; None where nobody knows.
         is_known: all of its violations are known ones.
+        anchor: id of its element on the page; empty where it has none.
+        decides: what makes the difference between failing and passing; empty where nobody knows.
     """
 
     label: str
@@ -55,6 +59,8 @@ class FailureCause:
     tests: tuple[str, ...]
     place: tuple[str, int] | None = None
     is_known: bool = False
+    anchor: str = ""
+    decides: str = ""
 
 
 @dataclass(frozen=True)

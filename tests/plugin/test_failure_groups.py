@@ -1,4 +1,4 @@
-"""Violations by cause."""
+"""Violations by situation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_tests_that_fail_for_the_same_reason_are_one_group(lamps: pytest.Pyteste
     assert group.margin == min(test.requirements["R2"].margin or 0.0 for test in report.tests)
     assert group.tests[0].requirements["R2"].margin == group.margin
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
-    assert "Violations by cause" in page
+    assert "Known violations" in page
 
 
 def test_what_is_not_known_comes_first(lamps: pytest.Pytester) -> None:
@@ -34,4 +34,4 @@ def test_what_is_not_known_comes_first(lamps: pytest.Pytester) -> None:
 def test_without_violations_there_are_none(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE, "-k", "cellar")
     assert failure_groups(load(lamps.path / "hri-report")) == ()
-    assert "Violations by cause" not in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert "Known violations" not in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")

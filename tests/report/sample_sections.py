@@ -132,3 +132,34 @@ CLOSING = {
     "nearest": {"closure-near": "# id: closure-near\n# seed: 1\ntell leg\n"},
 }
 """A loop that left points of several kinds open."""
+
+PLAN = [
+    {"name": "", "title": "Safe handover", "state": "failed", "goals": 2, "met": 1},
+    {"name": "speed", "title": "Speed", "owner": "ana", "is_goal": True, "requirements": ["R4"], "state": "met"},
+    {
+        "name": "crush",
+        "title": "No crush",
+        "owner": "ben",
+        "is_goal": True,
+        "requirements": ["R3"],
+        "state": "failed",
+        "missing": ["R3 failed in 2 of 3 tests"],
+    },
+]
+"""A plan with a goal that is met, and one that is not."""
+
+CAUSES = [
+    {
+        "id": "3f2a91bc",
+        "requirements": ["R2", "R3"],
+        "tests": ["rl-one", "rl-two"],
+        "state": "Offer",
+        "minimal": ["tell leg"],
+        "places": [
+            {"file": "controller/states.py", "line": 42, "function": "offer", "score": 0.87, "text": "state(42)"}
+        ],
+        "decides": "<b>without</b> the disturbance it passes",
+    },
+    {"id": "9c", "requirements": ["R3"], "tests": ["rl-one"], "is_known": True},
+]
+"""A cause that is new, and a known one; the tests have these ids."""

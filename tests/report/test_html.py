@@ -13,7 +13,7 @@ from pytest_hricdv.report import html
 from pytest_hricdv.report.files import PAGE_NAME, write
 from pytest_hricdv.report.sources_view import count_bits
 from pytest_hricdv.results.model import Report
-from tests.report import sample, sample_tests
+from tests.report import sample, sample_sections, sample_tests
 from tests.report.parsed import Page, details
 
 EVIL = "<script>alert(1)</script>\"'&\x1b[31m\u202e{{ 7 * 7 }}é漢"
@@ -53,26 +53,34 @@ def test_requirements_of_a_group_stand_below_its_name() -> None:
     assert 'class="group"' not in render(report)
     report["requirements"]["R4"]["group"] = "speed & <force>"
     page = render(report)
-    table = page.partition("<h2>Verdicts</h2>")[2].partition("</table>")[0]
-    assert table.count('<tr class="group"><td colspan="6">speed &amp; &lt;force&gt;</td></tr>') == 1
+    table = page.partition('<section class="view" id="requirements">')[2].partition("</table>")[0]
+    assert table.count('<tr class="group"><td colspan="8">speed &amp; &lt;force&gt; <span class="small">1</span>') == 1
     assert table.index("#requirement/R3") < table.index('class="group"') < table.index("#requirement/R4")
     assert '<span class="badge">speed &amp; &lt;force&gt;</span> ISO 13482:2014' in page
 
 
-def test_the_header_has_one_link_for_any_number_of_requirements() -> None:
-    report = sample.data(tests=2)
+def test_the_navigation_has_at_most_seven_entries_for_any_number_of_requirements_and_parts() -> None:
+    report = sample.data(("by-hand", "rl"), tests=2)
     for number in range(500):
         name = f"S{number}"
         report["requirements"][name] = {"title": f"Rule {number}", "source": "", "text": "", "group": f"g{number % 3}"}
         for test in report["tests"]:
             test["requirements"][name] = sample_tests.requirement_result("NC", 0)
-        report["suites"][0]["requirements"][name] = report["suites"][0]["requirements"]["R1"]
+        for suite in report["suites"]:
+            suite["requirements"][name] = suite["requirements"]["R1"]
+    report |= {"mutation": sample_sections.MUTATION, "plan": sample_sections.PLAN, "causes": sample_sections.CAUSES}
+    report["tests"][0]["id"], report["tests"][1]["id"] = "rl-one", "rl-two"
     page = render(report)
-    header = page.partition("<nav")[2].partition("</nav>")[0]
-    assert header.count("<a ") == 8
+    entries = page.partition("<nav")[2].partition("</nav>")[0]
+    assert re.findall(r">([A-Z][^<]+)</a>", entries) == [
+        *("Summary", "Causes", "Tests", "Requirements", "Coverage", "Mutants")
+    ]
     overview = page.partition('<section class="view" id="requirements">')[2].partition("</section>")[0]
     assert overview.count('<a href="#requirement/') == 504
-    assert [overview.count(f"<h3>g{group} ") for group in range(3)] == [1, 1, 1]
+    assert [overview.count(f">g{group} <span") for group in range(3)] == [1, 1, 1]
+    views = set(re.findall('<section class="view" id="([a-z]+)"', page))
+    listed = set(re.findall('<a href="#([a-z]+)">', page.partition("</header>")[0]))
+    assert views - listed == {"test"}
 
 
 def test_gaps_come_with_what_may_close_them_and_the_smallest_suite_is_named() -> None:
@@ -170,6 +178,8 @@ def test_links_lead_somewhere() -> None:
     links = [(attributes["href"] or "")[1:] for tag, attributes in page.tags if tag == "a"]
     assert len(links) > 100
     for link in links:
+        link, _, query = link.partition("?")
+        assert not query or re.fullmatch(r"(state|outcome)=[a-z%C20-]+", query)
         kind, _, chosen = link.partition("/")
         if kind == "tests" and "/" in chosen:
             kind, *numbers = chosen.split("/")

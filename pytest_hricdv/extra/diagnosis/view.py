@@ -39,6 +39,8 @@ class DiagnosisView(View):
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
                 place=next(((place.file, place.line) for place in cause.places), None),
                 is_known=cause.is_known,
+                anchor=f"cause-{cause.id}",
+                decides=cause.decides,
             )
             for number, cause in enumerate(causes, 1)
         )
@@ -53,7 +55,7 @@ class DiagnosisView(View):
         commands = {cause.id: replay_of(cause, report.rerun.options) for cause in causes}
         values = {"causes": causes, "nodeids": nodeids, "commands": commands, "basis": _basis(report)}
         return PageSection(
-            "causes", "Causes", "diagnosis/causes.html.jinja", values, place="after suites", headline=headline(causes)
+            "causes", "Causes", "diagnosis/causes.html.jinja", values, place="causes", headline=headline(causes)
         )
 
     def properties(self, report: Report) -> Iterator[tuple[str, object]]:

@@ -31,7 +31,7 @@ class TrendView(View):
         if not history:
             return None
         values = {"history": history, "changes": changes(history)}
-        return PageSection("trend", "Trend", "trend/trend.html.jinja", values, "after suites")
+        return PageSection("trend", "Trend", "trend/trend.html.jinja", values)
 
     def data(self, report: Report) -> dict[str, Any]:
         """The sessions, for the plots."""

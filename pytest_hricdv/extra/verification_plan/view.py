@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.extra.verification_plan.records import PLAN, PlanState
+from pytest_hricdv.extra.verification_plan.records import PLAN, PlanPart, PlanState
 from pytest_hricdv.report.formatting import Line, Style, plural
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
@@ -29,7 +29,7 @@ class PlanView(View):
         if not PLAN.of(report):
             return
         whole, *parts = PLAN.of(report)
-        yield Line(f"plan: {whole.met} of {plural(whole.goals, 'goal')} met ({whole.title})", _STYLES[whole.state])
+        yield Line(_headline(whole), _STYLES[whole.state])
         lacking = [part for part in parts if part.is_goal and part.state not in ("met", "waived")]
         for part in sorted(lacking, key=lambda part: part.state != "failed")[:_MOST]:
             yield Line(f"  {part.state}  {part.name}: {'; '.join(part.missing)}", _STYLES[part.state])
@@ -45,7 +45,14 @@ class PlanView(View):
             owners = [*owners[: goal.depth + 1], goal.owner or owners[goal.depth]]
             rows.append({"goal": goal, "owner": owners[-1], "style": _STYLES[goal.state]})
         values = {"whole": PLAN.of(report)[0], "rows": rows[1:]}
-        return PageSection("plan", "Plan", "verification_plan/plan.html.jinja", values, "first")
+        headline = _headline(PLAN.of(report)[0])
+        return PageSection(
+            "plan", "Plan", "verification_plan/plan.html.jinja", values, place="requirements", headline=headline
+        )
 
 
 VIEW = PlanView()
+
+
+def _headline(whole: PlanPart) -> str:
+    return f"plan: {whole.met} of {plural(whole.goals, 'goal')} met ({whole.title})"

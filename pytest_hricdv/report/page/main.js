@@ -3,34 +3,83 @@
 const views = [...document.querySelectorAll(".view")];
 const opened = new Set();
 const showTests = testsPage(document.getElementById("test-table"));
+const showRequirements = requirementsPage(document.getElementById("requirements"));
 const showSources = { code: sourcesPage(document.getElementById("code")), plans: sourcesPage(document.getElementById("plans")) };
+const TITLE = document.title;
 
-function viewOf(address) {
-  const kind = address.split("/")[0];
-  if (["test", "tests", "code", "plans"].includes(kind)) return document.getElementById(kind);
-  const named = document.getElementById(address);
-  return named && named.classList.contains("view") ? named : views[0];
+/** The view of an address, and the element in it that the address is of, if it is not the view's own. */
+function viewOf(path) {
+  const kind = path.split("/")[0];
+  if (["test", "tests", "code", "plans"].includes(kind)) return [document.getElementById(kind), null];
+  const named = document.getElementById(path), view = named && named.closest(".view");
+  return view ? [view, view === named ? null : named] : [views[0], null];
 }
 
-function show() {
-  const address = location.hash.slice(1), view = viewOf(address);
-  for (const each of views) each.hidden = each !== view;
-  for (const link of document.querySelectorAll("nav a")) {
-    const mine = link.hash.slice(1) === (view.classList.contains("requirement") ? "requirements" : view.id);
-    if (mine) link.setAttribute("aria-current", "page");
+/** Marks the links of the navigation that lead to this view, and shows what is listed beside it. */
+function markLinks(view) {
+  const mine = view.classList.contains("requirement") ? "requirements" : view.id === "test" ? "tests" : view.id;
+  const within = [...document.querySelectorAll("nav.within")];
+  const leads = (link) => link.hash.slice(1) === mine;
+  const around = within.find((nav) => [...nav.querySelectorAll("a")].some(leads));
+  for (const nav of within) nav.hidden = nav !== around;
+  for (const link of document.querySelectorAll("header nav a")) {
+    const inTop = !link.closest(".within"), area = link.hash.slice(1);
+    if (leads(link)) link.setAttribute("aria-current", "page");
+    else if (inTop && around && around.dataset.of === area) link.setAttribute("aria-current", "true");
     else link.removeAttribute("aria-current");
-    if (mine) link.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
-  const rest = address.split("/").slice(1);
-  if (view.id === "tests") showTests(rest);
-  else if (view.id === "test") testPage(view, rest[0]);
-  else if (!opened.has(view)) {
+}
+
+function headingOf(view) {
+  return view.querySelector("h2") || view;
+}
+
+/** Moves the keyboard's place to what is shown now: to the link that was followed before, else to the view's heading. */
+function focusView(view, left) {
+  const link = left && [...view.querySelectorAll("a")].find((each) => each.hash === left && each.checkVisibility());
+  const target = link || headingOf(view);
+  if (!link) target.tabIndex = -1;
+  target.focus({ preventScroll: true });
+}
+
+function nameOf(view) {
+  const heading = headingOf(view).cloneNode(true);
+  for (const aside of heading.querySelectorAll(".small, .badge")) aside.remove();
+  return heading.textContent.trim();
+}
+
+/** Shows what a view has of an address; a promise where that has to be loaded. */
+function fill(view, { parts, filters }) {
+  const rest = parts.slice(1);
+  if (view.id === "tests") return showTests(rest, filters);
+  if (view.id === "test") return testPage(view, rest[0]);
+  if (view.id === "requirements") showRequirements(filters);
+  if (!opened.has(view)) {
     opened.add(view);
     const open = view.classList.contains("requirement") ? requirementPage : PAGES[view.id];
     if (open) open(view);
   }
-  scrollTo(0, 0);
-  if (view.id in showSources) showSources[view.id](rest.join("/"));
+  return undefined;
+}
+
+async function show(event) {
+  const address = addressed(), [view, part] = viewOf(address.path), left = places.at;
+  places.at = location.hash;
+  for (const each of views) each.hidden = each !== view;
+  markLinks(view);
+  const filled = fill(view, address);
+  document.title = nameOf(view) + " · " + TITLE;
+  const isBack = backAtPlace();
+  if (!isBack) scrollTo(0, 0);
+  if (event) focusView(view, isBack && left);
+  if (filled) await filled;
+  if (places.at !== location.hash || location.hash.slice(1).split("?")[0] !== address.path) return;
+  document.title = nameOf(view) + " · " + TITLE;
+  if (isBack) requestAnimationFrame(backAtPlace);
+  else if (part) {
+    for (let at = part.closest("details"); at; at = at.parentElement.closest("details")) at.open = true;
+    part.scrollIntoView();
+  } else if (view.id in showSources) showSources[view.id](address.parts.slice(1).join("/"));
 }
 
 function chooseTheme(scheme) {
@@ -49,8 +98,19 @@ function startTheme() {
   });
 }
 
+function startSkipping() {
+  document.querySelector(".skip").addEventListener("click", (event) => {
+    event.preventDefault();
+    const view = views.find((each) => !each.hidden);
+    focusView(view, null);
+    headingOf(view).scrollIntoView();
+  });
+}
+
 document.querySelectorAll("table.sortable").forEach(makeSortable);
 startTheme();
+startSkipping();
+watchPlaces();
 addEventListener("hashchange", show);
 document.documentElement.dataset.ready = "";
 show();

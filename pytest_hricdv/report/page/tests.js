@@ -71,12 +71,13 @@ function testsPage(place) {
   const table = new Table(testColumns(), TESTS);
   let filter = { kept: () => true };
   const refresh = () => { table.page = 0; table.draw(); };
+  const changed = () => { keepFilters({ q: search.value, outcome: outcome.value, suite: suite.value }); refresh(); };
   const search = h("input", {
-    type: "search", placeholder: "Search ids, beliefs, " + DATA.outcomeLabel, "aria-label": "Search tests", oninput: refresh,
+    type: "search", placeholder: "Search ids, beliefs, " + DATA.outcomeLabel, "aria-label": "Search tests", oninput: changed,
   });
   const present = [...new Set(TESTS.map((test) => test.outcome))].sort();
-  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), refresh);
-  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), refresh);
+  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), changed);
+  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), changed);
   suite.hidden = DATA.suites.length < 2;
   const description = h("span", {});
   const notice = h("p", { class: "notice mild", hidden: true }, description, " ", h("a", { href: "#tests" }, "show all"));
@@ -85,7 +86,10 @@ function testsPage(place) {
     (!outcome.value || test.outcome === outcome.value) &&
     (!suite.value || test.suite === Number(suite.value)) && filter.kept(test);
   place.append(h("div", { class: "filter", role: "search" }, search, outcome, suite), notice, table.element);
-  return ([kind, ...numbers]) => {
+  return ([kind, ...numbers], filters) => {
+    search.value = filters.get("q") || "";
+    outcome.value = filters.get("outcome") || "";
+    suite.value = filters.get("suite") || "";
     filter = kind in FILTERS ? FILTERS[kind](numbers.map(Number)) : { kept: () => true };
     notice.hidden = !filter.text;
     description.textContent = filter.text ? "Tests " + visible(filter.text) + "." : "";

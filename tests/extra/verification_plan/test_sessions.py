@@ -91,12 +91,13 @@ def test_a_merged_report_has_the_plan_over_all_sessions(lamps: pytest.Pytester) 
     assert report(lamps.path)["plan"] == whole
 
 
-def test_the_page_begins_with_it(lamps: pytest.Pytester) -> None:
+def test_the_page_has_it_beside_the_requirements_and_its_state_in_the_summary(lamps: pytest.Pytester) -> None:
     write(lamps)
     lamps.runpytest_inprocess(*SUITE)
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
-    assert page.index('id="plan"') < page.index('id="summary"')
-    assert page.index('href="#plan"') < page.index('href="#summary"')
+    summary = page.partition('<section class="view" id="summary">')[2].partition("</section>")[0]
+    assert '<a href="#plan">Plan: 3 of 5 goals met (Lamps)</a>' in summary
+    assert page.index('href="#requirements"') < page.index('href="#plan"')
     assert "Wishes come true" in page
 
 

@@ -1,0 +1,150 @@
+"""The page in a browser: how one gets from view to view, and back, with a mouse and with a keyboard."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.report import sample, sample_sections, sample_tests
+from tests.report.watched import Watched, listed
+
+FOCUSED = "() => document.activeElement.textContent.trim()"
+
+
+def with_parts(tests: int = 30) -> dict[str, Any]:
+    """A report with a plan, causes and mutants."""
+    report = sample.data(tests=tests)
+    for test, name in zip(report["tests"], ("rl-one", "rl-two"), strict=False):
+        test["id"] = name
+    report |= {"mutation": sample_sections.MUTATION, "plan": sample_sections.PLAN, "causes": sample_sections.CAUSES}
+    return report
+
+
+@pytest.mark.slow
+def test_each_view_has_a_title_and_the_keyboards_place_is_its_heading(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(with_parts(), tmp_path)
+    first = page.title()
+    assert first.endswith(" · table-assembly: pytest-hricdv report")
+    titles = {first}
+    links = page.evaluate("() => [...document.querySelectorAll('header nav a')].map((link) => link.hash.slice(1))")
+    views = [view for view in dict.fromkeys(links) if view != "summary"]
+    for view in [*views, "requirement/R3"]:
+        watched.show(view)
+        heading = page.locator(".view:not([hidden]) h2").first
+        assert heading.evaluate("heading => heading === document.activeElement")
+        titles.add(page.title())
+    assert len(titles) == len(views) + 2
+    assert "R3 The robot shall not close its hand when the human hand is too close · table-assembly" in page.title()
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_back_leads_to_the_place_that_was_left(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=90)
+    page = watched.open(report, tmp_path, "tests")
+    link = page.locator("#tests td a").nth(60)
+    link.scroll_into_view_if_needed()
+    name, left = link.inner_text(), page.evaluate("scrollY")
+    assert left > 500
+    link.click()
+    page.wait_for_selector("#test .timeline svg")
+    page.wait_for_function("() => scrollY === 0")
+    page.go_back()
+    page.wait_for_function("left => Math.abs(scrollY - left) < 3", arg=left)
+    page.wait_for_function("name => document.activeElement.textContent === name", arg=name)
+    page.go_forward()
+    page.wait_for_function("() => scrollY === 0")
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_the_first_key_skips_the_navigation(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(with_parts(), tmp_path, "closure")
+    page.goto("about:blank")
+    page.goto(f"file://{tmp_path}/index.html")  # with a view in the address, a browser begins there
+    page.keyboard.press("Tab")
+    assert page.evaluate(FOCUSED) == "Skip to the view"
+    page.keyboard.press("Enter")
+    assert page.locator("#summary h2").first.evaluate("heading => heading === document.activeElement")
+    assert page.evaluate("location.hash") == ""
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_what_is_listed_beside_a_view_is_shown_with_it(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(with_parts(), tmp_path, "plans")
+    current = "() => [...document.querySelectorAll('header nav a[aria-current]')].map((link) => link.textContent)"
+    assert page.evaluate(current) == ["Coverage", "Plans"]
+    assert page.locator("nav.within:visible a").all_inner_texts() == [
+        *("Closure", "Code", "Plans", "Cross products", "Growth")
+    ]
+    watched.show("requirement/R1")
+    assert page.evaluate(current) == ["Requirements", "Requirements"]
+    watched.show("mutants")
+    assert page.evaluate(current) == ["Mutants"]
+    assert page.locator("nav.within:visible").count() == 0
+
+
+@pytest.mark.slow
+def test_requirements_are_searched_and_the_address_keeps_it(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=30)
+    for number in range(60):
+        name = f"S{number}"
+        report["requirements"][name] = {"title": f"Rule {number}", "source": "", "text": "", "group": "speed"}
+        for test in report["tests"]:
+            test["requirements"][name] = sample_tests.requirement_result("NC" if number == 7 else "Passed", 1.0)
+    page = watched.open(report, tmp_path, "requirements")
+    rows = page.locator("#requirements tr[data-state]:visible td:first-child a")
+    assert rows.count() == 64
+    page.get_by_label("Search requirements").fill("RULE S1")
+    assert rows.all_inner_texts() == ["S1", *(f"S{number}" for number in range(10, 20))]
+    assert page.locator("#requirements [data-shown]").inner_text() == "11 of 64"
+    page.get_by_label("Search requirements").fill("")
+    page.get_by_label("State").select_option("not checked")
+    assert rows.all_inner_texts() == ["S7"]
+    assert page.evaluate("location.hash") == "#requirements?state=not+checked"
+    rows.first.click()
+    page.wait_for_selector("[id='requirement/S7']:not([hidden])")
+    page.go_back()
+    page.wait_for_selector("#requirements:not([hidden])")
+    assert rows.all_inner_texts() == ["S7"]
+    watched.show("summary")
+    page.locator("#summary a.badge", has_text="1 not checked").click()
+    page.wait_for_selector("#requirements:not([hidden])")
+    assert rows.all_inner_texts() == ["S7"]
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_filters_of_tests_are_in_the_address(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(("by-hand", "rl"), 30)
+    page = watched.open(report, tmp_path, "tests")
+    page.get_by_label("Search tests").fill("leg4")
+    page.locator("#tests").get_by_label("Suite").select_option("rl")
+    wanted = [test["id"] for test in report["tests"] if test["id"].startswith("rl-leg4")]
+    listed(page).to_have_text(wanted)
+    address = page.url
+    page.goto("about:blank")
+    page.goto(address)
+    listed(page).to_have_text(wanted)
+    assert page.get_by_label("Search tests").input_value() == "leg4"
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_a_cause_leads_to_its_test_and_its_line(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(with_parts(), tmp_path)
+    cause = page.locator("#summary .cause").first
+    assert "<b>without</b> the disturbance it passes" in cause.inner_text()
+    cause.locator("a", has_text="Cause 1").click()
+    page.wait_for_selector("#causes:not([hidden])")
+    page.wait_for_function(
+        "() => Math.abs(document.getElementById('cause-3f2a91bc').getBoundingClientRect().top - 104) < 60"
+    )
+    page.go_back()
+    page.wait_for_selector("#summary:not([hidden])")
+    cause.locator("a", has_text="controller/states.py:42").click()
+    page.wait_for_selector("#code details[open]")
+    watched.assert_quiet()
