@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import cos, hypot, pi, sin
 
 from carebot.flatmap import HULL_M, FlatMap
@@ -44,15 +45,23 @@ class Seen:
         return hypot(self.ahead_m, self.left_m)
 
 
+@cache
+def _rays(count: int) -> tuple[tuple[float, float], ...]:
+    """Cosine and sine of the bearing of each ray that is looked at, of a scan of so many."""
+    step_rad = THINNED * 2 * pi / count
+    bearings = (number * step_rad - pi for number in range(len(range(0, count, THINNED))))
+    return tuple((cos(bearing), sin(bearing)) for bearing in bearings)
+
+
 def unknown(scan: Scan, pose: Pose, flat: FlatMap, within_m: float) -> list[Seen]:
     """What is seen within so many metres and is not in the map."""
-    seen, step_rad = [], THINNED * 2 * pi / len(scan.ranges)
-    for number, range_m in enumerate(scan.ranges[::THINNED]):
+    seen = []
+    turned_cos, turned_sin = cos(pose.heading), sin(pose.heading)
+    for range_m, (ray_cos, ray_sin) in zip(scan.ranges[::THINNED], _rays(len(scan.ranges)), strict=True):
         if range_m < within_m:
-            bearing = number * step_rad - pi
-            ahead_m, left_m = range_m * cos(bearing), range_m * sin(bearing)
-            x = pose.x + ahead_m * cos(pose.heading) - left_m * sin(pose.heading)
-            y = pose.y + ahead_m * sin(pose.heading) + left_m * cos(pose.heading)
+            ahead_m, left_m = range_m * ray_cos, range_m * ray_sin
+            x = pose.x + ahead_m * turned_cos - left_m * turned_sin
+            y = pose.y + ahead_m * turned_sin + left_m * turned_cos
             if not flat.explains(x, y):
                 seen.append(Seen(ahead_m, left_m, x, y))
     return seen

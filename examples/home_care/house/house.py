@@ -115,6 +115,8 @@ class House:
         self._us = kernel.now_us
         self._recorded: dict[str, float | bool | str] = {}
         self._recorded_at: Point | None = None
+        self._recorded_gaps: tuple[object, ...] = ()
+        self._recorded_rest: tuple[object, ...] = ()
         self._watches: list[tuple[Callable[[], bool], Node]] = []
         self.observe()
 
@@ -241,8 +243,7 @@ class House:
         self.gripper.step(duration_s, self.base.at)
 
     def _record(self) -> None:
-        base, person, dog = self.base, self.person, self.dog
-        at = base.at
+        base, at = self.base, self.base.at
         if at is not self._recorded_at:  # most often neither has moved
             self._recorded_at = at
             self._signal("x", round(at[0], DIGITS))
@@ -253,17 +254,35 @@ class House:
         self._signal("heading", round(base.heading_rad, DIGITS))
         self._signal("speed", round(base.speed_m_s, DIGITS))
         self._signal("turning", round(base.turning_rad_s, DIGITS))
-        self._signal("distance_to_person", _shown(person.gap_to(at, base.radius_m).width_m))
-        self._signal("distance_to_dog", _shown(dog.gap_to(at, base.radius_m).width_m))
-        self._signal("contact", self.contact.with_what)
-        self._signal("contact_force", round(self.contact.force_n, 1))
-        self._signal("food_held", self.gripper.holds)
-        self._signal("food_dropped", self.gripper.dropped)
-        self._signal("gripper_opening", round(self.gripper.opening, DIGITS))
-        self._signal("battery", self.battery.shown(self._us))
-        self._signal("person_walking", person.walking)
-        self._signal("person_seated", person.seated)
-        self._signal("dog_moving", dog.velocity != (0.0, 0.0))
+        self._record_gaps()
+        self._record_rest()
+
+    def _record_gaps(self) -> None:
+        at, radius_m, person, dog = self.base.at, self.base.radius_m, self.person, self.dog
+        places = (at, person.at, dog.at, dog.heading_rad)
+        if places != self._recorded_gaps:
+            self._recorded_gaps = places
+            self._signal("distance_to_person", _shown(person.gap_to(at, radius_m).width_m))
+            self._signal("distance_to_dog", _shown(dog.gap_to(at, radius_m).width_m))
+
+    def _record_rest(self) -> None:
+        """What seldom changes: looked at one by one only where something has."""
+        gripper, person = self.gripper, self.person
+        rest = (
+            ("contact", self.contact.with_what),
+            ("contact_force", round(self.contact.force_n, 1)),
+            ("food_held", gripper.holds),
+            ("food_dropped", gripper.dropped),
+            ("gripper_opening", round(gripper.opening, DIGITS)),
+            ("battery", self.battery.shown(self._us)),
+            ("person_walking", person.walking),
+            ("person_seated", person.seated),
+            ("dog_moving", self.dog.velocity != (0.0, 0.0)),
+        )
+        if rest != self._recorded_rest:
+            self._recorded_rest = rest
+            for name, value in rest:
+                self._signal(name, value)
 
     def _signal(self, name: str, value: float | bool | str) -> None:
         if self._recorded.get(name) != value:

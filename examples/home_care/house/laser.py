@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -75,10 +76,10 @@ class Laser:
 class _Boxes:
     """Boxes with sides along the axes, for rays. It keeps its memory: to ask for it takes longer than to compute."""
 
-    def __init__(self, boxes: Sequence[Box], rays: int = RAYS) -> None:
+    def __init__(self, boxes: Sequence[Box]) -> None:
         sides = np.array([(box.x1, box.y1, box.x2, box.y2) for box in boxes], dtype=np.float32)
         self._x1, self._y1, self._x2, self._y2 = (sides[:, side, None].copy() for side in range(4))
-        shape = (len(boxes), rays)
+        shape = (len(boxes), RAYS)
         self._enter, self._leave, self._one, self._other = (np.empty(shape, np.float32) for _ in range(4))
         self._missed = np.empty(shape, np.bool_)
 
@@ -87,7 +88,9 @@ class _Boxes:
         x, y = np.float32(at[0]), np.float32(at[1])
         per_x = np.float32(1.0) / np.where(np.abs(dx) < _TINY, _TINY, dx)
         per_y = np.float32(1.0) / np.where(np.abs(dy) < _TINY, _TINY, dy)
-        enter, leave, one, other, missed = self._enter, self._leave, self._one, self._other, self._missed
+        rays = dx.size  # views: not each call has all
+        enter, leave, one, other = (held[:, :rays] for held in (self._enter, self._leave, self._one, self._other))
+        missed = self._missed[:, :rays]
         np.multiply(self._x1 - x, per_x, out=one)
         np.multiply(self._x2 - x, per_x, out=other)
         np.minimum(one, other, out=enter)
@@ -104,6 +107,12 @@ class _Boxes:
 
 
 _FLAT = _Boxes(BOXES)
+
+
+@cache
+def _around_zero(size: Point) -> _Boxes:
+    """A box of this size about the origin, along the axes."""
+    return _Boxes((box_around((0.0, 0.0), size),))
 
 
 def distances(at: Point, heading_rad: float, discs: Sequence[Disc], boxes: Sequence[TurnedBox]) -> Many:
@@ -149,6 +158,6 @@ def _to_turned_box(at: Point, dx: Many, dy: Many, box: TurnedBox) -> Many:
     from_x, from_y = at[0] - box.middle[0], at[1] - box.middle[1]
     place = (cos * from_x + sin * from_y, cos * from_y - sin * from_x)
     single_cos, single_sin = np.float32(cos), np.float32(sin)
-    return _Boxes((box_around((0.0, 0.0), box.size),), dx.size).nearest(
+    return _around_zero(box.size).nearest(
         place, single_cos * dx + single_sin * dy, single_cos * dy - single_sin * dx
     )
