@@ -89,10 +89,9 @@ class Observer:
         place = DRIVING.get(self._state)
         if place is None:
             return True
-        return all(
-            bool(route(self._house.base.at, PLACES[place], HULL_M + MARGIN_M, Around(who.at, HULL_M + radius + ROOM_M)))
-            for who, radius in ((self._house.person, PERSON_RADIUS_M), (self._house.dog, DOG_RADIUS_M))
-        )
+        others = ((self._house.person, PERSON_RADIUS_M), (self._house.dog, DOG_RADIUS_M))
+        around = (Around(who.at, HULL_M + radius_m + ROOM_M) for who, radius_m in others)
+        return bool(route(self._house.base.at, PLACES[place], HULL_M + MARGIN_M, *around))
 
     def _record(self, name: str, value: bool | float) -> None:
         if self._recorded.get(name) != value:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -27,27 +27,35 @@ class Around(NamedTuple):
     keeps_m: float
 
 
-def route(start: Point, end: Point, clearance_m: float, around: Around | None = None) -> tuple[Point, ...]:
+def route(start: Point, end: Point, clearance_m: float, *around: Around) -> tuple[Point, ...]:
     """The corners of the shortest way, without its start and with its end; empty where there is none.
 
     Args:
         start: where it begins. Who stands nearer to something than allowed goes no nearer.
         end: where it is to end.
         clearance_m: radius of who goes.
-        around: what else is in the way, such as the robot.
+        around: what else is in the way, such as the robot; all at once.
     """
     blocked = _blocked(clearance_m)
     if any(box.contains(end) for box in blocked):
         return ()
-    if around is not None and math.dist(end, around.middle) < around.keeps_m:
+    if any(math.dist(end, other.middle) < other.keeps_m for other in around):
         return ()
-    ring: list[Point] = []
-    if around is not None:
-        far_m = (around.keeps_m + SPARE_M) / math.cos(math.pi / 8.0)
-        points = [(around.middle[0] + far_m * x, around.middle[1] + far_m * y) for x, y in _EIGHTH]
-        ring = [point for point in points if not any(box.contains(point) for box in blocked)]
-        around = Around(around.middle, min(around.keeps_m, math.dist(start, around.middle) - 1e-6))
-    return _Search(start, end, ring, clearance_m, around).shortest()
+    ring = [point for other in around for point in _ring(other, around, blocked)]
+    nearer = tuple(
+        Around(other.middle, min(other.keeps_m, math.dist(start, other.middle) - 1e-6)) for other in around
+    )
+    return _Search(start, end, ring, clearance_m, nearer).shortest()
+
+
+def _ring(other: Around, around: Sequence[Around], blocked: Sequence[Box]) -> Iterator[Point]:
+    """Where ways may bend about something: points around it at which nothing is."""
+    far_m = (other.keeps_m + SPARE_M) / math.cos(math.pi / 8.0)
+    for x, y in _EIGHTH:
+        point = other.middle[0] + far_m * x, other.middle[1] + far_m * y
+        is_near = any(math.dist(point, third.middle) < third.keeps_m for third in around)
+        if not is_near and not any(box.contains(point) for box in blocked):
+            yield point
 
 
 @cache
@@ -85,7 +93,7 @@ class _Search:
     """Dijkstra's algorithm. Points are corners of the flat, then the start, the end, and the ring around something."""
 
     def __init__(
-        self, start: Point, end: Point, ring: Sequence[Point], clearance_m: float, around: Around | None
+        self, start: Point, end: Point, ring: Sequence[Point], clearance_m: float, around: Sequence[Around]
     ) -> None:
         corners = _corners(clearance_m)
         self._points = (*corners, start, end, *ring)
@@ -120,7 +128,7 @@ class _Search:
 
     def _is_free(self, here: int, there: int) -> bool:
         start, end = self._points[here], self._points[there]
-        if self._around is not None and distance_to_segment(self._around.middle, start, end) < self._around.keeps_m:
+        if any(distance_to_segment(other.middle, start, end) < other.keeps_m for other in self._around):
             return False
         if here < self._start and there < self._start:
             return True  # seen, as it is a candidate

@@ -145,18 +145,28 @@ def test_noise_is_as_declared_and_what_is_out_of_range_is_infinite() -> None:
     st.booleans(),
 )
 def test_ways_keep_their_distance(start: Point, end: Point, robot: Point, is_there: bool) -> None:
-    around = Around(robot, 0.6) if is_there else None
-    way = route(start, end, PERSON_RADIUS_M, around)
+    around = (Around(robot, 0.6),) if is_there else ()
+    way = route(start, end, PERSON_RADIUS_M, *around)
     if not is_there:
         assert way
     for first, second in pairwise((start, *way)):
         for box in BOXES:
             # Boxes are grown at their sides, so corners may be passed as near as this.
             assert not box.grown(PERSON_RADIUS_M / math.sqrt(2.0) - 1e-6).crosses(first, second)
-        if around is not None:
+        if is_there:
             keeps_m = min(0.6, math.dist(start, robot))
             assert distance_to_segment(robot, first, second) > keeps_m - 1e-5
     assert not way or way[-1] == end
+
+
+def test_two_may_close_together_what_each_alone_leaves_open() -> None:
+    start, end, clearance_m = (-1.0, 0.5), (-1.0, -2.5), 0.32
+    # The opening between the dividing walls is 3.3 m wide: each leaves one half of it.
+    left, right = Around((-1.9, -0.9), 0.9), Around((-0.1, -0.9), 0.9)
+    assert route(start, end, clearance_m, left)
+    assert route(start, end, clearance_m, right)
+    assert route(start, end, clearance_m, left, right) == ()
+    assert route(start, end, clearance_m, left._replace(keeps_m=0.6), right._replace(keeps_m=0.6))
 
 
 def test_there_are_ways_between_all_places() -> None:
