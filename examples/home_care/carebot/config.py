@@ -68,6 +68,8 @@ class Config:
         gripper_limit_s: for closing and for opening (published: 2.5 s and 3 s, each with a limit of 3 s).
         gripper_period_s: how often it looks how far the gripper is (chosen: a tenth of its way).
         queue: so many orders may wait (chosen).
+        order_limit_s: so long after it was accepted an order is carried out, or given up (chosen: longer than five
+            orders take one after the other where nobody is in the way).
         battery_low: below, it is charged before the next order (chosen).
         battery_enough: so far (chosen).
         faults: what it does wrong.
@@ -85,6 +87,7 @@ class Config:
     gripper_limit_s: float = 4.0
     gripper_period_s: float = 0.25
     queue: int = 5
+    order_limit_s: float = 840.0
     battery_low: float = 0.2
     battery_enough: float = 0.22
     faults: Faults = Faults()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from dataclasses import dataclass
 
 from carebot.bus import Bus
 from carebot.config import Config
@@ -14,6 +15,18 @@ UNKNOWN, FULL, ENDING = "I cannot do that", "too many orders", "there were to be
 """Why an order is refused."""
 
 
+LATE = "it has taken too long"
+"""Why an order is given up that was accepted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Waiting:
+    """An order that waits, and when it has to be done, or given up, by the loop's time (s)."""
+
+    kind: str
+    due_s: float
+
+
 class OrderDesk:
     """Takes orders in while others are carried out."""
 
@@ -21,7 +34,7 @@ class OrderDesk:
         self._bus = bus
         self._config = config
         self._inbox = bus.subscribe(Order)
-        self._waiting: deque[str] = deque()
+        self._waiting: deque[Waiting] = deque()
         self._some = asyncio.Event()
         self.busy = False
         """Whether an order is carried out now."""
@@ -40,7 +53,7 @@ class OrderDesk:
         """Wait until an order waits."""
         await self._some.wait()
 
-    def take(self) -> str:
+    def take(self) -> Waiting:
         """The order that has waited for the longest time. Raises IndexError where there is none."""
         order = self._waiting.popleft()
         if not self._waiting:
@@ -61,10 +74,23 @@ class OrderDesk:
             return ""
         if order not in TASKS:
             return UNKNOWN
-        if ENDED in self._waiting:
+        if any(waiting.kind == ENDED for waiting in self._waiting):
             return ENDING
         return FULL if len(self._waiting) >= self._config.queue else ""
 
-    def _keep(self, order: str) -> None:
+    def _keep(self, kind: str) -> None:
+        loop = asyncio.get_running_loop()
+        order = Waiting(kind, loop.time() + self._config.order_limit_s)
         self._waiting.append(order)
         self._some.set()
+        if kind != ENDED:
+            loop.call_at(order.due_s, self._give_up, order)
+
+    def _give_up(self, order: Waiting) -> None:
+        """Its time is over: where it still waits, it is not carried out any more."""
+        if order not in self._waiting:
+            return
+        self._waiting.remove(order)
+        if not self._waiting:
+            self._some.clear()
+        self._bus.publish(Refused(order.kind, LATE))

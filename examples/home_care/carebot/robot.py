@@ -12,7 +12,7 @@ from carebot.driving import ARRIVED_M, BlockedError, Driver
 from carebot.flatmap import CHARGER, PLACES, FlatMap
 from carebot.hand import GripperError, Hand
 from carebot.messages import Completed, Docked, Idle, Refused, State
-from carebot.orders import OrderDesk
+from carebot.orders import LATE, OrderDesk, Waiting
 from carebot.ports import Base, Battery, Gripper
 from carebot.tasks import CHARGING, DRIVING, DROP, ENDED, GRAB, HOME, OFF, PUT_DOWN_AT, READY, TASKS
 
@@ -48,13 +48,13 @@ class Carebot:
         self._enter(READY)
         answering = asyncio.create_task(self._desk.serve())
         try:
-            while (order := await self._following()) != ENDED:
+            while (order := await self._following()).kind != ENDED:
                 await self._serve(order)
         finally:
             answering.cancel()
         self._enter(OFF)
 
-    async def _following(self) -> str:
+    async def _following(self) -> Waiting:
         """The next order. Without one for a while the robot is idle, and goes to its charger."""
         while not await self._is_ordered_in_time():
             self._bus.publish(Idle())
@@ -70,7 +70,7 @@ class Carebot:
             return False
         return True
 
-    async def _serve(self, order: str) -> None:
+    async def _serve(self, order: Waiting) -> None:
         self._desk.busy = self._has_served = True
         await self._carry_out(order)
         if not self._hand.is_empty:
@@ -93,14 +93,17 @@ class Carebot:
             await doing  # what it raised
         self._enter(READY)
 
-    async def _carry_out(self, order: str) -> None:
+    async def _carry_out(self, order: Waiting) -> None:
         try:
-            for state in TASKS[order]:
-                await self._do(state)
+            async with asyncio.timeout_at(order.due_s):
+                for state in TASKS[order.kind]:
+                    await self._do(state)
         except PROBLEMS as problem:
-            self._bus.publish(Refused(order, str(problem)))
+            self._bus.publish(Refused(order.kind, str(problem)))
+        except TimeoutError:
+            self._bus.publish(Refused(order.kind, LATE))
         else:
-            self._bus.publish(Completed(order))
+            self._bus.publish(Completed(order.kind))
         self._enter(READY)
 
     async def _do(self, state: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 from carebot.bus import Bus
 from carebot.config import SWITCHES, Config, Faults, faults
 from carebot.messages import Accepted, Order, Refused
-from carebot.orders import ENDING, FULL, UNKNOWN, OrderDesk
+from carebot.orders import ENDING, FULL, LATE, UNKNOWN, OrderDesk
 
 Use = Callable[[OrderDesk, Callable[[str], Awaitable[None]]], Awaitable[None]]
 
@@ -44,7 +44,7 @@ def test_orders_wait_in_their_order() -> None:
         for kind in ("feed", "sink", "feed"):
             await order(kind)
         while desk.has_some:
-            taken.append(desk.take())
+            taken.append(desk.take().kind)
 
     assert answers(use) == [Accepted("feed"), Accepted("sink"), Accepted("feed")]
     assert taken == ["feed", "sink", "feed"]
@@ -71,6 +71,18 @@ def test_so_is_an_order_too_many_and_one_after_the_last_one_but_never_the_end() 
         Accepted("ended"),
         Refused("clean", ENDING),
     ]
+
+
+def test_an_order_that_has_waited_too_long_is_given_up_but_never_the_end() -> None:
+    async def use(desk: OrderDesk, order: Callable[[str], Awaitable[None]]) -> None:
+        await order("sink")
+        await order("ended")
+        await order("feed")
+        assert desk.take().kind == "ended"
+        assert not desk.has_some
+
+    said = answers(use, Config(order_limit_s=0.0))
+    assert said == [Accepted("sink"), Refused("sink", LATE), Accepted("ended"), Refused("feed", ENDING)]
 
 
 def test_the_published_fault_loses_an_order_without_a_word_while_it_is_busy() -> None:
