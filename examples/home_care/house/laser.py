@@ -158,6 +158,4 @@ def _to_turned_box(at: Point, dx: Many, dy: Many, box: TurnedBox) -> Many:
     from_x, from_y = at[0] - box.middle[0], at[1] - box.middle[1]
     place = (cos * from_x + sin * from_y, cos * from_y - sin * from_x)
     single_cos, single_sin = np.float32(cos), np.float32(sin)
-    return _around_zero(box.size).nearest(
-        place, single_cos * dx + single_sin * dy, single_cos * dy - single_sin * dx
-    )
+    return _around_zero(box.size).nearest(place, single_cos * dx + single_sin * dy, single_cos * dy - single_sin * dx)

@@ -42,9 +42,7 @@ def route(start: Point, end: Point, clearance_m: float, *around: Around) -> tupl
     if any(math.dist(end, other.middle) < other.keeps_m for other in around):
         return ()
     ring = [point for other in around for point in _ring(other, around, blocked)]
-    nearer = tuple(
-        Around(other.middle, min(other.keeps_m, math.dist(start, other.middle) - 1e-6)) for other in around
-    )
+    nearer = tuple(Around(other.middle, min(other.keeps_m, math.dist(start, other.middle) - 1e-6)) for other in around)
     return _Search(start, end, ring, clearance_m, nearer).shortest()
 
 
