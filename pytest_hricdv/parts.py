@@ -24,6 +24,7 @@ PARTS = MappingProxyType(
     {
         "mutation": ("part", "records", "view"),
         "engines": ("part", "records", "view"),
+        "draft": (),  # commands of `python -m pytest_hricdv` only
         "closing": ("part", "records", "merging", "view"),
         "campaign": ("records", "view"),
         "verification_plan": ("part", "records", "merging", "view"),

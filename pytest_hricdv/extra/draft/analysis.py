@@ -1,0 +1,195 @@
+"""The analysis of a package: all that is found in its source, without importing it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.effects import problems
+from pytest_hricdv.extra.draft.entry import EntryFinder
+from pytest_hricdv.extra.draft.findings import (
+    Entry,
+    Findings,
+    FoundValue,
+    Machine,
+    Message,
+    MessageField,
+    Question,
+    State,
+)
+from pytest_hricdv.extra.draft.machines import LibraryMachines
+from pytest_hricdv.extra.draft.messages import MessageFinder
+from pytest_hricdv.extra.draft.sources import find
+from pytest_hricdv.extra.draft.state_walk import written_machines
+from pytest_hricdv.extra.draft.tables import table_machines
+from pytest_hricdv.extra.draft.value_flow import ValueFlow
+from pytest_hricdv.extra.draft.waits import constants, parameters, virtual, waits
+
+TOLD = ("state", "mode", "phase", "status", "name")
+"""Fields of these names tell a state, in a message whose name says so, also where no machine was found."""
+
+SHARED = 0.5
+"""Of the values of a field, so many have to be states for it to tell them (chosen)."""
+
+
+def analyse(package: str, start: Path | None = None) -> Findings:
+    """Read the code of a package, and find what a testbench needs. Nothing is imported or run.
+
+    Args:
+        package: `PACKAGE` or `PACKAGE:FUNCTION`: a name that can be imported from `start`, or a path.
+        start: the folder where it is looked for; None for the working folder.
+
+    Raises:
+        DraftError: there is no such package or function, or no source.
+    """
+    name, _, entry_name = package.partition(":")
+    sources = find(name, (start or Path.cwd()).resolve())
+    flow = ValueFlow(sources)
+    messages = MessageFinder(sources, flow).messages()
+    machines = (
+        *LibraryMachines(sources, flow).machines(),
+        *table_machines(sources, flow),
+        *written_machines(sources, flow),
+    )
+    machines = _told(_unique(machines), messages, flow)
+    messages = _with_states(messages, machines)
+    entry = EntryFinder(sources, flow).entry(entry_name)
+    findings = Findings(
+        package=name,
+        root=str(sources.root),
+        code=sources.code,
+        messages=messages,
+        machines=machines,
+        waits=tuple(waits(sources, flow)),
+        virtual=virtual(sources),
+        constants=tuple(constants(sources)),
+        parameters=tuple(parameters(sources, flow)),
+        entry=entry,
+        problems=problems(sources, flow),
+    )
+    return replace(findings, questions=tuple(_questions(findings)))
+
+
+def _unique(machines: Sequence[Machine]) -> list[Machine]:
+    """Without machines that a table or a library has already: a variable holds what stands there."""
+    unique: list[Machine] = []
+    for machine in machines:
+        names = {state.name for state in machine.states}
+        if machine.kind not in ("enum", "text") or all({s.name for s in other.states} != names for other in unique):
+            unique.append(machine)
+    return unique
+
+
+def _told(machines: Sequence[Machine], messages: Sequence[Message], flow: ValueFlow) -> tuple[Machine, ...]:
+    """The machines, with the field in which the code tells each; that one first, and made of it where there is none."""
+    told: list[Machine] = []
+    for machine in machines:
+        names = {state.name for state in machine.states}
+        field = next((field for field, values in _text_fields(messages) if _is_of(values, names)), "")
+        field = field or _field_of(machine, messages, flow)
+        told.append(replace(machine, told=field))
+    if not any(machine.told for machine in told):
+        for message in messages:
+            for part in message.fields:
+                is_state = any(word in message.topic for word in TOLD[:4]) or part.name in TOLD[:3]
+                if message.direction != "heard" and part.kind == "str" and is_state and len(part.values) > 1:
+                    states = tuple(State(v.text, v.place, certainty=v.certainty) for v in part.values)
+                    told.append(
+                        Machine(message.name, "told", states, (), message.place, f"{message.topic}.{part.name}")
+                    )
+    return tuple(sorted(told, key=lambda machine: not machine.told))
+
+
+def _field_of(machine: Machine, messages: Sequence[Message], flow: ValueFlow) -> str:
+    """The field of a message that is made with the attribute that holds the state: `Status(self.state)`."""
+    owner, _, attribute = machine.held.rpartition(":")[2].rpartition(".")
+    if not attribute:
+        return ""
+    for message in messages:
+        names = [part.name for part in message.fields]
+        for call in flow.calls.get(message.name, ()) if message.direction != "heard" else ():
+            pairs = [*zip(names, call.node.args, strict=False), *((k.arg, k.value) for k in call.node.keywords)]
+            for name, value in pairs:
+                written = ast.unparse(value).split(".")
+                if attribute in written and len(written) > 1:
+                    own = call.scope.owner.name if call.scope is not None and call.scope.owner is not None else ""
+                    if own == owner or written[0] != "self" or len(written) > 2:
+                        return f"{message.topic}.{name}"
+    return ""
+
+
+def _with_states(messages: Sequence[Message], machines: Sequence[Machine]) -> tuple[Message, ...]:
+    """The messages, where one that tells states has all states as values."""
+    states = {machine.told: machine.states for machine in reversed(machines) if machine.told and machine.kind != "told"}
+
+    def with_states(message: Message, part: MessageField) -> MessageField:
+        missing = states.get(f"{message.topic}.{part.name}", ())
+        if part.by_type or not missing or part.kind not in ("str", ""):
+            return part
+        known = {value.text for value in part.values}
+        more = tuple(FoundValue(state.name, state.place) for state in missing if state.name not in known)
+        return replace(part, kind="str", values=part.values + more)
+
+    return tuple(
+        replace(message, fields=tuple(with_states(message, part) for part in message.fields)) for message in messages
+    )
+
+
+def _text_fields(messages: Sequence[Message]) -> Iterator[tuple[str, set[str]]]:
+    for message in messages:
+        if message.direction != "heard":
+            for part in message.fields:
+                if part.values:
+                    yield f"{message.topic}.{part.name}", {value.text for value in part.values}
+
+
+def _is_of(values: set[str], states: set[str]) -> bool:
+    shared = len(values & states)
+    return shared >= 2 and shared >= SHARED * max(len(values), len(states))
+
+
+def _questions(findings: Findings) -> Iterator[Question]:
+    if not findings.heard:
+        yield Question("Nothing was found that the code hears: what makes it act?", "messages", None)
+    if not findings.said:
+        yield Question("Nothing was found that the code says: how does one see what it does?", "messages", None)
+    for message in findings.messages:
+        for part in message.fields:
+            if part.kind == "str" and not part.values and message.direction != "said":
+                text = f"Which texts can `{message.topic}.{part.name}` have? None is compared with it"
+                yield Question(text, f"{message.topic}.{part.name}", part.place)
+            if part.kind == "float" and message.direction != "said":
+                yield Question(
+                    f"Between which numbers is `{message.topic}.{part.name}`?",
+                    f"{message.topic}.{part.name}",
+                    part.place,
+                )
+    if not findings.machines:
+        yield Question("No states were found: has the robot some, and where does it tell them?", "state", None)
+    for machine in findings.machines:
+        if not machine.told and not machine.held:
+            yield Question(f"Where does the code tell the states of `{machine.name}`?", "state", machine.place)
+        if not machine.transitions and machine.kind != "py_trees":
+            yield Question(f"Which state of `{machine.name}` follows which?", "transitions", machine.place)
+    yield from _entry_questions(findings.entry)
+
+
+def _entry_questions(entry: Entry | None) -> Iterator[Question]:
+    if entry is None:
+        yield Question(
+            "Nothing was found to call: which function runs the robot? Say --from PACKAGE:FUNCTION", "entry", None
+        )
+        return
+    if entry.certainty == "likely":
+        called = f"{entry.name}.{entry.method}" if entry.method else entry.name
+        yield Question(f"Is `{called}` what runs the robot? Else say --from PACKAGE:FUNCTION", "entry", entry.place)
+    for port in (*entry.ports, *entry.method_ports):
+        if port.role == "parameter" and not port.default:
+            yield Question(f"Between which values is the parameter `{port.name}`?", port.name, port.place)
+        elif port.role == "device":
+            for operation in port.operations:
+                if operation.returns and operation.returns != "None":
+                    text = f"What does `{port.name}.{operation.name}` say, and when?"
+                    yield Question(text, f"{port.name}.{operation.name}", operation.place)

@@ -1,0 +1,135 @@
+"""How the code waits, its numbers with units, and what can be set from outside."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+from pytest_hricdv.extra.draft.constants import UnknownValueError, evaluate
+from pytest_hricdv.extra.draft.findings import Constant, Parameter, Wait
+from pytest_hricdv.extra.draft.messages import form_of
+from pytest_hricdv.extra.draft.naming import unit_of
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.value_flow import ValueFlow
+
+VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "threading", "queue": "threading",
+           "concurrent": "threading", "asyncio": "asyncio"}  # fmt: skip
+"""Top-level module that the code imports -> the name under which a testbench simulates it."""
+
+SETTINGS = ("settings", "config", "configuration", "options", "parameters", "params")
+"""A dataclass with one of these in its name is one of settings."""
+
+
+def virtual(sources: Sources) -> tuple[str, ...]:
+    """What `Testbench.virtual` has to name."""
+    tops = {name.partition(".")[0] for name, _ in sources.outside}
+    return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
+
+
+def waits(sources: Sources, flow: ValueFlow) -> Iterator[Wait]:
+    """All calls that wait."""
+    for module, scope, node in flow.nodes:
+        if not isinstance(node, ast.Call):
+            continue
+        call = imported_name(module, node.func)
+        kind = _kind(call, node, module)
+        if kind:
+            bound = _bound(node, call)
+            seconds = _seconds(sources, flow, module, scope, bound)
+            yield Wait(kind, dotted_name(node.func) or "?", module.place(node), seconds, bound is not None)
+
+
+def _kind(call: str, node: ast.Call, module: Module) -> str:
+    last = call.rpartition(".")[2]
+    if call in ("time.sleep",):
+        return "time"
+    if call.startswith("asyncio.") and last in ("sleep", "wait", "wait_for", "timeout", "gather", "run"):
+        return "asyncio"
+    if call.startswith("rclpy.") and last.startswith("spin"):
+        return "rclpy"
+    if last in ("create_timer", "create_rate"):
+        return "rclpy"
+    if last == "sleep" and isinstance(node.func, ast.Attribute):
+        return "clock"
+    if last in ("wait", "join", "acquire", "get") and isinstance(node.func, ast.Attribute):
+        threaded = any(origin.partition(".")[0] in ("threading", "queue") for origin in module.imports.values())
+        has_number = bool(node.args) or any(keyword.arg in ("timeout", "timeout_s") for keyword in node.keywords)
+        if last == "get" and (not threaded or len(node.args) > 1 or _is_key(node)):
+            return ""
+        if last == "join" and node.args and not threaded:
+            return ""
+        if last in ("join", "acquire"):
+            return "threading" if threaded else ""
+        return "threading" if threaded and (last == "get" or not has_number) else "bus" if last == "wait" else ""
+    return ""
+
+
+def _is_key(node: ast.Call) -> bool:
+    return bool(node.args) and isinstance(node.args[0], ast.Constant) and isinstance(node.args[0].value, str)
+
+
+def _bound(node: ast.Call, call: str) -> ast.expr | None:
+    """The expression of how long it waits at most."""
+    for keyword in node.keywords:
+        if keyword.arg in ("timeout", "timeout_s", "delay", "timer_period_sec", "timeout_sec"):
+            return keyword.value
+    if call == "asyncio.wait_for":
+        return node.args[1] if len(node.args) > 1 else None
+    if call in ("asyncio.wait", "asyncio.gather", "asyncio.run") or call.endswith(
+        (".join", ".acquire", ".get", "spin")
+    ):
+        return None
+    return node.args[0] if node.args else None
+
+
+def _seconds(
+    sources: Sources, flow: ValueFlow, module: Module, scope: Scope | None, bound: ast.expr | None
+) -> float | None:
+    numbers = [value for value in flow.constants(bound, module, scope) if isinstance(value, int | float)]
+    return float(max(numbers)) if numbers else None
+
+
+def constants(sources: Sources) -> Iterator[Constant]:
+    """Numbers of modules and classes whose names have a unit."""
+    for module in sources.modules:
+        for body in (module.tree.body, *(n.body for n in ast.walk(module.tree) if isinstance(n, ast.ClassDef))):
+            for statement in body:
+                if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
+                    yield from _constants_of(sources, module, statement)
+
+
+def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.AnnAssign) -> Iterator[Constant]:
+    for target in statement.targets if isinstance(statement, ast.Assign) else [statement.target]:
+        names = target.elts if isinstance(target, ast.Tuple) else [target]
+        is_pair = isinstance(target, ast.Tuple) and isinstance(statement.value, ast.Tuple)
+        values = statement.value.elts if is_pair and isinstance(statement.value, ast.Tuple) else [statement.value]
+        for name, value in zip(names, values, strict=False):
+            if not isinstance(name, ast.Name) or not unit_of(name.id):
+                continue
+            try:
+                number = evaluate(sources, module, value)
+            except UnknownValueError:
+                continue
+            if isinstance(number, int | float) and not isinstance(number, bool):
+                yield Constant(name.id, float(number), unit_of(name.id), module.place(statement))
+
+
+def parameters(sources: Sources, flow: ValueFlow) -> Iterator[Parameter]:
+    """Fields of dataclasses of settings, and parameters that ROS 2 nodes declare."""
+    for scope in sources.classes:
+        assert isinstance(scope.node, ast.ClassDef)
+        is_settings = any(word in scope.node.name.lower() for word in SETTINGS)
+        if not is_settings or form_of(sources, scope) not in ("dataclass", "model"):
+            continue
+        for statement in scope.node.body:
+            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+                name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
+                written, place = ast.unparse(statement.annotation), scope.module.place(statement)
+                yield Parameter(name, scope.node.name, written, default, unit_of(name), place)
+    for module, at, node in flow.nodes:
+        if isinstance(node, ast.Call) and dotted_name(node.func).endswith(".declare_parameter") and node.args:
+            first = node.args[0]
+            if isinstance(first, ast.Constant) and isinstance(first.value, str):
+                default = ast.unparse(node.args[1]) if len(node.args) > 1 else ""
+                owner = at.owner.name if at is not None and at.owner is not None else ""
+                yield Parameter(first.value, owner, "", default, unit_of(first.value), module.place(node))
