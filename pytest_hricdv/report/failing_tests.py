@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
 from pytest_hricdv.report.formatting import Line, pad, plural, width, wrap
 from pytest_hricdv.report.view import FailureCause, FailureCauses, views
 from pytest_hricdv.report.violation_lines import failed_in_order, is_known
@@ -125,7 +126,10 @@ class FailingTests:
         """The requirements that a test failed for, by the time of their violation."""
         declared = {} if self.report.strict else self.report.known_violations
         names = [name for name in failed_in_order(test, declared) if not is_known(name, test, declared)]
-        return [visible(name) for name in (*names, *(["fault"] if test.faults else []))] or ["failed"]
+        names += ["fault"] if test.faults else []
+        # On the engine that the report is of, such a test may violate nothing.
+        by_engine = ENGINE_SENSITIVE if test.failure.startswith(ENGINE_SENSITIVE) else "failed"
+        return [visible(name) for name in names] or [by_engine]
 
 
 def _joined(labels: Sequence[str]) -> str:

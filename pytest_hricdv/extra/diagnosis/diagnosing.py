@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -155,7 +155,8 @@ def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: Decis
     name = decisions.minimal_of(group)
     if name is None or (replay := decisions.replays.get(name)) is None:
         return cause
-    lines = tuple(action.command for action in decisions.minimal[name].test.actions)
+    left = decisions.minimal[name]
+    lines = in_order_begun([action.command for action in left.test.actions], left.ran.begun)
     return replace(cause, minimal=lines, minimal_of=subject.tests[name].id, is_shrunk=True, replay=replay)
 
 
@@ -255,11 +256,19 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
 
 def _as_begun(test: TestResult) -> tuple[str, ...]:
     """The lines of a test; of several actors as they began, so that they tell who did what in which order."""
-    if test.acted is None:
-        return test.abstract
-    begun = [number for _, number in test.begun]
-    left = [number for number in range(len(test.abstract)) if number not in begun]
-    return tuple(test.abstract[number] for number in (*begun, *left))
+    return test.abstract if test.acted is None else in_order_begun(test.abstract, test.begun)
+
+
+def in_order_begun(lines: Sequence[str], begun: Iterable[tuple[float, int]]) -> tuple[str, ...]:
+    """Lines as they began, then those that never did.
+
+    Args:
+        lines: of a test.
+        begun: when (s), and the number of the line from 0, in the order in which they began.
+    """
+    numbers = [number for _, number in begun]
+    left = [number for number in range(len(lines)) if number not in numbers]
+    return tuple(lines[number] for number in (*numbers, *left))
 
 
 def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
@@ -272,7 +281,7 @@ def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
     # A test that was shrunk may have come to fail without the disturbance, for another cause: the others have not.
     is_same = decision is not None and decision.kind == "disturbance"
     decided = decided if is_same else f"passes without the disturbance {group.change}"
-    return f"{decided}: {confirmed} of {tests} were run without it"
+    return f"{decided}: {confirmed} of {tests} {'was' if confirmed == 1 else 'were'} run without it"
 
 
 def ranked_places(subject: Subject, group: Group, traces: Sequence[Trace]) -> list[Suspect]:

@@ -91,7 +91,8 @@ def _faults(test: TestResult, states: _States) -> Iterator[Failure]:
 
 
 def _disturbances(test: TestResult, time_s: float) -> tuple[str, ...]:
-    begun = test.abstract[: bisect_right(test.acted_s or (), time_s + _ROUNDED_S)]
+    # Of several actors, lines do not begin in the order in which the test has them.
+    begun = [test.abstract[number] for began_s, number in test.begun if began_s <= time_s + _ROUNDED_S]
     return tuple(dict.fromkeys(line.removeprefix(PREFIX) for line in begun if line.startswith(PREFIX)))
 
 

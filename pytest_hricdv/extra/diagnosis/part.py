@@ -10,7 +10,11 @@ from pytest_hricdv.session.option_reader import OptionReader
 from pytest_hricdv.session.part import Part, PartSession
 
 if TYPE_CHECKING:
-    from pytest_hricdv.results.model import Report
+    from pytest_hricdv.results.model import Report, TestResult
+
+
+STOPPED = "no causes: the session ended before its last test (-x, --maxfail, Ctrl-C); replay what failed for its causes"
+"""Of a session in which tests have failed."""
 
 
 class DiagnosisPart(Part[DiagnosisOptions]):
@@ -30,6 +34,12 @@ class DiagnosisPart(Part[DiagnosisOptions]):
     def read(self, reader: OptionReader) -> DiagnosisOptions:
         """How many runs a diagnosis may take."""
         return DiagnosisOptions(reader.integer("diagnose", None, least=0))
+
+    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+        """Of a session that ended before its last test, that nobody has looked for causes."""
+        if stopped and self.settings(session.options).runs != 0 and any(test.fails for test in results):
+            session.warnings.append(STOPPED)
+        return results
 
     def built(self, session: PartSession, report: Report) -> Report:
         """The report with the causes of its failures."""

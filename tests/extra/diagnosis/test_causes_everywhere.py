@@ -1,0 +1,70 @@
+"""Causes are the same for one test, on any engine, with a process for each test; where there are none, a line says so."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests import json_schema
+from tests.extra.diagnosis.test_diagnosis_sessions import SUITE, surging  # noqa: F401 (a fixture)
+from tests.extra.engines.test_sessions import two_engines
+from tests.plugin.project import change, report
+
+pytestmark = pytest.mark.slow
+
+SURGE = "passes without the disturbance surge"
+
+
+def test_one_test_has_its_cause(surging: pytest.Pytester) -> None:  # noqa: F811
+    (surging.path / "one.txt").write_text("enter cellar\ndisturb surge\nenter hall\n", encoding="utf-8")
+    result = surging.runpytest_inprocess("--hri-suite=one.txt", "--hri-strict")
+    result.stdout.fnmatch_lines(["1 test fails for 1 cause", f"  {SURGE}: 1 of 1 test was run without it"])
+    result.stdout.fnmatch_lines(["causes: *; no test passed: scores compare with none"])
+    (cause,) = report(surging.path)["causes"]
+    assert (cause["change"], cause["confirmed"]) == ("surge", 1)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("-x",),
+        ("--maxfail=1", "-n", "2"),
+    ],
+)
+def test_a_session_that_is_stopped_says_that_it_has_no_causes(
+    surging: pytest.Pytester,  # noqa: F811
+    options: tuple[str, ...],
+) -> None:
+    result = surging.runpytest_inprocess(*SUITE, *options)
+    result.stdout.fnmatch_lines(["no causes: the session ended before its last test (-x, --maxfail, Ctrl-C)*"])
+    assert "causes" not in report(surging.path)
+    quiet = surging.runpytest_inprocess(*SUITE, *options, "--hri-diagnose=0")
+    assert "no causes" not in quiet.stdout.str()
+
+
+def test_isolated_tests_have_the_same_causes(surging: pytest.Pytester) -> None:  # noqa: F811
+    made = []
+    for options in ((), ("--hri-isolate",)):
+        surging.runpytest_inprocess(*SUITE, "--hri-diagnose=11", *options)
+        made.append(report(surging.path)["causes"])
+    assert made[0] == made[1]
+
+
+def test_experiments_run_on_the_engine_of_the_session(surging: pytest.Pytester) -> None:  # noqa: F811
+    """LEDs alone are too bright with a surge: on bulbs, nothing would be confirmed."""
+    two_engines(surging, shift=30.0)
+    change(surging.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 96")
+    surging.runpytest_inprocess(*SUITE, "--hri-diagnose=11", "--hri-engine=led")
+    surge, wish = report(surging.path)["causes"]
+    assert (surge["change"], len(surge["tests"]), len(wish["tests"])) == ("surge", 3, 2)
+    assert surge["confirmed"] >= 2
+    assert "--hri-engine=led" in report(surging.path)["rerun"]["options"]
+
+
+def test_what_fails_on_one_of_two_engines_is_no_cause_and_is_called_so(surging: pytest.Pytester) -> None:  # noqa: F811
+    two_engines(surging, shift=30.0)
+    change(surging.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 96")
+    result = surging.runpytest_inprocess(*SUITE, "--hri-diagnose=11", "--hri-engine=both")
+    json_schema.REPORT.validate(report(surging.path))
+    (wish,) = report(surging.path)["causes"]
+    assert len(wish["tests"]) == 2
+    result.stdout.fnmatch_lines(["3 more tests failed", "  surges-3-actions-*  engine-sensitive  hri-report/*"])
