@@ -1,4 +1,4 @@
-"""Causes are the same for one test, on any engine, with a process for each test; where there are none, a line says so."""
+"""Causes are the same for one test, on any engine, in a process for each test; where there are none, a line says so."""
 
 from __future__ import annotations
 
