@@ -19,6 +19,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference, own_hash_seed
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.execution.case import CaseResult, HriCase, RunSettings, execute
+from pytest_hricdv.execution.execution_part import Watcher
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.abstract import slug
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
@@ -253,15 +254,22 @@ class Rerunning:
     seeds: Mapping[str, int]
     let_through: Callable[[], AbstractContextManager[None]] = contextlib.nullcontext
 
-    def run(self, test: ConcreteTest, begun: Callable[[CodeUnderTest], None] = lambda code: None) -> CaseResult | None:
+    def run(
+        self,
+        test: ConcreteTest,
+        begun: Callable[[CodeUnderTest], None] = lambda code: None,
+        watching: Iterable[Watcher] = (),
+    ) -> CaseResult | None:
         """Run a test; None where the run came to no end. What it prints goes nowhere.
 
         Args:
+            test: to be run.
             begun: see `execute`.
+            watching: see `execute`.
         """
         try:
             with self.let_through(), contextlib.redirect_stdout(io.StringIO()):
-                return execute(self.settings, test, begun=begun)
+                return execute(self.settings, test, begun=begun, watching=watching)
         except Exception:
             return None
 

@@ -1,7 +1,8 @@
 """Grouping: failures that have probably one cause, by association over all tests.
 
 1. Each failure gets a change: of the disturbances before it, the one that goes with failures of its requirement most
-   (Ochiai's coefficient); none where they come as often without it.
+   (Ochiai's coefficient); none where such failures come without it, too, and not clearly less often (Fisher's exact
+   test).
 2. Failures of one test with the same change are one incident: the later ones follow from the first.
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
    all of its tests have that, too, and would hardly do so by chance (Fisher's exact test). Kinds of different tests
@@ -13,7 +14,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from math import exp, lgamma
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
@@ -25,6 +26,11 @@ BY_CHANCE = 0.3
 """So probably may a kind come only in tests that fail otherwise by chance. Much, because what fails only there follows
 from that far more often than not: with 0.01, a planted fault of the tutorials had more than one cause in 4 of 19 cases,
 with this in none, and of two faults at once one more pair in four was taken for one."""
+
+BESIDE_OTHERS = 0.05
+"""So probably may a disturbance go with a requirement's failures by chance, if some of these come without it. The usual
+level. Of a fault that makes seven tests fail, three of which have a disturbance of their own each, all seven are one
+cause then."""
 
 SAME_TESTS = 0.8
 """So many of the tests with the rarer kind have the other one, too. Chosen: the end of a run can prevent a consequence
@@ -154,10 +160,17 @@ class _Association:
             for name in disturbances:
                 self._having.setdefault(name, set()).add(nodeid)
         self._failing: dict[str, set[str]] = {}
+        self._of_kind: dict[tuple[str, str, str], set[str]] = {}
         for failure in failures:
             self._failing.setdefault(failure.requirement, set()).add(failure.nodeid)
+            self._of_kind.setdefault(failure.kind, set()).add(failure.nodeid)
         self._tests = len(tests)
         self._evidence = evidence
+        self._without: dict[tuple[str, Change], set[str]] = {}
+        for (nodeid, requirement), changes in evidence.refuted.items():
+            for change in changes:
+                self._without.setdefault((requirement, change), set()).add(nodeid)
+        self._score = cache(self._score_of)
 
     def of(self, failure: Failure) -> Change:
         """The change without which a failure does not come, as far as is known."""
@@ -165,22 +178,25 @@ class _Association:
         if key in self._evidence.confirmed:
             return self._evidence.confirmed[key]
         refuted = self._evidence.refuted.get(key, ())
-        scores = {
-            name: self._score(name, self._failing[failure.requirement])
-            for name in failure.disturbances
-            if name not in refuted
-        }
+        scores = {name: self._score(name, failure.kind) for name in failure.disturbances if name not in refuted}
         best = max(scores, key=lambda name: (scores[name], failure.disturbances.index(name)), default="")
         return best if scores.get(best, 0.0) > 0.0 else ""
 
-    def _score(self, name: str, failing: set[str]) -> float:
-        """0 where tests without it fail as often."""
-        having = self._having.get(name, set())
+    def _score_of(self, name: str, kind: tuple[str, str, str]) -> float:
+        """0 where tests without it fail as often, or nearly.
+
+        A test that has failed all the same without the disturbance is one without it.
+        """
+        requirement = kind[0]
+        failing = self._failing[requirement]
+        having = self._having.get(name, set()) - self._without.get((requirement, name), set())
         both, others = len(having & failing), self._tests - len(having)
         without = len(failing) - both
         if others and both * others <= without * len(having):
             return 0.0
-        return ochiai(Counts(both, len(having) - both, len(failing)))
+        if self._of_kind[kind] <= having or _by_chance(both, len(having), len(failing), self._tests) < BESIDE_OTHERS:
+            return ochiai(Counts(both, len(having) - both, len(failing)))
+        return 0.0
 
 
 class _DisjointSets:
@@ -231,20 +247,21 @@ def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets,
 
 
 def _follows(some: set[str], others: set[str], tests: int) -> bool:
-    """Whether nearly all tests of the smaller set are in the other one, and hardly by chance.
+    """Whether nearly all tests of the smaller set are in the other one, and hardly by chance."""
+    both, fewer = len(some & others), min(len(some), len(others))
+    return both >= SAME_TESTS * fewer and _by_chance(both, len(some), len(others), tests) < BY_CHANCE
+
+
+def _by_chance(both: int, some: int, others: int, tests: int) -> float:
+    """How probably two sets of so many tests have so many in common, or more.
 
     By Fisher's exact test, one-sided (R. Fisher: Statistical Methods for Research Workers, 1934).
     """
-    both, fewer, more = len(some & others), *sorted((len(some), len(others)))
-    if both < SAME_TESTS * fewer:
-        return False
+    fewer, more = sorted((some, others))
     all_ways = _log_comb(tests, fewer)
-    return (
-        sum(
-            exp(_log_comb(more, common) + _log_comb(tests - more, fewer - common) - all_ways)
-            for common in range(max(both, fewer + more - tests), fewer + 1)
-        )
-        < BY_CHANCE
+    return sum(
+        exp(_log_comb(more, common) + _log_comb(tests - more, fewer - common) - all_ways)
+        for common in range(max(both, fewer + more - tests), fewer + 1)
     )
 
 

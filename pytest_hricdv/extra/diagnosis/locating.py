@@ -50,8 +50,10 @@ class Locating:
             ranked: statements, the most suspicious first.
             budget: at most so many runs.
         """
+        if budget < 1 or not hasattr(os, "fork") or self.experiments.ended == "interrupted":
+            return []  # to write down all repairs of five statements takes as long as some runs
         failing = [*self._failing(group)]
-        if not failing or not hasattr(os, "fork") or self.experiments.ended == "interrupted":
+        if not failing:
             return []
         repairing = Repairing(self.run, budget)
         try:

@@ -13,6 +13,10 @@ would decide what a report says."""
 LEAST_FOR_REPAIRS = 12
 """With fewer runs, hardly any repair would be tried. Chosen."""
 
+ENOUGH_FOR_REPAIRS = 40
+"""So many runs for a cause, half of them for repairs, are proposed where none was tried. Chosen: the tutorial's bug is
+mended by one of the first ten repairs, and this one then stands seven more runs."""
+
 
 @dataclass(frozen=True)
 class DiagnosisOptions:

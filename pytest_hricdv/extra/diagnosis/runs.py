@@ -12,7 +12,7 @@ import msgspec
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.own_coverage import debugger
-from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.case import CaseResult, formulas
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.changed_code import put_in
 from pytest_hricdv.extra.diagnosis.failures import FAULT
@@ -20,6 +20,8 @@ from pytest_hricdv.extra.diagnosis.repairs import Repair
 from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.monitor import Requirement
+from pytest_hricdv.monitor.analysis import conditions, names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
@@ -171,13 +173,21 @@ def forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
 
 def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | None:
     tracing = Tracing(code)
-    result = replace(rerunning, settings=rerunning.settings.measured_by(tracing)).run(test, tracing.begun)
+    settings = rerunning.settings
+    result = replace(rerunning, settings=settings.measured_by(tracing)).run(test, tracing.begun, [tracing])
     if result is None:
         return None
     end_s = {FAULT: result.sim_s} if result.faults else {}
     made = ran(result)
-    traces = {name: tracing.until(time_s) for name, time_s in {**made.times_s, **end_s}.items()}
+    names = {requirement.id: _names(requirement) for requirement in formulas(settings.requirements)}
+    traces = {name: tracing.until(time_s, names.get(name)) for name, time_s in {**made.times_s, **end_s}.items()}
     return msgspec.structs.replace(made, traces=traces)
+
+
+def _names(requirement: Requirement) -> frozenset[str]:
+    """The topics and signals that a requirement reads."""
+    parts = (requirement.formula.antecedent, *conditions(requirement.formula.response))
+    return frozenset(name for name in names_of(parts) if "." not in name) | topics_of(parts)
 
 
 def ran(result: CaseResult) -> Ran:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import sys
 from array import array
-from bisect import bisect_right
-from collections.abc import Callable
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from types import FrameType
@@ -22,6 +22,7 @@ from pytest_hricdv._base.record import Count, Number, PlainRecord
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, kept_to_this_greenlet
 from pytest_hricdv.execution.faults import CodeUnderTest
+from pytest_hricdv.runtime.plain import Value
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -69,7 +70,7 @@ class Trace(PlainRecord, frozen=True, kw_only=True):
 
 @dataclass
 class Tracing:
-    """Traces one run; a `Measurement` (see `coverage.measurement`) that measures no coverage.
+    """Traces one run; a `Measurement` (see `coverage.measurement`) that measures no coverage, and a `Watcher`.
 
     Args:
         code: that is traced.
@@ -86,6 +87,9 @@ class Tracing:
     _nodes: array[int] = field(default_factory=lambda: array("l"), init=False)
     _numbers: dict[int, int] = field(default_factory=dict, init=False)
     """Of nodes."""
+    _event_times_s: array[float] = field(default_factory=lambda: array("d"), init=False)
+    _events: list[tuple[str, bool, int]] = field(default_factory=list, init=False)
+    """Topic or signal, whether it is a topic, and how many lines had been executed by then."""
 
     def __post_init__(self) -> None:
         self._all = [(file.name, line) for file in self.code.files for line in file.statements]
@@ -121,9 +125,36 @@ class Tracing:
         """See `Measurement`."""
         forget_left_greenlets()
 
-    def until(self, time_s: float) -> Trace:
-        """What was executed up to a time (s)."""
-        end = bisect_right(self._times_s, time_s)
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
+        """See `Watcher`."""
+        self._event(time_s, topic, is_message=True)
+
+    def signal(self, time_s: float, name: str, value: Value) -> None:
+        """See `Watcher`."""
+        self._event(time_s, name, is_message=False)
+
+    def _event(self, time_s: float, name: str, *, is_message: bool) -> None:
+        self._event_times_s.append(time_s)
+        self._events.append((name, is_message, len(self._places)))
+
+    def _end(self, time_s: float, names: Collection[str] | None) -> int:
+        """How many lines were executed before what came at a time (s); all until then where nothing did."""
+        first, after = (bisect(self._event_times_s, time_s) for bisect in (bisect_left, bisect_right))
+        for name, is_message, lines in reversed(self._events[first:after]):
+            if is_message if names is None else name in names:
+                return lines
+        return bisect_right(self._times_s, time_s)
+
+    def until(self, time_s: float, names: Collection[str] | None = None) -> Trace:
+        """What was executed up to a violation.
+
+        Virtual time stands still while code runs, so it may go on at the same time after what it did wrong.
+
+        Args:
+            time_s: when (s of simulated time).
+            names: topics and signals of which one violates the requirement; None: any message may.
+        """
+        end = self._end(time_s, names)
         last: dict[int, int] = {}
         times: dict[int, int] = {}
         for step, place in enumerate(self._places[:end]):

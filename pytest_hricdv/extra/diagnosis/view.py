@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.extra.diagnosis.cause_lines import MOST_PLACES, cause_lines, replay_of, title_of
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause
+from pytest_hricdv.extra.diagnosis.options import ENOUGH_FOR_REPAIRS, LEAST_FOR_REPAIRS
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.results.baseline_diff import NEW_CAUSE
@@ -91,13 +92,20 @@ def _basis(report: Report) -> str:
     diagnosis = DIAGNOSIS.of(report)
     if diagnosis is None:
         return ""
-    ended = {
-        "done": "",
-        "runs": "; the budget is used up, --hri-diagnose=N allows more",
-        "interrupted": "; interrupted",
-    }[diagnosis.ended]
+    ended = {"done": "", "runs": "; the budget is used up", "interrupted": "; interrupted"}[diagnosis.ended]
     # With nothing to compare with, all that failing runs executed gets the highest scores.
     alone = (
         "" if any(test.outcome == "passed" for test in report.tests) else "; no test passed: scores compare with none"
     )
-    return f"causes: by association over all tests, and {plural(diagnosis.runs, 'run')} of experiments{ended}{alone}"
+    runs = plural(diagnosis.runs, "run")
+    return f"causes: by association over all tests, and {runs} of experiments{ended}{_more(report, diagnosis)}{alone}"
+
+
+def _more(report: Report, diagnosis: Diagnosis) -> str:
+    """What further runs bring, and how many it takes."""
+    open_causes = sum(not (cause.is_known or cause.hints) for cause in CAUSES.of(report))
+    if diagnosis.ended == "interrupted" or not open_causes:
+        return ""
+    if diagnosis.budget < LEAST_FOR_REPAIRS:
+        return f"; --hri-diagnose={ENOUGH_FOR_REPAIRS * open_causes} also tries repairs of the code"
+    return f"; --hri-diagnose={2 * diagnosis.budget} allows more" if diagnosis.ended == "runs" else ""

@@ -37,7 +37,7 @@ def test_a_refuted_change_gives_way_to_the_next() -> None:
     assert (group.change, group.nodeids) == ("noise", ("a", "b"))
     assert experiments.ended == "done"
     assert experiments.confirmed == {("a", "R1"): "noise", ("b", "R1"): "noise"}
-    assert experiments.refuted == {("a", "R1"): {"shut"}, ("b", "R1"): {"shut"}}
+    assert experiments.refuted == {("a", "R1"): {"shut"}}  # and so it is no longer thought of b
 
 
 def test_the_budget_ends_them() -> None:

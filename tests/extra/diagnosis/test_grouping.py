@@ -88,6 +88,28 @@ def test_experiments_overrule_association() -> None:
     assert of(tests, failures, evidence=nothing_left)[0][0] == ""
 
 
+def test_a_fault_that_shows_in_tests_with_and_without_disturbances_is_one_cause() -> None:
+    """As a robot that never releases: a disturbance of its own in three of the seven tests is no cause."""
+    tests = {**{f"a{n}": () for n in range(4)}, "b": ("shut",), "c": ("late",), "d": ("leg",), **passing(15)}
+    failures = [failure(test, "R1", *names) for test, names in tests.items() if not test.startswith("passing")]
+    assert of(tests, failures) == [("", {*tests} - {*passing(15)}, {"R1"})]
+
+
+def test_a_disturbance_is_a_cause_beside_another_one_if_it_goes_with_clearly_more_failures() -> None:
+    shut: dict[str, tuple[str, ...]] = {f"s{n}": ("shut",) for n in range(4)}
+    tests = {"a": (), "b": (), **shut, **passing(16)}
+    failures = [failure(test, "R1", *tests[test]) for test in ("a", "b", *shut)]
+    assert of(tests, failures) == [("shut", {*shut}, {"R1"}), ("", {"a", "b"}, {"R1"})]
+
+
+def test_a_test_that_fails_without_the_disturbance_counts_against_it_in_other_tests() -> None:
+    tests = {"a": ("shut",), "b": ("shut",), **passing(8)}
+    failures = [failure("a", "R1", "shut"), failure("b", "R1", "shut")]
+    assert of(tests, failures) == [("shut", {"a", "b"}, {"R1"})]
+    refuted = Evidence(refuted={("a", "R1"): {"shut"}})
+    assert of(tests, failures, evidence=refuted) == [("", {"a", "b"}, {"R1"})]
+
+
 def test_without_disturbances_what_the_same_tests_have_has_one_cause() -> None:
     tests = {**{f"a{n}": () for n in range(5)}, **{f"b{n}": () for n in range(5)}, **passing(20)}
     failures = [failure(f"a{n}", name) for n in range(5) for name in ("R1", "R2")]

@@ -41,6 +41,9 @@ def traced(tmp_path: Path) -> Callable[[float], Trace]:
     def wait() -> None:
         home.switch()
         clock.now_s += 1.0
+        if clock.now_s == 2.0:  # what the code does after this is done at the same time
+            tracing.signal(2.0, "moves", True)
+            tracing.message(2.0, "state", {})
 
     names: dict[str, Callable[[], None]] = {"wait": wait}
     exec(compile(CODE, str(path), "exec"), names)
@@ -71,3 +74,15 @@ def test_a_trace_ends_at_a_time(
         times for line, times in executed if line != 7
     ]  # the line 7 counts once or twice, as its argument is on a line of its own
     assert trace.stood == stood
+
+
+@pytest.mark.parametrize(("names", "is_whole"), [(None, False), ({"state"}, False), ({"moves"}, False), ({"x"}, True)])
+def test_a_trace_ends_at_the_event_that_violates_what_reads_it(
+    traced: Callable[..., Trace], names: set[str] | None, is_whole: bool
+) -> None:
+    lines = [statement.line for statement in traced(2.0, names).executed]
+    assert lines == ([9, 6, 4, 3, 2, 7] if is_whole else [3, 2, 7, 6, 4])
+
+
+def test_where_no_message_came_what_was_executed_at_that_time_counts(traced: Callable[..., Trace]) -> None:
+    assert traced(1.0, None).executed == traced(1.0, {"state"}).executed != traced(0.9, None).executed
