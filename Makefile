@@ -45,6 +45,7 @@ lint: $(VENV)/.installed
 	$(BIN)/python -m pytest_hricdv.bdi lint models_bdi/table_assembly.mas2j examples/home_care/models_bdi/home_care.mas2j
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	$(BIN)/python -m studies.freshness
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end

@@ -7,5 +7,6 @@ rewards      which reward learns the better suite               docs/rewards.md
 adequacy     the seeded faults that each suite notices          docs/adequacy.md
 closure      how fast points are reached, and by which way     docs/closure.md
 false_alarms what fails on the unchanged controller             docs/false-alarms.md
-screenshots  the README's pictures
+screenshots  the README's pictures, one of which moves (moving_picture)
+freshness    which of them are older than what they show
 """

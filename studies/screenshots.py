@@ -1,23 +1,30 @@
-"""Make the README's pictures from a real run: its report in a browser, and a film strip.
+"""Make the README's pictures from a real run: its report in a browser, and a failing test that moves.
 
     python -m studies.screenshots
 
-Runs the learned suite once, and one of its failing tests again with `--hri-film`. Needs Chromium; the environment
-variable CHROMIUM gives its path if it is not found.
+Runs the learned suite once, with `--hri-strict`, so that known violations fail and their cause is looked for; and the
+shortest failing test of the first cause again, with `--hri-film`. Needs Chromium; the environment variable CHROMIUM
+gives its path if it is not found.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+import pytest
 from PIL import Image
+
+from studies import freshness
+from studies.moving_picture import moving_picture
 
 PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
 SUITE = "--hri-suite=rl"
@@ -27,24 +34,39 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 
 
 def main() -> None:
-    """Make both pictures."""
+    """Make the pictures."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        report = run(folder / "all", "-n", "2")
-        failing = min((test for test in report["tests"] if test["outcome"] == "known-violation"), key=_margin)
-        filmed = run(folder / "filmed", "-k", failing["id"], "--hri-film")
-        (strip,) = [test["film"]["strip"] for test in filmed["tests"]]
-        save(Image.open(folder / "filmed" / strip), PICTURES / "run.png")
+        report, printed = run(folder / "hri-report", "-n", "2", "--hri-strict")
+        failing = report["causes"][0]["minimal_of"]
+        filmed, _ = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=0", "--hri-strict")
+        (film,) = [test["film"]["video"] for test in filmed["tests"]]
+        moving_picture(folder / "filmed" / film, first_cause(printed, folder), PICTURES / "run.gif")
         shot = folder / "report.png"
-        screenshot(folder / "all" / "index.html", shot)
+        screenshot(folder / "hri-report" / "index.html", shot)
         save(Image.open(shot), PICTURES / "report.png")
+    freshness.made(["run.gif", "report.png"])
 
 
-def run(folder: Path, *options: str) -> dict[str, Any]:
-    """Run tests of the suite; returns their report."""
-    subprocess.run([sys.executable, "-m", "pytest", SUITE, f"--hri-report={folder}", *options], check=True)
+def run(folder: Path, *options: str) -> tuple[dict[str, Any], str]:
+    """Run tests of the suite; returns their report, and what was printed."""
+    command = [sys.executable, "-m", "pytest", SUITE, f"--hri-report={folder}", *options]
+    ended = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
+    if ended.returncode not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        raise SystemExit(ended.stdout)
     loaded: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    return loaded
+    return loaded, ended.stdout
+
+
+def first_cause(printed: str, folder: Path) -> list[str]:
+    """What a session printed of its first cause, down to the command that repeats it."""
+    begin = re.search(r"^\d+ tests? fails? for \d+ causes?", printed, re.MULTILINE)
+    if begin is None:
+        raise SystemExit(printed)
+    headline, *lines = printed[begin.start() :].splitlines()
+    cause = list(takewhile(lambda line: line.startswith(("cause 1 ", "  ")), lines))
+    end = next(number for number, line in enumerate(cause) if "--hri-replay=" in line) + 1
+    return [headline, *(line.replace(f"{folder}/", "") for line in cause[:end])]
 
 
 def screenshot(page: Path, target: Path) -> None:
@@ -68,10 +90,6 @@ def save(picture: Image.Image, target: Path) -> None:
     target.parent.mkdir(exist_ok=True)
     picture.convert("RGB").quantize(COLOURS).save(target, optimize=True)
     print(f"{target}: {target.stat().st_size // 1024} KiB")
-
-
-def _margin(test: dict[str, Any]) -> float:
-    return min(verdict["margin"] or 0.0 for verdict in test["requirements"].values())
 
 
 if __name__ == "__main__":
