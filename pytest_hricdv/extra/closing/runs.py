@@ -28,7 +28,7 @@ from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.serving import arguments_of
 
 BATCH_S = 600.0
-"""A process on a cluster that has yielded nothing for so long (s) is taken for lost. Chosen: ten times `LIMIT_S` of
+"""A process on a cluster that has yielded nothing for so long (s) is taken for lost. Chosen: twice `LIMIT_S` of
 `process`, after which each run is ended."""
 
 
