@@ -8,6 +8,7 @@ STOPS_ON_EITHER = "stop-on-either"
 LOSES_ORDERS = "lost-when-busy"
 NEVER_IDLE_FIRST = "never-idle-first"
 WAITS_FOR_EVER = "waits-for-ever"
+TRUSTS_GRIPPER = "trusts-gripper"
 
 
 @dataclass(frozen=True)
@@ -19,17 +20,19 @@ class Faults:
         loses_orders: an order that comes while another one is carried out is lost.
         never_idle_first: the robot never becomes idle before its first order.
         waits_for_ever: with somebody near it stays where it is, without limit, and looks for no other way.
+        trusts_gripper: when the gripper has closed, it takes something for held, whatever is in it; opened likewise.
     """
 
     stops_on_either: bool = False
     loses_orders: bool = False
     never_idle_first: bool = False
     waits_for_ever: bool = False
+    trusts_gripper: bool = False
 
 
 SWITCHES = dict(
     zip(
-        (STOPS_ON_EITHER, LOSES_ORDERS, NEVER_IDLE_FIRST, WAITS_FOR_EVER),
+        (STOPS_ON_EITHER, LOSES_ORDERS, NEVER_IDLE_FIRST, WAITS_FOR_EVER, TRUSTS_GRIPPER),
         (field.name for field in fields(Faults)),
         strict=True,
     )

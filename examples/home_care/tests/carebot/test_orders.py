@@ -97,6 +97,6 @@ def test_the_published_fault_loses_an_order_without_a_word_while_it_is_busy() ->
 
 def test_faults_are_off_unless_named_and_a_wrong_name_is_refused() -> None:
     assert faults("") == Faults()
-    assert faults(",".join(SWITCHES)) == Faults(True, True, True, True)
+    assert faults(",".join(SWITCHES)) == Faults(True, True, True, True, True)
     with pytest.raises(ValueError, match="no fault 'stops'; expected some of stop-on-either"):
         faults("stops")
