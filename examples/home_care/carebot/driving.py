@@ -6,7 +6,7 @@ import asyncio
 from math import atan2, copysign, hypot, pi
 
 from carebot.config import Config
-from carebot.flatmap import FlatMap
+from carebot.flatmap import HULL_M, FlatMap
 from carebot.messages import Pose, Velocity
 from carebot.ports import Base
 from carebot.watching import Seen, is_in_the_way, unknown
@@ -38,6 +38,17 @@ SLOW_AFTER_S = 1.0
 """So long it stays slow after it has seen somebody near (chosen: a person walks out of `near_m` meanwhile)."""
 
 
+TOO_NEAR_M = 0.2
+"""Who is nearer to the hull than this while it drives makes it stop (chosen: it drives so far in a second)."""
+
+STOPS_S = 1.0
+"""So long it stands then (chosen: who walks by is out of the way meanwhile)."""
+
+LEAVES_S = 4.5
+"""So long after that it may drive on beside them (chosen: more than the 4.1 s that it takes from touching somebody to
+`TOO_NEAR_M`, at `near_speed_m_s`)."""
+
+
 class BlockedError(Exception):
     """No way to the goal within the time that the robot may take."""
 
@@ -52,6 +63,7 @@ class Driver:
         self._wayfinder = Wayfinder(flat)
         self._turning = False
         self._slow_until_s = 0.0
+        self._leaves_until_s = 0.0
         self._before = base.pose()
 
     async def drive_to(self, goal: Point) -> None:
@@ -99,12 +111,27 @@ class Driver:
             return self._way(way[-1], ())
         if len(way) > 1 and hypot(way[0][0] - pose.x, way[0][1] - pose.y) < CORNER_M:
             way = way[1:]
-        velocity = self._velocity(pose, way[0], self._seen(pose))
+        seen = self._seen(pose)
+        velocity = self._velocity(pose, way[0], seen)
         if velocity is None:
             return []
+        if velocity.forward and self._is_too_near(seen):
+            await self._stand(STOPS_S)
+            return way
         self._base.drive(velocity)
         await asyncio.sleep(self._config.period_s)
         return way
+
+    def _is_too_near(self, seen: list[Seen]) -> bool:
+        """Whether it has to stop beside somebody: they are near, and it has not just stood there."""
+        near = any(other.distance_m < HULL_M + TOO_NEAR_M for other in seen)
+        return near and asyncio.get_running_loop().time() >= self._leaves_until_s
+
+    async def _stand(self, duration_s: float) -> None:
+        """Stand for a while, after which it may leave whoever is beside it."""
+        self._base.drive(STAND)
+        await asyncio.sleep(duration_s)
+        self._leaves_until_s = asyncio.get_running_loop().time() + LEAVES_S
 
     def _velocity(self, pose: Pose, corner: Point, seen: list[Seen]) -> Velocity | None:
         """Towards a corner of the way; None where somebody is in the way."""
@@ -134,11 +161,10 @@ class Driver:
 
     async def _around(self, goal: Point, way: list[Point]) -> list[Point]:
         """Stand, give others the time to leave, and find a way around those that stay."""
-        self._base.drive(STAND)
         if self._config.faults.waits_for_ever:
-            await asyncio.sleep(LOOK_AGAIN_S)  # unreachable: a published fault, which is off
+            await self._stand(LOOK_AGAIN_S)  # unreachable: a published fault, which is off
             return way  # unreachable: a published fault, which is off
-        await asyncio.sleep(self._config.patience_s if way else LOOK_AGAIN_S)
+        await self._stand(self._config.patience_s if way else LOOK_AGAIN_S)
         self._turning = False
         pose = self._base.pose()
         return self._way(goal, tuple((other.x, other.y) for other in self._seen(pose)))
