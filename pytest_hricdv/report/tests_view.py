@@ -38,16 +38,38 @@ def index(report: Report) -> dict[str, Any]:
     """The rows, and the names that they refer to by number, as plain data.
 
     Returns:
-        `requirements`, `suites`, `plans` ([agent, label] each): names. `rows`: a list per test, in the order of the
-        report's tests; `data.js` says what stands at which position.
+        `requirements`, `suites`, `plans` ([agent, label] each), `actions` (lines of abstract tests): names. `rows`: a
+        list per test, in the order of the report's tests; `data.js` says what stands at which position.
     """
     requirements = requirement_names(report)
     suites = [suite.name for suite in report.suites]
     suites += sorted({test.suite for test in report.tests} - set(suites))
     plans = plan_names(report)
     numbers = {plan: number for number, plan in enumerate(plans)}
-    rows = [_row(test, requirements, suites.index(test.suite), numbers) for test in report.tests]
-    return {"requirements": requirements, "suites": suites, "plans": plans, "rows": rows}
+    actions = {line: number for number, line in enumerate(dict.fromkeys(_all_lines(report)))}
+    rows = [
+        [
+            *_row(report, test, requirements, suites.index(test.suite), numbers),
+            sorted({actions[line] for line in test.abstract}),
+        ]
+        for test in report.tests
+    ]
+    return {"requirements": requirements, "suites": suites, "plans": plans, "actions": [*actions], "rows": rows}
+
+
+def failed_for(report: Report) -> list[dict[str, Any]]:
+    """The causes, where somebody looked for them: `title`, and `tests` as numbers in the order of the report."""
+    numbers = {test.nodeid: number for number, test in enumerate(report.tests)}
+    causes = next((causes for view in views() if (causes := view.causes(report, None)) is not None), None)
+    return [
+        {"title": cause.title, "tests": sorted(numbers[name] for name in cause.tests if name in numbers)}
+        for cause in (causes.causes if causes else ())
+    ]
+
+
+def _all_lines(report: Report) -> Iterator[str]:
+    for test in report.tests:
+        yield from test.abstract
 
 
 def requirement_names(report: Report) -> list[str]:
@@ -129,7 +151,9 @@ def _acted(test: TestResult) -> list[float | None]:
     return [times.get(number) for number in range(max(times, default=-1) + 1)]
 
 
-def _row(test: TestResult, requirements: Sequence[str], suite: int, plans: Mapping[PlanName, int]) -> list[Any]:
+def _row(
+    report: Report, test: TestResult, requirements: Sequence[str], suite: int, plans: Mapping[PlanName, int]
+) -> list[Any]:
     """What `data.js` reads by position."""
     results = [test.requirements.get(name) for name in requirements]
     return [
@@ -137,7 +161,7 @@ def _row(test: TestResult, requirements: Sequence[str], suite: int, plans: Mappi
         test.id,
         suite,
         test.outcome,
-        "".join(_LETTERS[result.verdict] if result else "-" for result in results),
+        "".join(_letter(report, name, test) for name in requirements),
         [result.triggers if result else 0 for result in results],
         [_rounded(result.margin) if result else None for result in results],
         test.outcomes,
@@ -147,6 +171,15 @@ def _row(test: TestResult, requirements: Sequence[str], suite: int, plans: Mappi
         f"{code_bits(test)[0]:x}",
         f"{plan_bits(test, plans):x}",
     ]
+
+
+def _letter(report: Report, name: str, test: TestResult) -> str:
+    """K for a violation that is known, the verdict's first letter otherwise."""
+    result = test.requirements.get(name)
+    if result is None:
+        return "-"
+    is_known = name in report.known_violations and not report.strict and not result.outside
+    return "K" if result.verdict == "Failed" and is_known else _LETTERS[result.verdict]
 
 
 def _rounded(value: float | None) -> float | None:

@@ -179,7 +179,7 @@ def test_links_lead_somewhere() -> None:
     assert len(links) > 100
     for link in links:
         link, _, query = link.partition("?")
-        assert not query or re.fullmatch(r"(state|outcome)=[a-z%C20-]+", query)
+        assert not query or re.fullmatch(r"(state|outcome|cause)=[a-z%C20-9-]+", query)
         kind, _, chosen = link.partition("/")
         if kind == "tests" and "/" in chosen:
             kind, *numbers = chosen.split("/")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.report import sample, sample_tests
+from tests.report import sample, sample_sections, sample_tests
 from tests.report.watched import Watched, listed
 
 
@@ -17,15 +17,14 @@ from tests.report.watched import Watched, listed
 def test_the_table_of_tests_is_sorted_and_searched(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(("by-hand", "rl"), 80)
     page = watched.open(report, tmp_path, "tests")
-    listed(page).to_have_count(100)
-    page.get_by_role("button", name="More").click()
-    listed(page).to_have_count(60)
-
-    page.get_by_role("button", name="Simulated").click()
+    names = [test["id"] for test in report["tests"]]
     ascending = [test["id"] for test in sorted(report["tests"], key=lambda test: test["sim_s"])]
-    listed(page).to_have_text(ascending[:100])
+    drawn = page.locator("#tests tbody td.id a")
+    assert drawn.all_inner_texts() == names[: drawn.count()]
     page.get_by_role("button", name="Simulated").click()
-    listed(page).to_have_text(ascending[:-101:-1])
+    assert drawn.all_inner_texts() == ascending[: drawn.count()]
+    page.get_by_role("button", name="Simulated").click()
+    assert drawn.all_inner_texts() == ascending[::-1][: drawn.count()]
     assert page.locator("#tests th[aria-sort=descending]").inner_text().strip() == "Simulated"
 
     page.get_by_role("searchbox").fill("RL leg4")
@@ -48,18 +47,100 @@ def test_interactions_have_a_column_of_their_own_where_the_testbench_does_not_na
     page = watched.open(report, tmp_path, "tests")
     titles = [title.strip() for title in page.locator("#tests th").all_inner_texts()]
     assert {"Outcome", "Interactions"} <= set(titles)
-    assert page.get_by_role("searchbox").get_attribute("placeholder") == "Search ids, beliefs, interactions"
+    assert (
+        page.get_by_role("searchbox").get_attribute("placeholder")
+        == "Search ids, actions, beliefs, requirements, causes, interactions"
+    )
+
+
+@pytest.mark.slow
+def test_a_table_of_very_many_tests_has_only_those_in_sight_and_scrolls(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=1000)
+    for test in report["tests"]:
+        test["timeline"] = None
+    page = watched.open(report, tmp_path, "tests")
+    rows, drawn = page.locator("#tests .rows"), page.locator("#tests tbody td.id a")
+    names = [test["id"] for test in report["tests"]]
+    assert drawn.count() < 200
+    page.locator("#tests tbody td.id a").first.focus()
+    for share in (0.002, 0.3, 0.31, 0.9, 0.5, 1.0, 0.0):
+        rows.evaluate("(box, share) => { box.scrollTop = share * (box.scrollHeight - box.clientHeight); }", share)
+        page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        seen = page.evaluate(
+            """() => {
+              const box = document.querySelector("#tests .rows").getBoundingClientRect();
+              const top = document.querySelector("#tests thead th").getBoundingClientRect().bottom;
+              return [...document.querySelectorAll("#tests tbody td.id a")].filter((link) => {
+                const at = link.getBoundingClientRect(); return at.bottom > top && at.top < box.bottom;
+              }).map((link) => link.textContent);
+            }"""
+        )
+        first = names.index(seen[0])
+        assert seen == names[first : first + len(seen)]
+        assert len(seen) > 15
+        assert abs(first - share * (1000 - len(seen))) < 4
+        texts = drawn.all_inner_texts()
+        start = names.index(texts[0])
+        assert texts == names[start : start + len(texts)]
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_rows_have_one_line_and_say_what_each_mark_is(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(("by-hand", "rl"), 40)
+    for number in range(60):
+        report["requirements"][f"S{number}"] = {"title": f"Rule {number}", "source": "", "text": ""}
+        for test in report["tests"]:
+            test["requirements"][f"S{number}"] = sample_tests.requirement_result("Passed", 1.0)
+    page = watched.open(report, tmp_path, "tests")
+    rows = page.locator("#tests tbody tr:not([aria-hidden])")
+    heights = rows.evaluate_all("rows => rows.map((row) => row.offsetHeight)")
+    assert set(heights) <= {32, 33}
+    assert page.locator("#tests .rows").evaluate("box => box.clientWidth") > 1200
+    failing = next(n for n, test in enumerate(report["tests"]) if test["requirements"]["R3"]["verdict"] == "Failed")
+    rows.nth(failing).locator("i[data-of='2']").hover()
+    assert page.locator(".tip").inner_text().startswith("R3 Failed, as is known\nThe robot shall not close")
+    page.keyboard.press("Escape")
+    assert not page.locator(".tip").is_visible()
+    label = rows.nth(failing).locator(".strip").get_attribute("aria-label")
+    assert "failed R3;" in (label or "")
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_tests_are_found_by_what_people_do_by_requirements_and_by_causes(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=30)
+    report["tests"][3]["id"], report["tests"][4]["id"] = "rl-one", "rl-two"
+    report["tests"][7]["abstract"].append("hum a song")
+    report["causes"] = sample_sections.CAUSES
+    page = watched.open(report, tmp_path, "tests")
+    search = page.get_by_label("Search tests")
+    search.fill("hum song")
+    listed(page).to_have_text([report["tests"][7]["id"]])
+    search.fill("close its hand")
+    listed(page).to_have_text(
+        [test["id"] for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed"]
+    )
+    search.fill("3f2a91bc")
+    listed(page).to_have_text(["rl-one", "rl-two"])
+    search.fill("")
+    page.locator("#tests").get_by_label("Cause").select_option(index=2)
+    listed(page).to_have_text(["rl-one"])
+    page.get_by_label("Order").select_option("R3")
+    assert page.evaluate("location.hash") == "#tests?cause=2&order=R3"
+    watched.assert_quiet()
 
 
 @pytest.mark.slow
 def test_tables_that_come_with_the_page_can_be_sorted(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(sample.data(tests=60), tmp_path)
-    table = page.locator("#summary table.sortable").first
-    column = [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()]
+    watched.show("requirements")
+    table = page.locator("#requirements table.sortable").first
+    column = [int(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()]
     table.get_by_role("button", name="Passed").click()
-    assert [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()] == sorted(column)
+    assert [int(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()] == sorted(column)
     table.get_by_role("button", name="Passed").click()
-    assert [int(text) for text in table.locator("tbody td:nth-child(2)").all_inner_texts()] == sorted(column)[::-1]
+    assert [int(text) for text in table.locator("tbody td:nth-child(3)").all_inner_texts()] == sorted(column)[::-1]
 
 
 @pytest.mark.slow
@@ -224,7 +305,8 @@ def test_the_smallest_suite_and_what_adds_nothing_are_listed(watched: Watched, t
     page.get_by_role("link", name="These tests").click()
     listed(page).to_have_text([test["id"] for test in report["tests"][:5]])
     page.get_by_role("button", name="Adds").click()
-    assert page.locator("#tests tbody td:nth-child(9)").all_inner_texts() == ["4", "5", "6", "7", "8"]
+    adds = page.locator("#tests tbody td:nth-child(6)")
+    assert adds.all_inner_texts() == ["4", "5", "6", "7", "8"]
     watched.show("closure")
     page.get_by_role("link", name="tests that add nothing").click()
     listed(page).to_have_text([test["id"] for test in report["tests"][5:]])

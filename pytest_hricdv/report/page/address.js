@@ -16,8 +16,13 @@ function keepFilters(filters) {
 // Where the browser's history was left: the place that a view was scrolled to goes with its entry.
 const places = { at: null, waits: 0 };
 
+/** The boxes of the view in sight that scroll by themselves. */
+function boxes() {
+  return [...document.querySelectorAll(".view:not([hidden]) .rows")];
+}
+
 function keepPlace() {
-  if (location.hash === places.at) history.replaceState({ y: scrollY }, "");
+  if (location.hash === places.at) history.replaceState({ y: scrollY, boxes: boxes().map((box) => box.scrollTop) }, "");
 }
 
 function watchPlaces() {
@@ -27,13 +32,17 @@ function watchPlaces() {
     // Browsers allow few changes of the history a second.
     clearTimeout(places.waits);
     places.waits = setTimeout(keepPlace, 150);
-  }, { passive: true });
+  }, { passive: true, capture: true });
 }
 
 /** Scrolls to where this entry of the history was left; false where it is a new one. */
 function backAtPlace() {
-  const kept = history.state && history.state.y;
-  if (typeof kept !== "number") return false;
-  scrollTo(0, kept);
+  const kept = history.state;
+  if (!kept || typeof kept.y !== "number") return false;
+  scrollTo(0, kept.y);
+  boxes().forEach((box, n) => {
+    box.scrollTop = kept.boxes[n] || 0;
+    box.dispatchEvent(new Event("scroll"));
+  });
   return true;
 }

@@ -5,9 +5,19 @@ const DATA = JSON.parse(document.getElementById("data").textContent);
 const TESTS = DATA.rows.map((row, number) => ({
   number,
   anchor: row[0], id: row[1], suite: row[2], outcome: row[3], verdicts: row[4], triggers: row[5], margins: row[6],
-  outcomes: row[7], percent: row[8], sim: row[9], beliefs: row[10], code: row[11], plans: row[12],
-  text: [row[1], DATA.suites[row[2]], DATA.outcomeWords[row[3]], row[7].join(" "), row[10]].join(" ").toLowerCase(),
+  outcomes: row[7], percent: row[8], sim: row[9], beliefs: row[10], code: row[11], plans: row[12], actions: row[13],
 }));
+
+/** What each test is found by: its id, suite, outcome, actions, beliefs, causes, and the requirements that it failed. */
+function searchedTexts() {
+  const causes = TESTS.map(() => "");
+  DATA.failedFor.forEach(({ title, tests }) => tests.forEach((number) => { causes[number] += " " + title; }));
+  return TESTS.map((test) => {
+    const failed = DATA.requirements.filter((_, n) => "FK".includes(test.verdicts[n])).map((name) => name + " " + (DATA.titles[name] || ""));
+    return [test.id, DATA.suites[test.suite], DATA.outcomeWords[test.outcome], ...test.outcomes, test.beliefs,
+      ...test.actions.map((n) => DATA.actions[n]), ...failed, causes[test.number]].join("\n").toLowerCase();
+  });
+}
 
 const BY_ANCHOR = new Map(TESTS.map((test) => [test.anchor, test]));
 

@@ -51,7 +51,10 @@ function outcomeBadge(outcome) {
   return h("span", { class: "badge " + DATA.outcomeStyles[outcome] }, DATA.outcomeWords[outcome]);
 }
 
-const VERDICTS = { P: ["✓", "Passed", "positive"], F: ["✗", "Failed", "negative"], N: ["NC", "NC: not checked", "soft"] };
+const VERDICTS = {
+  P: ["✓", "Passed", "positive"], F: ["✗", "Failed", "negative"], K: ["✗", "Failed, as is known", "known"],
+  N: ["NC", "NC: not checked", "soft"],
+};
 
 function verdictMark(letter) {
   const [sign, title, style] = VERDICTS[letter] || ["-", "not monitored", "soft"];

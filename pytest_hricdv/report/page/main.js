@@ -75,11 +75,10 @@ async function show(event) {
   if (filled) await filled;
   if (places.at !== location.hash || location.hash.slice(1).split("?")[0] !== address.path) return;
   document.title = nameOf(view) + " · " + TITLE;
+  if (view.id in showSources) showSources[view.id](address.parts.slice(1).join("/"));
+  for (let at = part && part.closest("details"); at; at = at.parentElement.closest("details")) at.open = true;
   if (isBack) requestAnimationFrame(backAtPlace);
-  else if (part) {
-    for (let at = part.closest("details"); at; at = at.parentElement.closest("details")) at.open = true;
-    part.scrollIntoView();
-  } else if (view.id in showSources) showSources[view.id](address.parts.slice(1).join("/"));
+  else if (part) part.scrollIntoView();
 }
 
 function chooseTheme(scheme) {
@@ -98,6 +97,12 @@ function startTheme() {
   });
 }
 
+/** How high the page's header is, for what stays below it. */
+function measureHeader() {
+  const header = document.querySelector("header.top"), root = document.documentElement;
+  new ResizeObserver(() => root.style.setProperty("--header", (getComputedStyle(header).position === "sticky" ? header.offsetHeight : 0) + "px")).observe(header);
+}
+
 function startSkipping() {
   document.querySelector(".skip").addEventListener("click", (event) => {
     event.preventDefault();
@@ -110,6 +115,7 @@ function startSkipping() {
 document.querySelectorAll("table.sortable").forEach(makeSortable);
 startTheme();
 startSkipping();
+measureHeader();
 watchPlaces();
 addEventListener("hashchange", show);
 document.documentElement.dataset.ready = "";

@@ -1,6 +1,6 @@
 // A requirement's plots: when it was triggered, and the margin of each test.
 
-const MARKS = { P: ["passed", "circle", "var(--ok-mark)"], F: ["failed", "times", "var(--bad-mark)"] };
+const MARKS = { P: ["passed", "circle", "var(--ok-mark)"], F: ["failed", "times", "var(--bad-mark)"], K: ["failed as is known", "times", "var(--warn)"] };
 
 function triggersPlot(place, n) {
   const triggers = DATA.triggers[n];
@@ -50,7 +50,7 @@ function marginsPlot(place, n) {
       Plot.tip(dots, Plot.pointer({ x: "margin", y: "y", title: (dot) => visible(dot.test.id) + "\nmargin " + dot.margin + (unit ? " " + unit : ""), fill: "var(--card)" })),
     ],
   })));
-  place.append(h("p", { class: "legend small" }, "○ passed, × failed"));
+  place.append(h("p", { class: "legend small" }, "○ passed, × failed" + (dots.some((dot) => dot.letter === "K") ? " (darker or lighter: where that is known)" : "")));
 }
 
 function requirementPage(section) {

@@ -1,61 +1,107 @@
-// Tables that can be sorted, searched and paged.
+// Tables that can be sorted; a long one has only the rows in sight in the page, so that it scrolls smoothly.
 
-const PAGE_ROWS = 100;
+// Rows that are drawn whatever is in sight, and above and below it. Chosen: fewer would be seen coming when one scrolls
+// fast; more take longer to draw than a frame lasts.
+const WHOLE_ROWS = 150;
+const SPARE_ROWS = 24;
 
 /**
- * A table over `rows`. `columns`: {title, value(row) to sort by, cell(row), number, style}; `kept` (row -> bool) and
- * `order` ([column, descending]) may be changed before `draw()`.
+ * A table over `rows` of equal height, in a box that scrolls, with its head and first column always in sight. `columns`:
+ * {key, title, value(row) to sort by, cell(row), style, heading}; `kept` (row -> bool) and `order` ([key, descending])
+ * may be changed before `draw()`; `sorted` is called when a heading was clicked.
  */
 class Table {
-  constructor(columns, rows) {
+  constructor(columns, rows, label) {
     this.columns = columns;
     this.rows = rows;
     this.kept = () => true;
     this.order = null;
-    this.page = 0;
+    this.sorted = () => {};
+    this.shown = [];
+    this.first = this.last = 0;
     this.head = h("tr");
+    this.above = h("tr", { "aria-hidden": "true" }, h("td", { colspan: columns.length }));
+    this.below = h("tr", { "aria-hidden": "true" }, h("td", { colspan: columns.length }));
     this.body = h("tbody");
-    this.count = h("span", { class: "soft small", "aria-live": "polite", id: "shown" });
-    this.back = h("button", { type: "button", onclick: () => this.turn(-1) }, "Back");
-    this.forward = h("button", { type: "button", onclick: () => this.turn(1) }, "More");
-    this.element = h("div", { class: "turned" },
-      h("div", { class: "card scroll flat" }, h("table", { class: "list" }, h("thead", {}, this.head), this.body)),
-      h("p", { class: "pager" }, this.count, this.back, this.forward));
+    this.count = h("p", { class: "soft small", "aria-live": "polite", id: "shown" });
+    this.table = h("table", { class: "list", "aria-label": label }, h("thead", {}, this.head), this.body);
+    this.box = h("div", { class: "card flat rows", tabindex: 0, role: "region", "aria-label": label }, this.table);
+    this.element = h("div", {}, this.box, this.count);
+    this.box.addEventListener("scroll", () => this.drawRows(), { passive: true });
+    new ResizeObserver(() => { if (this.body.firstChild) this.drawRows(); }).observe(this.box);
   }
 
-  turn(pages) {
-    this.page += pages;
-    this.draw();
-    this.element.scrollIntoView();
-  }
-
-  sortBy(number) {
-    const descending = this.order && this.order[0] === number ? !this.order[1] : false;
-    this.order = [number, descending];
-    this.page = 0;
+  sortBy(key) {
+    this.order = [key, this.order !== null && this.order[0] === key && !this.order[1]];
+    this.sorted();
     this.draw();
   }
 
   draw() {
-    const rows = this.rows.filter(this.kept);
-    if (this.order) sortRows(rows, this.columns[this.order[0]].value, this.order[1]);
-    this.page = Math.max(0, Math.min(this.page, Math.ceil(rows.length / PAGE_ROWS) - 1));
-    const first = this.page * PAGE_ROWS, shown = rows.slice(first, first + PAGE_ROWS);
-    this.head.replaceChildren(...this.columns.map((column, number) => this.heading(column, number)));
-    this.body.replaceChildren(...shown.map((row) =>
-      h("tr", {}, this.columns.map((column) => h("td", { class: column.style }, column.cell(row))))));
-    const range = rows.length > PAGE_ROWS ? (first + 1) + " to " + (first + shown.length) + " of " : "";
-    const all = rows.length < this.rows.length ? " of " + this.rows.length : "";
-    this.count.textContent = range + rows.length + all + (this.rows.length === 1 ? " test" : " tests");
-    this.back.hidden = this.page === 0;
-    this.forward.hidden = first + shown.length >= rows.length;
+    this.shown = this.rows.filter(this.kept);
+    const column = this.order && this.columns.flatMap((each) => [each, ...(each.parts || [])]).find((each) => each.key === this.order[0]);
+    if (column) sortRows(this.shown, column.value, this.order[1]);
+    this.head.replaceChildren(...this.columns.map((each) => this.heading(each)));
+    this.table.setAttribute("aria-rowcount", this.shown.length + 1);
+    this.count.textContent = (this.shown.length < this.rows.length ? this.shown.length + " of " : "") + this.rows.length + (this.rows.length === 1 ? " test" : " tests");
+    this.box.scrollTop = 0;
+    this.first = this.last = 0;
+    this.body.replaceChildren(this.above, this.below);
+    this.drawRows();
   }
 
-  heading(column, number) {
-    const mine = this.order && this.order[0] === number;
-    const sort = mine ? (this.order[1] ? "descending" : "ascending") : null;
-    const button = h("button", { type: "button", class: "sort", onclick: () => this.sortBy(number) }, column.title);
-    return h("th", { class: column.style, "aria-sort": sort, scope: "col" }, button);
+  /** Which rows have to be drawn: all of a short table. */
+  window() {
+    const count = this.shown.length, height = this.height();
+    if (count <= WHOLE_ROWS || !height) return [0, Math.min(count, WHOLE_ROWS)];
+    const first = Math.floor(this.box.scrollTop / height), seen = Math.ceil(this.box.clientHeight / height);
+    return [Math.max(0, Math.min(first - SPARE_ROWS, count - WHOLE_ROWS)), Math.min(count, first + seen + SPARE_ROWS)];
+  }
+
+  height() {
+    const row = this.above.nextElementSibling;
+    return row === null || row === this.below ? 0 : row.getBoundingClientRect().height;
+  }
+
+  /** Adds and takes away rows at both ends; those that stay are the same elements, so that the keyboard's place stays. */
+  drawRows() {
+    const [first, last] = this.window();
+    if (first === this.first && last === this.last) return;
+    const made = (from, to) => this.shown.slice(from, to).map((row, n) => this.row(row, from + n));
+    if (first >= this.last || last <= this.first) {
+      this.body.replaceChildren(this.above, ...made(first, last), this.below);
+    } else {
+      for (let n = this.first; n < first; n++) this.above.nextElementSibling.remove();
+      for (let n = last; n < this.last; n++) this.below.previousElementSibling.remove();
+      if (first < this.first) this.above.after(...made(first, this.first));
+      if (last > this.last) this.below.before(...made(this.last, last));
+    }
+    [this.first, this.last] = [first, last];
+    const height = this.height();
+    this.above.firstChild.style.height = first * height + "px";
+    this.below.firstChild.style.height = (this.shown.length - last) * height + "px";
+    this.above.hidden = first === 0;
+    this.below.hidden = last === this.shown.length;
+    if (this.height() && last < this.window()[1]) this.drawRows();
+  }
+
+  row(row, place) {
+    return h("tr", { "aria-rowindex": place + 2 }, this.columns.map((column) => h("td", { class: column.style }, column.cell(row))));
+  }
+
+  heading(column) {
+    const parts = column.parts && column.parts.map((part) => this.sorter(part, -1));
+    return h("th", { class: column.style, "aria-sort": this.sortOf(column), scope: "col" },
+      parts ? h("span", { class: "strip" }, parts) : this.sorter(column, 0));
+  }
+
+  sortOf({ key }) {
+    return this.order && this.order[0] === key ? (this.order[1] ? "descending" : "ascending") : null;
+  }
+
+  sorter(column, tabindex) {
+    const mine = this.sortOf(column);
+    return h("button", { type: "button", tabindex, class: "sort" + (mine ? " " + mine : ""), title: column.note, onclick: () => this.sortBy(column.key) }, column.title);
   }
 }
 

@@ -1,4 +1,4 @@
-// The table of all tests and its filters: a search, an outcome, a suite, or a link from a line, plan or bin.
+// The table of all tests and its filters: a search, an outcome, a suite, a cause, or a link from a line, plan or bin.
 
 const FILTERS = {
   statement: ([n]) => {
@@ -27,24 +27,39 @@ const FILTERS = {
   },
   verdict: ([word, n]) => ({
     text: "that " + ["passed", "failed", "did not check"][word] + " " + DATA.requirements[n],
-    kept: (test) => test.verdicts[n] === "PFN"[word],
+    kept: (test) => ["P", "FK", "N"][word].includes(test.verdicts[n]),
   }),
 };
 
+/** The verdicts of a test, a mark for each requirement; what each is comes up below the pointer, or at a touch. */
+function verdictStrip(test) {
+  const named = (letters) => DATA.requirements.filter((_, n) => letters.includes(test.verdicts[n]));
+  const failed = named("FK"), label = (failed.length ? "failed " + failed.join(", ") + "; " : "") + named("P").length + " passed, " + named("N").length + " not checked";
+  return h("span", { class: "strip", role: "img", "aria-label": label },
+    [...test.verdicts].map((letter, n) => h("i", { class: "v" + (letter === "-" ? "" : letter), "data-of": n })));
+}
+
+/** What a mark of a strip says: the requirement, its title, and the verdict. */
+function markText(mark) {
+  const n = Number(mark.dataset.of), name = DATA.requirements[n];
+  const letter = "PFKN".split("").find((each) => mark.classList.contains("v" + each));
+  return [h("strong", {}, name), " ", letter ? VERDICTS[letter][1] : "not monitored", DATA.titles[name] && [h("br"), DATA.titles[name]]];
+}
+
 function testColumns() {
   const verdicts = DATA.requirements.map((name, n) => ({
-    title: name, value: (test) => "FPN-".indexOf(test.verdicts[n]), cell: (test) => verdictMark(test.verdicts[n]),
-    style: "mark",
+    key: name, title: name, note: DATA.titles[name], value: (test) => "FKPN-".indexOf(test.verdicts[n]),
   }));
   return [
-    { title: "Test", value: (test) => test.id, cell: testLink, style: "wide" },
-    DATA.suites.length > 1 && { title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite], style: "less" },
-    { title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
-    ...verdicts,
-    { title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "less" },
-    { title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n less" },
-    { title: "Adds", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n less" },
-    { title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n less" },
+    { key: "test", title: "Test", value: (test) => test.id, cell: testLink, style: "id" },
+    DATA.suites.length > 1 && { key: "suite", title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite] },
+    { key: "outcome", title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
+    verdicts.length > 0 && { key: "requirements", title: "Requirements", parts: verdicts, cell: verdictStrip, style: "strips" },
+    { key: "ended", title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "some" },
+    { key: "statements", title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
+    { key: "adds", title: "Adds", note: "Points that it adds to the smallest suite", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n" },
+    { key: "simulated", title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n" },
+    { key: "beliefs", title: "Beliefs", value: (test) => test.beliefs, cell: (test) => test.beliefs || "-", style: "rest" },
   ].filter(Boolean);
 }
 
@@ -54,12 +69,22 @@ function gain(test) {
 }
 
 function testLink(test) {
-  return h("a", { class: "mono", href: "#test/" + test.anchor }, test.id);
+  return h("a", { class: "mono", href: "#test/" + test.anchor, title: test.id }, test.id);
 }
 
 function select(label, every, options, change) {
   return h("select", { "aria-label": label, onchange: change },
     h("option", { value: "" }, every), options.map(([value, text]) => h("option", { value }, text)));
+}
+
+/** The choice of an order, for the keyboard: names of requirements in the head are not reached by it one by one. */
+function orderChoice(columns, table, changed) {
+  const each = columns.flatMap((column) => column.parts || [column]);
+  const choice = select("Order", "as they ran", each.map(({ key, title }) => [key, title]), () => {
+    table.order = choice.value ? [choice.value, false] : null;
+    changed();
+  });
+  return choice;
 }
 
 /** The page of tests; returns the function that shows it, given the rest of the address after "tests". */
@@ -68,31 +93,48 @@ function testsPage(place) {
     place.append(h("p", { class: "card soft" }, "No test was selected."));
     return () => {};
   }
-  const table = new Table(testColumns(), TESTS);
-  let filter = { kept: () => true };
-  const refresh = () => { table.page = 0; table.draw(); };
-  const changed = () => { keepFilters({ q: search.value, outcome: outcome.value, suite: suite.value }); refresh(); };
+  const columns = testColumns(), table = new Table(columns, TESTS, "Tests");
+  let filter = { kept: () => true }, texts = null;
+  const changed = () => {
+    const order = table.order ? (table.order[1] ? "-" : "") + table.order[0] : "";
+    keepFilters({ q: search.value, outcome: outcome.value, suite: suite.value, cause: cause.value, order });
+    table.draw();
+  };
   const search = h("input", {
-    type: "search", placeholder: "Search ids, beliefs, " + DATA.outcomeLabel, "aria-label": "Search tests", oninput: changed,
+    type: "search", placeholder: "Search ids, actions, beliefs, requirements, causes, " + DATA.outcomeLabel, "aria-label": "Search tests", oninput: () => changed(),
   });
   const present = [...new Set(TESTS.map((test) => test.outcome))].sort();
-  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), changed);
-  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), changed);
+  const outcome = select("Outcome", "every outcome", present.map((each) => [each, DATA.outcomeWords[each]]), () => changed());
+  const suite = select("Suite", "every suite", DATA.suites.map((name, n) => [n, name]), () => changed());
+  const cause = select("Cause", "every cause", DATA.failedFor.map(({ title }, n) => [n + 1, title]), () => changed());
+  const order = orderChoice(columns, table, () => changed());
   suite.hidden = DATA.suites.length < 2;
+  cause.hidden = !DATA.failedFor.length;
+  table.sorted = () => { order.value = table.order[0]; changed(); };
   const description = h("span", {});
   const notice = h("p", { class: "notice mild", hidden: true }, description, " ", h("a", { href: "#tests" }, "show all"));
-  table.kept = (test) =>
-    search.value.toLowerCase().split(/\s+/).every((word) => test.text.includes(word)) &&
-    (!outcome.value || test.outcome === outcome.value) &&
-    (!suite.value || test.suite === Number(suite.value)) && filter.kept(test);
-  place.append(h("div", { class: "filter", role: "search" }, search, outcome, suite), notice, table.element);
+  table.kept = (test) => {
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    if (words.length && !texts) texts = searchedTexts();
+    return words.every((word) => texts[test.number].includes(word)) &&
+      (!outcome.value || test.outcome === outcome.value) &&
+      (!suite.value || test.suite === Number(suite.value)) &&
+      (!cause.value || DATA.failedFor[cause.value - 1].tests.includes(test.number)) && filter.kept(test);
+  };
+  const bar = h("div", { class: "filter", role: "search" }, search, outcome, suite, cause, h("label", { class: "small soft" }, "Order ", order));
+  const key = h("p", { class: "small soft strip-key" }, DATA.requirements.length > 0 && [["P", "passed"], ["F", "failed"], ["K", "failed, as is known"], ["N", "not checked"]]
+    .map(([letter, text]) => [h("i", { class: "v" + letter }), " " + text + " "]));
+  place.append(bar, notice, table.element, key);
+  tipOver(table.body, "i[data-of]", markText);
   return ([kind, ...numbers], filters) => {
     search.value = filters.get("q") || "";
-    outcome.value = filters.get("outcome") || "";
-    suite.value = filters.get("suite") || "";
+    for (const [name, choice] of Object.entries({ outcome, suite, cause })) choice.value = filters.get(name) || "";
+    const by = filters.get("order") || "";
+    table.order = by ? [by.replace(/^-/, ""), by.startsWith("-")] : null;
+    order.value = table.order ? table.order[0] : "";
     filter = kind in FILTERS ? FILTERS[kind](numbers.map(Number)) : { kept: () => true };
     notice.hidden = !filter.text;
     description.textContent = filter.text ? "Tests " + visible(filter.text) + "." : "";
-    refresh();
+    table.draw();
   };
 }
