@@ -23,10 +23,31 @@ def of_suite(report: Report, suite: SuiteResult) -> Iterator[str]:
 def of_all_suites(report: Report, name: str) -> tuple[str, ...]:
     """What no suite hit anything of, of one product."""
     declared = report.cross_products[name]
+    return tuple(_texts(declared, *_of_all(report, name)))
+
+
+def members_of_all_suites(report: Report, name: str) -> Iterator[tuple[str, tuple[Bin, ...]]]:
+    """The same with the bins of each hole that no larger one has."""
+    declared = report.cross_products[name]
+    missing, hit = _of_all(report, name)
+    places = {coordinate.name: place for place, coordinate in enumerate(declared.coordinates)}
+    left = dict.fromkeys(missing)
+    if not left:
+        return
+    for hole in holes([*places], _open_bins(declared, hit), missing):
+        mine = tuple(bin_ for bin_ in left if all(bin_[places[of]] == value for of, value in hole.values))
+        for bin_ in mine:
+            del left[bin_]
+        if mine:
+            yield _text(hole, len(places)), mine
+
+
+def _of_all(report: Report, name: str) -> tuple[list[Bin], set[Bin]]:
+    """The bins of a product that no suite hit, and those that one did."""
     covered = [suite.cross.products[name] for suite in report.suites if name in suite.cross.products]
     hit = {hits.bin for coverage in covered for hits in coverage.hits}
-    missing = [bin_ for bin_ in _open_bins(declared, hit) if bin_ not in hit] if covered else []
-    return tuple(_texts(declared, missing, hit))
+    open_bins = _open_bins(report.cross_products[name], hit) if covered else []
+    return [bin_ for bin_ in open_bins if bin_ not in hit], hit
 
 
 def _texts(declared: ProductDeclaration, missing: Collection[Bin], hit: Collection[Bin]) -> Iterator[str]:

@@ -18,6 +18,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_view, tests_view, totals, waivers_view
+from pytest_hricdv.report.hole_causes import hole_causes
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.navigation import areas, suites_heading
 from pytest_hricdv.report.requirement_view import grouped, requirement_view, states, triggers_over_time
@@ -33,6 +34,8 @@ EMBEDDED_BYTES = 1_200_000
 
 _SHOWN_ITEMS = 40
 """Of a gap, before the rest is folded away; chosen: some lines of a browser."""
+_SHOWN_HOLES = 15
+"""Groups of points that no test covers, before the rest is folded away; chosen: each is a line or two, so a screen."""
 _SCRIPTS = (
     "element",
     "address",
@@ -139,7 +142,9 @@ def _context(report: Report) -> dict[str, Any]:
         "nothing_checked": totals.nothing_checked(report),
         "duration": totals.duration(report),
         "suites": report.suites,
-        "gaps": totals.explained_gaps(report),
+        "holes": hole_causes(report),
+        "shown_holes": _SHOWN_HOLES,
+        "aim": next((command for view in views() if (command := view.aim(report))), ""),
         "shown_items": _SHOWN_ITEMS,
         "waivers": waivers_view.waivers(report),
         "unmeasured": totals.unmeasured(report),

@@ -13,7 +13,6 @@ from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
 from pytest_hricdv.report import holes_view
 from pytest_hricdv.report.formatting import and_more, branches, by_requirement, line_ranges, natural, plural, share
 from pytest_hricdv.report.margin import margin_unit
-from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import views
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
@@ -31,8 +30,6 @@ _OUTCOME_WORDS: Mapping[TestOutcome, tuple[str, str]] = {
 
 _MAX_NAMES = 5
 """Of requirements in a sentence (chosen: the table below it has all)."""
-
-_WAIVED = "waived as unreachable"
 
 
 @dataclass(frozen=True)
@@ -91,17 +88,11 @@ class Duration:
 
 @dataclass(frozen=True)
 class GapRow:
-    """What no test covers of one place: a source file, an agent's plans, a cross product, a requirement.
-
-    `test` is the test that came nearest, as the anchor of a link and an id; None where none is known.
-    """
+    """What no test covers of one place: a source file, an agent's plans, a cross product."""
 
     place: str
     kind: str
     items: tuple[str, ...]
-    reason: str = ""
-    suggestion: str = ""
-    test: tuple[str, str] | None = None
 
 
 def outcomes(report: Report) -> dict[TestOutcome, int]:
@@ -293,19 +284,6 @@ def gaps(report: Report) -> tuple[GapRow, ...]:
     Waived lines, and branches from or to them, are left out: they need no test, and are listed as waivers.
     """
     return tuple(gap for gap in (*_code_gaps(report), *_suite_gaps(report)) if gap.items)
-
-
-def explained_gaps(report: Report) -> tuple[GapRow, ...]:
-    """Every gap with its reason and what may close it; gaps that share these are one. Waived lines are left out."""
-    anchors = {test.id: anchor(test.nodeid) for test in report.tests}
-    grouped: dict[tuple[str, str, str, str, str], list[str]] = {}
-    for gap in report.closure.gaps or ():
-        if not gap.reason.startswith(_WAIVED):
-            grouped.setdefault((gap.place, gap.kind, gap.reason, gap.suggestion, gap.test), []).extend(gap.items)
-    return tuple(
-        GapRow(place, kind, tuple(items), reason, suggestion, (anchors[test], test) if test in anchors else None)
-        for (place, kind, reason, suggestion, test), items in grouped.items()
-    )
 
 
 def _least_margin(report: Report, suite: str, requirement: str) -> tuple[float | None, str]:

@@ -133,6 +133,10 @@ class View:
         """On a requirement's page; None for nothing."""
         return None
 
+    def aim(self, report: Report) -> str:
+        """The command that aims at what no test of the report covers; empty where this part has none."""
+        return ""
+
     def markdown(self, report: Report) -> Iterable[str]:
         """Paragraphs of a CI job's summary, not escaped."""
         return ()

@@ -1,10 +1,12 @@
 """What a report says of its closing loop: lines for the terminal, and what its page shows."""
 
+import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.closing.options import NAME
 from pytest_hricdv.extra.closing.records import (
     CLOSING,
     RULE_OF_THREE,
@@ -90,6 +92,19 @@ class ClosingView(View):
         return (
             None if values is None else PageSection("closing", "", "closing/closing.html.jinja", values, "in closure")
         )
+
+    def aim(self, report: Report) -> str:
+        """A closing loop after the same suites; after a loop, with twice its budget."""
+        if not report.rerun.suite or not report.suites:
+            return ""
+        result = CLOSING.of(report)
+        options = [option for option in report.rerun.options if not option.startswith("--hri-close")]
+        words = [f"--hri-suite={report.rerun.suite}", f"--hri-seed={report.suites[0].seed}", *options]
+        if NAME not in report.rerun.suite.split(","):
+            words.append("--hri-close")
+        if result is not None:
+            words.append(f"--hri-close-runs={2 * result.budget}")
+        return " ".join(("pytest", *map(shlex.quote, words)))
 
     def data(self, report: Report) -> dict[str, Any]:
         """The plots' curves."""
@@ -209,10 +224,11 @@ def evidence_text(point: OpenPoint) -> str:
 
 
 def tries_text(point: OpenPoint) -> str:
-    """`120 tries, below 2.5 %`: the runs aimed at a point, and what that says of their chance."""
+    """`120 tries, below 2.5 %`: the runs aimed at a point, and what that says of their chance, if anything."""
     if point.bound is None:
         return "never aimed at"
-    return f"{point.tries} {'try' if point.tries == 1 else 'tries'}, below {percent(100.0 * point.bound)}"
+    tries = f"{point.tries} {'try' if point.tries == 1 else 'tries'}"
+    return f"{tries}, below {percent(100.0 * point.bound)}" if point.bound < 1 else tries
 
 
 def page(report: Report) -> dict[str, Any] | None:
@@ -232,11 +248,22 @@ def page(report: Report) -> dict[str, Any] | None:
         ],
         "kinds": {kind_text(kind): count for kind, count in result.kinds.items()},
         "anchors": anchors,
-        "open": [(point, kind_text(point.point[0]), point_text(point.point)) for point in result.open],
+        "open": _open_by_place(result),
         "nearest": used,
         "replays": {test.id: test.replay for test in report.tests if test.replay},
         "impossible": _reasons(result),
     }
+
+
+def _open_by_place(result: ClosingResult) -> list[tuple[str, str, list[tuple[OpenPoint, str, str]]]]:
+    """How many of which kind, their place (a file, a product, ...), and of each what it is and what its tries say."""
+    places: dict[tuple[str, str], list[tuple[OpenPoint, str, str]]] = {}
+    for point in result.open:
+        kind, *names = point.point
+        where = names[0] if len(names) > 1 else ""
+        places.setdefault((kind, where), []).append((point, point_text(point.point), tries_text(point)))
+    ordered = sorted(places.items(), key=lambda item: -len(item[1]))
+    return [(plural(len(points), kind), where, points) for (kind, where), points in ordered]
 
 
 def _reasons(result: ClosingResult) -> list[tuple[str, str, str, int]]:

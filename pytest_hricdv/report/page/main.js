@@ -113,6 +113,7 @@ function startSkipping() {
 }
 
 document.querySelectorAll("table.sortable").forEach(makeSortable);
+document.querySelectorAll(".command > pre").forEach((text) => text.parentElement.replaceWith(command(text.textContent)));
 startTheme();
 startSkipping();
 measureHeader();

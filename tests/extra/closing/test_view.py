@@ -39,7 +39,7 @@ def test_the_summary_counts_points_by_kind_and_names_open_ones_in_at_most_ten_li
         "  violated: the robot raised <b>KeyError</b>: 2 runs (closure-x)",
         "  kinds of violations: 1 known, see the report",
         "  open: controller/states.py:13: never aimed at; line 12 (`if <script>:`) has to go on to it (closure-near)",
-        "  open: controller/states.py:12->exit: 1 try, below 100.0 %",
+        "  open: controller/states.py:12->exit: 1 try",
         "  open: R1 Passed: 120 tries, below 2.5 %; reading.gaze & reading.pressure",
         "  open: handover: 100 x 1: 104 tries, below 2.9 %; leg 4 instead of 3 (closure-near)",
     ]
@@ -59,11 +59,15 @@ def test_the_page_has_each_open_point_with_its_evidence_and_the_reasons_of_impos
         "line 12 ( if <script>: ) has to go on to it if it cannot be: controller/states.py:13: # unreachable: why"
         in words
     )
-    assert "R1 Passed verdicts 120 2.5 % reading.gaze & reading.pressure" in words
+    assert "12 bins of handover" in words
+    assert (
+        "1 verdict of R1 Point Tries Nearest, and what it missed R1 Passed 120 tries, below 2.5 % reading.gaze" in words
+    )
+    assert "below 100" not in words
     assert """if it cannot be: cross product handover: impossible={('001', '1'): "why"}""" in words
     assert "# id: closure-near # seed: 1 tell leg" in words
     assert "R4 violated Reset released 1 joint_speed < 0.25 closure-x" in words
-    assert "fault violated - - 2 the robot raised <b>KeyError</b> closure-x R3 known - - 7" in words
+    assert "fault violated - - 2 the robot raised <b>KeyError</b> closure-x Known violations 1 kind" in words
     assert "statements 1 waived a <b>guard</b> bins 4 model the model" in words
 
 
@@ -79,10 +83,23 @@ def test_curves_end_at_the_share_that_is_hit_and_begin_with_given_tests() -> Non
 @pytest.mark.slow
 def test_plots_show_kinds_and_ways_over_runs_and_time(watched: Watched, tmp_path: Path) -> None:
     page: Any = watched.open(DATA, tmp_path, "closure")
-    assert page.locator("#closure figure[data-closing] svg[aria-label]").count() == 4
+    plots = page.locator("#closure figure[data-closing] svg[aria-label]")
+    assert plots.count() == 2
     words = page.locator("#closure").text_content()
-    for text in ("points hit (%)", "points hit first", "runs →", "simulated time (s) →"):
+    for text in ("points hit (%)", "points hit first", "runs →"):
         assert text in words
+    page.locator("figure[data-closing=ways]").get_by_label("Over", exact=True).select_option("sim_s")
+    assert plots.count() == 2
+    assert "simulated time (s) →" in plots.last.text_content()
+
+
+@pytest.mark.slow
+def test_points_have_rows_only_where_they_are_opened(watched: Watched, tmp_path: Path) -> None:
+    page: Any = watched.open(DATA, tmp_path, "closure")
+    rows = page.locator("#closure .points tbody tr:visible")
+    assert rows.count() == 0
+    page.locator("#closure .points summary", has_text="12 bins of handover").click()
+    assert rows.count() == 12
     watched.assert_quiet()
 
 
