@@ -5,8 +5,8 @@
    test).
 2. Failures of one test with the same change are one incident: the later ones follow from the first.
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
-   all of its tests have that, too, and would hardly do so by chance (Fisher's exact test). Kinds of different tests
-   have one cause if the same statements are the most suspicious.
+   all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
+   as probable). Kinds of different tests have one cause if the same statements are the most suspicious.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from itertools import combinations
 from math import exp, lgamma
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
@@ -118,6 +119,18 @@ class Spectra:
             columns.counts(elements, failed, passed) for elements in (columns.statements, columns.branches)
         )
         return ranked(self.code, statements, branches)
+
+    def specific(self, failing: Collection[str], failing_otherwise: Collection[str]) -> frozenset[tuple[str, int]]:
+        """The first of the suspects: file and line of those that are more suspicious than what all tests execute.
+
+        Args:
+            failing: see `suspects`.
+            failing_otherwise: see `suspects`.
+        """
+        passing = len(self.bits.keys() - {*failing_otherwise, *failing})
+        anyway = ochiai(Counts(len(failing), passing, len(failing)))
+        first = self.suspects(sorted(failing), failing_otherwise)[:FIRST]
+        return frozenset((suspect.file, suspect.line) for suspect in first if suspect.score > anyway)
 
     @cached_property
     def columns(self) -> Columns:
@@ -232,24 +245,31 @@ def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSet
 
 def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra, tests: int) -> None:
     """What comes without a disturbance: in the same tests, or at the same places in the code."""
-    nodeids = {kind: {failure.nodeid for failure in members} for kind, members in kinds.items()}
+    times_s = {kind: {failure.nodeid: failure.time_s for failure in members} for kind, members in kinds.items()}
     failing = {failure.nodeid for members in kinds.values() for failure in members}
-    places = {
-        kind: {(suspect.file, suspect.line) for suspect in spectra.suspects(sorted(names), failing)[:FIRST]}
-        for kind, names in nodeids.items()
-    }
-    listed = [*kinds]
-    for number, kind in enumerate(listed):
-        for other in listed[:number]:
-            same_places = bool(places[kind]) and places[kind] == places[other]
-            if same_places or _follows(nodeids[kind], nodeids[other], tests):
-                sets.unite(other, kind)
+    places = {kind: spectra.specific(names.keys(), failing) for kind, names in times_s.items()}
+    for kind, other in combinations(kinds, 2):
+        same_places = bool(places[kind]) and places[kind] == places[other]
+        one, two = times_s[kind], times_s[other]
+        if same_places or _follows(one, two, tests) or _follows(two, one, tests):
+            sets.unite(kind, other)
 
 
-def _follows(some: set[str], others: set[str], tests: int) -> bool:
-    """Whether nearly all tests of the smaller set are in the other one, and hardly by chance."""
-    both, fewer = len(some & others), min(len(some), len(others))
-    return both >= SAME_TESTS * fewer and _by_chance(both, len(some), len(others), tests) < BY_CHANCE
+def _follows(some: Mapping[str, float], others: Mapping[str, float], tests: int) -> bool:
+    """Whether some failures follow from others: nearly all of their tests have these, earlier, and hardly by chance.
+
+    Args:
+        some: node id -> when (s).
+        others: the same.
+        tests: how many there are.
+    """
+    both = some.keys() & others.keys()
+    if len(some) > len(others) or len(both) < SAME_TESTS * len(some):
+        return False
+    if any(some[nodeid] < others[nodeid] for nodeid in both):
+        return False
+    later = sum(some[nodeid] > others[nodeid] for nodeid in both)
+    return _by_chance(len(both), len(some), len(others), tests) * 0.5**later < BY_CHANCE
 
 
 def _by_chance(both: int, some: int, others: int, tests: int) -> float:

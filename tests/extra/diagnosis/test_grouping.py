@@ -126,6 +126,31 @@ def test_what_only_comes_in_tests_that_fail_otherwise_follows_from_that() -> Non
     assert of(tests, failures) == [("", {f"a{n}" for n in range(6)}, {"R1", "R2"})]
 
 
+def test_what_comes_before_does_not_follow() -> None:
+    tests = {**{f"a{n}": () for n in range(9)}, **passing(13)}
+    failures = [failure(f"a{n}", "R1", time_s=2.0) for n in range(9)]
+    later = [*failures, *(failure(f"a{n}", "R2", time_s=3.0) for n in range(4))]
+    sooner = [*failures, *(failure(f"a{n}", "R2", time_s=1.0) for n in range(4))]
+    assert [requirements for _, _, requirements in of(tests, later)] == [{"R1", "R2"}]
+    assert [requirements for _, _, requirements in of(tests, sooner)] == [{"R1"}, {"R2"}]
+
+
+def test_the_order_is_evidence_where_the_tests_alone_are_little() -> None:
+    """As a vacuum cleaner that waits blindly: it stays where it is, and its brush turns on."""
+    tests = {**{f"a{n}": () for n in range(7)}, **passing(5)}
+    failures = [failure(f"a{n}", "R2", time_s=2.0) for n in range(7)]
+    assert len(of(tests, [*failures, *(failure(f"a{n}", "R3", time_s=2.0) for n in (0, 1))])) == 2
+    assert len(of(tests, [*failures, *(failure(f"a{n}", "R3", time_s=3.0) for n in (0, 1))])) == 1
+
+
+def test_places_that_all_tests_execute_are_no_common_cause() -> None:
+    file = SourceFile("robot.py", Path("robot.py"), (1, 2), (), ())
+    bits = {name: Bits(0b11) for name in ("a", "b", *passing(4))}
+    spectra = Spectra(CodeMap(("robot",), (file,), ""), bits)
+    tests: dict[str, tuple[str, ...]] = {"a": (), "b": (), **passing(4)}
+    assert len(of(tests, [failure("a", "R1"), failure("b", "R2")], spectra)) == 2
+
+
 def test_what_differs_from_a_model_in_two_ways_has_two_causes() -> None:
     tests = {**{f"a{n}": () for n in range(8)}, **passing(8)}
     failures = [
