@@ -23,6 +23,7 @@ from typing import Any
 PARTS = MappingProxyType(
     {
         "mutation": ("part", "records", "view"),
+        "suggestion": ("part", "records", "view"),
         "engines": ("part", "records", "view"),
         "draft": (),  # commands of `python -m pytest_hricdv` only
         "closing": ("part", "records", "merging", "view"),

@@ -73,6 +73,11 @@ class CodeUnderTest:
         """Whether the caller is one of its nodes."""
         return self._kernel.running() in self._nodes
 
+    def is_other_running(self) -> bool:
+        """Whether the caller is a node that is none of its, such as a person: the kernel itself and the world are none."""
+        node = self._kernel.running()
+        return node is not None and node not in self._nodes
+
     @property
     def waiting(self) -> Mapping[str, FrameType]:
         """Its nodes that wait -> their innermost frames."""

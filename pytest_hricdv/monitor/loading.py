@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import datetime
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from pytest_hricdv.monitor.formula import Formula, PastFormula
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
-_KEYS = ("title", "source", "formula", "pattern", "shows", "group")
+_KEYS = ("title", "source", "formula", "pattern", "shows", "group", "suggested", "accepted_by", "accepted_on")
 _DEFINITIONS = "definitions"
 MAX_TABLES = 1_000
 """Most requirements of a file, and most definitions (chosen): more than people can read."""
@@ -191,6 +192,9 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
         formula=formula,
         shows=tuple(table.get("shows", ())),
         group=table.get("group", ""),
+        suggested=table.get("suggested", ""),
+        accepted_by=table.get("accepted_by", ""),
+        accepted_on=_date(table),
         names=tuple((meaning, definition) for meaning, definition in meanings if isinstance(meaning, PastFormula)),
     )
 
@@ -225,8 +229,24 @@ def _check_key(where: str, key: str, value: object, vocabulary: Vocabulary) -> N
         raise RequirementError(f"{where}: unknown key {quoted(key)}{nearest(key, _KEYS)}")
     if key == "shows":
         _check_shows(where, value, vocabulary)
+    elif key == "accepted_on":
+        _check_date(where, value)
     elif not isinstance(value, str) or (not value.strip() and key not in ("formula", "pattern")):
         raise RequirementError(f"{where}: {quoted(key)} has to be a text, got {quoted(value)}")
+
+
+def _check_date(where: str, value: object) -> None:
+    try:
+        is_date = not isinstance(value, datetime.datetime) and bool(datetime.date.fromisoformat(str(value)))
+    except ValueError:
+        is_date = False
+    if not is_date:
+        raise RequirementError(f"{where}: 'accepted_on' has to be a date, as 2026-11-26, got {quoted(value)}")
+
+
+def _date(table: Mapping[str, object]) -> str:
+    """When a requirement was accepted; empty where nobody says so. In TOML, a date needs no quotation marks."""
+    return str(table.get("accepted_on", ""))
 
 
 def _check_shows(where: str, names: object, vocabulary: Vocabulary) -> None:

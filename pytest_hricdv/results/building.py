@@ -17,7 +17,7 @@ from pytest_hricdv.generate import GenerateError, chosen_values
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
-from pytest_hricdv.monitor import Criterion, RequirementResult
+from pytest_hricdv.monitor import Criterion, Requirement, RequirementResult
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite
 from pytest_hricdv.results.gates import Exemption
@@ -160,10 +160,20 @@ def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, Requiremen
     """Requirement -> its texts for people."""
     return {
         criterion.id: RequirementText(
-            title=criterion.title, source=criterion.source, text=criterion.text, group=criterion.group
+            title=criterion.title,
+            source=criterion.source,
+            text=criterion.text,
+            group=criterion.group,
+            **(_acceptance(criterion) if isinstance(criterion, Requirement) else {}),
         )
         for criterion in requirements
     }
+
+
+def _acceptance(requirement: Requirement) -> dict[str, str]:
+    """What a suggested requirement rests on, and who accepted it and when."""
+    by = (requirement.accepted_by, f"on {requirement.accepted_on}" if requirement.accepted_on else "")
+    return {"suggested": requirement.suggested, "accepted": " ".join(filter(None, by))}
 
 
 def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Report:

@@ -230,13 +230,16 @@ class SuiteResult(PlainRecord, frozen=True, kw_only=True):
 class RequirementText(PlainRecord, frozen=True, kw_only=True):
     """A requirement for people: title, source (a standard, a paper), and the formula that the monitor checks.
 
-    `group` is what it belongs to; empty where nothing was said.
+    `group` is what it belongs to; empty where nothing was said. `suggested` is what a requirement rests on that was
+    suggested from runs, `accepted` who accepted it and when; both are empty for others.
     """
 
     title: str
     source: str
     text: str
     group: str = ""
+    suggested: str = ""
+    accepted: str = ""
 
 
 class ModelSource(PlainRecord, frozen=True, kw_only=True):

@@ -1,0 +1,80 @@
+"""A requirement that may be suggested."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+Form = Literal["response", "precedence", "bound", "at event", "relation", "absence"]
+"""What it is of the patterns: see docs/patterns.md."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A requirement that may be suggested.
+
+    Args:
+        form: of it.
+        title: in one sentence.
+        antecedent: of the formula.
+        response: of the formula.
+        subjects: the topics and signals that it is about.
+        support: how often it was triggered in the runs that it was learnt of.
+        observed: the extreme that a bound was made of, for people; empty for none.
+        surprise: from 0 (it says hardly anything) to 1.
+        of_state: it reads the state that the code under test tells.
+    """
+
+    form: Form
+    title: str
+    antecedent: str
+    response: str
+    subjects: frozenset[str]
+    support: int
+    observed: str = ""
+    surprise: float = 0.5
+    of_state: bool = False
+
+    @property
+    def formula(self) -> str:
+        """Of the language of requirements."""
+        return f"always({self.antecedent} -> {self.response})"
+
+
+LEAST_SUPPORT = 3
+"""What happened less often says nothing (chosen)."""
+
+
+def above(value: float, spread: float = 0.0) -> float:
+    """A bound above an observed extreme: with a margin, and of two digits.
+
+    The margin is half of the spread of what was observed, but at least a twentieth and at most a quarter of it: what
+    always takes the same time will hardly take longer, and of what varies the longest was not seen yet (chosen).
+    """
+    margin = min(max(abs(spread) / 2, abs(value) / 20), abs(value) / 4)
+    return rounded(value + margin, up=True)
+
+
+def below(value: float, spread: float = 0.0) -> float:
+    """A bound below an observed extreme, likewise."""
+    return -above(-value, spread)
+
+
+def rounded(value: float, *, up: bool) -> float:
+    """To two digits, away from the value.
+
+    >>> rounded(12.31, up=True), rounded(0.0472, up=False), rounded(-151.0, up=True)
+    (13.0, 0.047, -150.0)
+    """
+    if value == 0.0:
+        return 0.0
+    scale = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
+    exact = value / scale
+    whole = math.ceil(exact - 1e-9) if up else math.floor(exact + 1e-9)
+    return float(f"{whole * scale:.6g}")
+
+
+def number(value: float) -> str:
+    """Of a formula or a title, short."""
+    return f"{value:.6g}"

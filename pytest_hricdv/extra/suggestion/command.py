@@ -1,0 +1,66 @@
+"""`python -m pytest_hricdv suggest`: a session of pytest that suggests requirements, with the options that it takes.
+
+    python -m pytest_hricdv suggest                      # of the suite that pytest.ini names, or of --suite=rl
+    python -m pytest_hricdv suggest --most=10 --faults=50
+
+It runs the suite, records its runs, learns what all of them satisfied, and tries to refute this with further tests.
+What is left is ranked by the seeded faults that it notices and that no requirement notices (this needs the extra
+`mutation`; without it, or with --faults=0, by how much it excludes). Each suggestion is four lines to paste into the
+file of requirements: read the title, ask whether the robot *has to* do what it did, and only then add
+
+    accepted_by = "your name"
+    accepted_on = 2026-11-26
+
+What all runs do may be what all runs do wrong. Until both lines are there, each session says that nobody has accepted it.
+Runs are kept in the folder suggestions/ of the report: what was interrupted goes on there, and a repetition is fast.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+
+from pytest_hricdv.extra.suggestion.options import SuggestionOptions
+
+PURPOSE = "suggest requirements that all runs of a suite satisfied, with what each rests on"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what the command takes."""
+    add, default = parser.add_argument, SuggestionOptions()
+    add("--suite", metavar="NAME|PATH[,...]", help="as --hri-suite of pytest (default: what the project's ini file says)")
+    add("--seed", type=int, default=0, metavar="N", help="of suite, further tests and faults (default 0)")
+    add("--tests", type=_number, metavar="N", help="tests of each suite (default: that of the method)")
+    add("--most", type=_number, default=default.most, metavar="N", help=f"suggestions (default {default.most})")
+    add("--faults", type=_number, default=default.faults, metavar="N", help=f"seeded faults (default {default.faults})")
+    add("--further", type=_number, default=default.further, metavar="N", help=f"further tests (default {default.further})")
+    add("--seconds", type=_number, metavar="S", help="begin with no further fault after S seconds (default: no limit)")
+    add("--anew", action="store_true", help="as though there were no requirements yet: to compare them with yours")
+    add("pytest", nargs="*", metavar="ARGUMENT", help="further arguments of pytest, after --, as -- -n 2")
+
+
+def pytest_arguments(options: argparse.Namespace) -> list[str]:
+    """What pytest is called with."""
+    made = ["--hri-suggest", f"--hri-seed={options.seed}"]
+    made += [f"--hri-suite={options.suite}"] if options.suite else []
+    made += [f"--hri-tests={options.tests}"] if options.tests else []
+    for name in ("most", "faults", "further"):
+        made.append(f"--hri-suggest-{name}={getattr(options, name)}")
+    made += [f"--hri-suggest-seconds={options.seconds}"] if options.seconds else []
+    made += ["--hri-suggest-anew"] if options.anew else []
+    return [*made, *options.pytest]
+
+
+def do(options: argparse.Namespace) -> int:
+    """Run pytest with them, in a process of its own; returns its exit status."""
+    try:
+        return subprocess.run([sys.executable, "-m", "pytest", *pytest_arguments(options)], check=False).returncode
+    except KeyboardInterrupt:  # pytest has got it, too, and has said so
+        return 2
+
+
+def _number(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and int(text) <= 10_000_000):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number")
+    return int(text)

@@ -1,0 +1,64 @@
+"""All that may be suggested of runs: candidates of each form, none twice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv.extra.suggestion.absences import absences
+from pytest_hricdv.extra.suggestion.bounds import bounds
+from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate
+from pytest_hricdv.extra.suggestion.guards import guards
+from pytest_hricdv.extra.suggestion.occurrences import events_of
+from pytest_hricdv.extra.suggestion.orders import precedences, successions
+from pytest_hricdv.extra.suggestion.relations import relations
+from pytest_hricdv.extra.suggestion.responses import responses
+from pytest_hricdv.extra.suggestion.views import Event, Runs
+from pytest_hricdv.monitor import Requirement, RequirementError, parse_formula
+
+MOST_EVENTS = 60
+"""So many events are looked at, in pairs, at most: the broad ones first, then the most frequent (chosen)."""
+
+MOST_A_RUN = 200
+"""What happens more often in a run is noise of a number, and no event (chosen)."""
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """A candidate with its formula as data, to be judged."""
+
+    candidate: Candidate
+    requirement: Requirement
+
+
+def candidates(runs: Runs) -> list[Parsed]:
+    """Of all forms, in an order that depends on the runs only."""
+    events = _kept(events_of(runs), len(runs.runs))
+    made: dict[str, Candidate] = {}
+    for candidate in (
+        *responses(runs, events),
+        *precedences(runs, events),
+        *successions(runs),
+        *guards(runs, events),
+        *relations(runs, events),
+        *absences(runs, events),
+        *bounds(runs),
+    ):
+        if candidate.support >= LEAST_SUPPORT:
+            made.setdefault(candidate.formula, candidate)
+    return [one for candidate in made.values() if (one := parsed(candidate, runs)) is not None]
+
+
+def _kept(events: Sequence[Event], runs: int) -> list[Event]:
+    usual = [event for event in events if event.count <= MOST_A_RUN * runs]
+    usual.sort(key=lambda event: (event.is_state, event.narrow, -event.count, event.text))
+    return usual[:MOST_EVENTS]
+
+
+def parsed(candidate: Candidate, runs: Runs) -> Parsed | None:
+    """A candidate with its formula as data; None for what can never hold, which the language refuses."""
+    try:
+        formula = parse_formula(candidate.formula, runs.vocabulary)
+    except RequirementError:
+        return None
+    return Parsed(candidate, Requirement(candidate.formula, candidate.title, "", candidate.formula, formula))

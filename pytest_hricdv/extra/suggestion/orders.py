@@ -1,0 +1,120 @@
+"""Orders: no event without another one before it, at most once after it, and not sooner or later after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, number
+from pytest_hricdv.extra.suggestion.responses import EARLY_S
+from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before
+
+MOST_OF_ONE = 5
+"""So many causes of an event are candidates, those first that were nearest to it (chosen)."""
+
+
+def precedences(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
+    """Of all pairs of events whose second one the code under test, or the world, causes."""
+    for event in events:
+        if event.author == "person" or event.count < LEAST_SUPPORT:
+            continue
+        made = [
+            (candidate, lag_s)
+            for cause in events
+            if cause.subject != event.subject and not cause.is_state
+            for candidate, lag_s in _precedence(event, cause)
+        ]
+        made.sort(key=lambda pair: (pair[1], pair[0].formula))
+        yield from [candidate for candidate, _ in made[:MOST_OF_ONE]]
+
+
+def _precedence(event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]:
+    lags_s: list[float] = []
+    for times, causes in zip(event.times, cause.times, strict=True):
+        before_s = float("-inf")
+        for time_s in times:
+            cause_s = last_before(causes, time_s)
+            if cause_s is None or cause_s < before_s:
+                return
+            lags_s.append(time_s - cause_s)
+            before_s = time_s
+    # A cause that happens again and again before each event excludes little.
+    if cause.count > 8 * event.count:
+        return
+    shortest_s, longest_s = min(lags_s), max(lags_s)
+    this = f"({event.text})" if "&" in event.text else event.text
+    that = f"({cause.text})" if "&" in cause.text else cause.text
+    response, title = f"previously(!{this} since {that})", f"{_capital(event.words)} happens once at most after {cause.words}, and never without it"
+    surprise = 1.0 / (1.0 + cause.count / max(1, event.count) / 2)
+    subjects = frozenset({event.subject, cause.subject})
+    yield (
+        Candidate("precedence", title, event.text, response, subjects, len(lags_s), "", surprise, event.is_state),
+        longest_s,
+    )
+    spread_s = longest_s - shortest_s
+    if shortest_s >= EARLY_S and shortest_s >= 0.4 * longest_s:
+        least = below(shortest_s, spread_s)
+        yield (
+            Candidate(
+                "precedence",
+                f"{_capital(event.words)} comes {number(least)} s after {cause.words} at the earliest",
+                event.text,
+                f"time_since({cause.text}) >= {number(least)}",
+                subjects,
+                len(lags_s),
+                f"observed {number(round(shortest_s, 3))} s",
+                surprise,
+                event.is_state,
+            ),
+            longest_s,
+        )
+    if longest_s <= 3.0 * max(shortest_s, 1.0):
+        most = max(0.1, above(longest_s, spread_s))
+        yield (
+            Candidate(
+                "precedence",
+                f"{_capital(event.words)} comes {number(most)} s after {cause.words} at the latest",
+                event.text,
+                f"time_since({cause.text}) <= {number(most)}",
+                subjects,
+                len(lags_s),
+                f"observed {number(round(longest_s, 3))} s",
+                surprise * 0.8,
+                event.is_state,
+            ),
+            longest_s,
+        )
+
+
+def successions(runs: Runs) -> Iterator[Candidate]:
+    """Which state the code under test comes from, for each of its states."""
+    topic, _, name = runs.state.partition(".")
+    if not runs.state or not runs.values(runs.state):
+        return
+    before: dict[str, set[str]] = {}
+    counts: dict[str, int] = {}
+    first: set[str] = set()
+    for run in runs.messages[topic]:
+        values = [str(message.fields[name]) for message in run]
+        first |= {*values[:1]}
+        for earlier, later in zip(values, values[1:], strict=False):
+            before.setdefault(later, set()).add(earlier)
+            counts[later] = counts.get(later, 0) + 1
+    for later, earlier in sorted(before.items()):
+        if later in first or len(earlier) > 3 or counts[later] < LEAST_SUPPORT:
+            continue
+        names = sorted(earlier)
+        yield Candidate(
+            "precedence",
+            f"State {later} comes after {' or '.join(names)} only",
+            f'on({topic}) & {runs.state} == "{later}"',
+            " | ".join(f'last({runs.state}) == "{text}"' for text in names),
+            frozenset({topic}),
+            counts[later],
+            "",
+            0.6,
+            of_state=True,
+        )
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

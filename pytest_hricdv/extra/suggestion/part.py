@@ -1,0 +1,75 @@
+"""Suggestions as a part of a session: its options, and what it does after the last test."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from pytest_hricdv.extra.suggestion.options import SuggestionOptions
+from pytest_hricdv.session.option_kinds import Flag, Value
+from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.part import Part, PartSession
+from pytest_hricdv.session.usage import usage_error
+
+if TYPE_CHECKING:
+    from pytest_hricdv.results.model import Report
+    from pytest_hricdv.session.run_context import RunContext
+
+
+class SuggestionPart(Part[SuggestionOptions]):
+    """Suggests requirements that all runs satisfied."""
+
+    name = "suggestion"
+    options = (
+        Flag(
+            "suggest",
+            "after all tests, suggest requirements that all of their runs satisfied, those first that notice the most "
+            "seeded faults which no requirement notices",
+        ),
+        Value("suggest-most", "N", f"suggest at most N requirements (default {SuggestionOptions.most})"),
+        Value(
+            "suggest-faults",
+            "N",
+            f"rank suggestions by N seeded faults, drawn with the seed; 0: by none (default {SuggestionOptions.faults})",
+        ),
+        Value(
+            "suggest-further",
+            "N",
+            "before a suggestion is shown, try to refute it with N further tests (default "
+            f"{SuggestionOptions.further})",
+        ),
+        Value("suggest-seconds", "S", "begin with no further fault after S seconds (default: no limit)"),
+        Flag("suggest-anew", "suggest as though there were no requirements yet: to compare them with yours"),
+    )
+
+    def read(self, reader: OptionReader) -> SuggestionOptions:
+        """How requirements are suggested. Raises pytest.UsageError for options that contradict each other."""
+        options = SuggestionOptions(
+            asked=reader.flag("suggest"),
+            most=reader.integer("suggest_most", SuggestionOptions.most, least=1) or SuggestionOptions.most,
+            faults=reader.integer("suggest_faults", SuggestionOptions.faults, least=0) or 0,
+            further=reader.integer("suggest_further", SuggestionOptions.further, least=0) or 0,
+            seconds=reader.integer("suggest_seconds", None, least=1),
+            anew=reader.flag("suggest_anew"),
+        )
+        if options.asked and reader.named("shard") is not None:
+            raise usage_error("--hri-suggest and --hri-shard: give one of them; suggestions rest on whole suites")
+        return options
+
+    def check(self, context: RunContext) -> None:
+        """Whether runs can be recorded on this system."""
+        if self.settings(context.options).asked and not hasattr(os, "fork"):
+            raise usage_error("--hri-suggest: this system cannot fork processes; use Linux or macOS")
+
+    def built(self, session: PartSession, report: Report) -> Report:
+        """The report with the suggestions, if asked for."""
+        settings = self.settings(session.options)
+        if session.interrupted or not settings.asked:
+            return report
+        from pytest_hricdv.extra.suggestion.suggesting import suggested  # of few sessions
+
+        return suggested(session, report, settings)
+
+
+PART = SuggestionPart()
+"""How requirements are suggested."""

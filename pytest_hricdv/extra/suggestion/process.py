@@ -1,0 +1,174 @@
+"""The process that records runs: it reads a job, and forks a process for each version of the code, which runs tests.
+
+Only the fork imports the code under test, with or without a fault in it. A run is stored in a file of its own, which is
+what later sessions look for first: so a session that was ended goes on where it was.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.execution.case import execute
+from pytest_hricdv.execution.faulty_import import FaultyImport
+from pytest_hricdv.execution.judge import undeclared_violations
+from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
+from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, stored, write
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.serving import in_session, leave_no_core, limit_time, preload, session, silence
+
+SILENCE = 30
+"""A version that gives no sign of life for so many times the processor time of a run is ended (as mutants are)."""
+
+ENOUGH_CHANGED = 2
+"""Of a fault, so many runs with another record than without it are kept. Chosen: a third one is seldom decisive."""
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """A test, the file that its run is stored in, and the hash of its record without a fault; empty if not known."""
+
+    test: ConcreteTest
+    file: str
+    record_sha256: str = ""
+
+
+@dataclass(frozen=True)
+class Version:
+    """The code under test, as it is or with a fault, and the runs to be made of it, in order.
+
+    Args:
+        name: of the fault; empty for the code as it is.
+        path: of the changed file; empty for the code as it is.
+        text: of the changed file.
+        runs: to be made.
+    """
+
+    name: str
+    runs: tuple[PlannedRun, ...]
+    path: str = ""
+    text: str = field(default="", repr=False)
+
+
+@dataclass(frozen=True)
+class RecordingJob:
+    """What the process is to do.
+
+    Args:
+        arguments: of pytest, as the session was started with.
+        folder: of the stored runs.
+        versions: in order.
+        processes: at the same time.
+        run_s: a run that takes more processor time (s) does not end.
+        seconds: no version is begun after so many seconds; None: no limit.
+    """
+
+    arguments: tuple[str, ...]
+    folder: str
+    versions: tuple[Version, ...]
+    processes: int
+    run_s: float
+    seconds: float | None = None
+
+
+class VersionEnded(msgspec.Struct, frozen=True):
+    """All runs of a version that are needed are stored."""
+
+    name: str
+
+
+def events(job: RecordingJob) -> Iterator[VersionEnded]:
+    """Do a job; what there is to tell, as soon as it is known."""
+    began_s, folder = time.monotonic(), Path(job.folder)
+    queue = deque(job.versions)
+    pool = ProcessPool[Version](lambda version, send: _Recording(job, version, send).run(), job.processes, SILENCE * job.run_s)
+    for event in pool.run(queue):
+        if isinstance(event, Line):
+            continue  # a run is stored
+        version = event.item
+        left = list(needed(folder, version))
+        if left and event.problem:  # it ended within a run
+            write(folder / left[0].file, StoredRun(test=left[0].test.id, faults=(_words(event.problem),)))
+            left = list(needed(folder, version))
+        if left and event.problem:
+            queue.appendleft(version)
+        else:
+            yield VersionEnded(version.name)
+        if job.seconds is not None and time.monotonic() - began_s > job.seconds:
+            queue.clear()
+
+
+def _words(problem: str) -> str:
+    return "takes too much processor time" if signal.SIGXCPU.name in problem else problem
+
+
+def needed(folder: Path, version: Version) -> Iterator[PlannedRun]:
+    """The runs of a version that are still to be made: of a fault, until enough of them differ or one fails."""
+    changed = 0
+    for planned in version.runs:
+        if version.name and changed >= ENOUGH_CHANGED:
+            return
+        run = read(folder / planned.file)
+        if run is None:
+            yield planned
+            continue
+        if version.name and (run.failed or run.faults):
+            return
+        changed += run.sha256 != planned.record_sha256
+
+
+class _Recording:
+    """Records the runs of one version in its own process; a plugin of the pytest that is configured there."""
+
+    def __init__(self, job: RecordingJob, version: Version, send: Send) -> None:
+        self._job = job
+        self._version = version
+        self._send = send
+
+    def run(self) -> None:
+        """Make the runs; each is stored, and told."""
+        leave_no_core()
+        if self._version.path:
+            sys.meta_path.insert(0, FaultyImport(Path(self._version.path), self._version.text))
+            silence(2)
+        limit_time(self._job.run_s)
+        in_session(self._job.arguments, self._run_all)
+        raise SystemExit(1)  # pytest could not be configured, so the testbench cannot be built with this fault
+
+    def _run_all(self, context: RunContext) -> None:
+        folder = Path(self._job.folder)
+        while planned := next(needed(folder, self._version), None):
+            limit_time(self._job.run_s)
+            write(folder / planned.file, recorded(planned.test, context))
+            self._send(planned.test.id)
+
+
+def recorded(test: ConcreteTest, context: RunContext) -> StoredRun:
+    """Run a test, and return what is stored of it."""
+    authorship = Authorship()
+    try:
+        result = execute(context.run_settings, test, watching=(authorship,), begun=authorship.begin)
+    except Exception as error:
+        return StoredRun(test=test.id, faults=(f"{type(error).__name__}: {error}",))
+    return stored(test.id, result, authorship, undeclared_violations(result, context.known_violations))
+
+
+def main() -> None:
+    """Do the job that is read from standard input; a line of standard output is a `VersionEnded`."""
+    preload()
+    with session() as (messages, write_line):
+        job = msgspec.json.decode(messages.readline(), type=RecordingJob)
+        for event in events(job):
+            write_line(msgspec.json.encode(event))
+
+
+if __name__ == "__main__":
+    main()

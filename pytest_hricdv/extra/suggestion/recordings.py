@@ -1,0 +1,195 @@
+"""The runs that suggestions rest on: of the session's tests, of further ones, and of both with seeded faults."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import msgspec
+
+from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
+from pytest_hricdv.extra.suggestion import process as recording_process
+from pytest_hricdv.extra.suggestion.process import PlannedRun, RecordingJob, Version, VersionEnded, needed
+from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
+from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.session.identity import identity
+from pytest_hricdv.session.progress import time_left
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.serving import arguments_of
+
+LEAST_RUN_S, FACTOR = 10, 10
+"""A run that takes more processor time (s) than this, and than so many times the slowest test, does not end (as for
+mutants)."""
+
+STEPS = 5
+"""Progress is told so many times."""
+
+FIRST_VARIANT = 1_000
+"""Concretizations from here on are those of further tests: a session has fewer of a test (chosen)."""
+
+
+class RecordingError(Exception):
+    """Runs cannot be recorded; the text says why."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A seeded fault: its name, the changed file with its new text, and where and what it is, for people."""
+
+    name: str
+    path: str
+    text: str = field(repr=False)
+    place: str = ""
+
+
+@dataclass
+class Recordings:
+    """Makes runs, and keeps them in a folder: a run that is there already is not made again.
+
+    Args:
+        context: of the session.
+        folder: of the stored runs.
+        processes: at the same time.
+        slowest_s: the slowest test (s of wall time).
+        say: receives progress messages.
+        let_through: while runs are made, a signal may raise.
+    """
+
+    context: RunContext
+    folder: Path
+    processes: int
+    slowest_s: float
+    say: Callable[[str], None]
+    let_through: LetThrough = nullcontext
+
+    def __post_init__(self) -> None:
+        here = identity(Path(self.context.collection.config.rootpath), self.context.provenance.code)
+        engine = self.context.collection.testbench.engine, self.context.collection.testbench.fidelity
+        # What is judged is no part of a run, but of what is stored of it: which requirements failed.
+        texts = {name: text.text for name, text in self.context.texts.items()}
+        self._key = digest(sorted(here.project.items()), sorted(here.versions.items()), engine, sorted(texts.items()))
+
+    def planned(self, test: ConcreteTest, fault: Fault | None = None, record_sha256: str = "") -> PlannedRun:
+        """A run to be made, with the file that it is stored in: another one where anything is different."""
+        name = digest(self._key, test.to_json(), "" if fault is None else fault.path + fault.text)
+        return PlannedRun(test, f"{name[:32]}.run", record_sha256)
+
+    def of_tests(self, tests: Sequence[ConcreteTest], what: str) -> list[StoredRun]:
+        """The runs of tests with the code as it is, in their order; those that came to no end are left out.
+
+        Raises:
+            RecordingError: they cannot be made.
+            KeyboardInterrupt: it was interrupted; what is stored stays.
+        """
+        planned = [self.planned(test) for test in tests]
+        # Some tests a process: starting one takes as long as several runs.
+        size = max(1, -(-len(planned) // max(1, self.processes)))
+        versions = [Version("", tuple(planned[at : at + size])) for at in range(0, len(planned), size)]
+        self._record(versions, what, None)
+        runs = (read(self.folder / run.file) for run in planned)
+        return [run for run in runs if run is not None and run.has_record]
+
+    def of_faults(
+        self, faults: Mapping[Fault, Sequence[tuple[ConcreteTest, str]]], seconds: float | None
+    ) -> dict[Fault, list[StoredRun]]:
+        """The runs of faults, each on its tests up to the first that decides, in their order.
+
+        Args:
+            faults: fault -> tests to try it on, each with the hash of its record without the fault.
+            seconds: none is begun later; None: no limit.
+
+        Returns:
+            Fault -> its runs that differ from those without it; faults that were not tried are not in it.
+
+        Raises:
+            RecordingError: they cannot be made.
+            KeyboardInterrupt: it was interrupted; what is stored stays.
+        """
+        versions = {
+            fault: Version(
+                fault.name, tuple(self.planned(test, fault, sha) for test, sha in tests), fault.path, fault.text
+            )
+            for fault, tests in faults.items()
+            if tests
+        }
+        self._record([*versions.values()], "seeded faults", seconds)
+        return {
+            fault: [run for run, planned in self._stored(version) if run.sha256 != planned.record_sha256]
+            for fault, version in versions.items()
+            if not [*needed(self.folder, version)]
+        }
+
+    def _stored(self, version: Version) -> Iterable[tuple[StoredRun, PlannedRun]]:
+        for planned in version.runs:
+            run = read(self.folder / planned.file)
+            if run is not None:
+                yield run, planned
+
+    def _record(self, versions: Sequence[Version], what: str, seconds: float | None) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        left = [version for version in versions if next(iter(needed(self.folder, version)), None) is not None]
+        if not left:
+            return
+        self.say(f"hricdv: recording {what}, {self.processes} at a time ...")
+        job = RecordingJob(
+            arguments=arguments_of(self.context.collection.config),
+            folder=str(self.folder.resolve()),
+            versions=tuple(left),
+            processes=self.processes,
+            run_s=max(LEAST_RUN_S, FACTOR * self.slowest_s),
+            seconds=seconds,
+        )
+        for attempt in range(MOST_ATTEMPTS):
+            try:
+                return self._follow(job, what)
+            except LostError as error:
+                if attempt == MOST_ATTEMPTS - 1:
+                    raise RecordingError(f"the process that records runs was lost: {error}") from None
+                still = tuple(version for version in job.versions if [*needed(self.folder, version)])
+                job = replace(job, versions=still)
+            except ProcessError as error:
+                raise RecordingError(f"runs could not be recorded: {error}") from None
+        return None
+
+    def _follow(self, job: RecordingJob, what: str) -> None:
+        began_s, total, done = time.monotonic(), len(job.versions), 0
+        directory = self.context.collection.config.invocation_params.dir
+        with started(recording_process.__name__, directory, let_through=self.let_through) as recording:
+            recording.send(job)
+            for line in recording.lines():
+                msgspec.json.decode(line, type=VersionEnded)
+                done += 1
+                if done * STEPS // total > (done - 1) * STEPS // total and done < total:
+                    left_s = (time.monotonic() - began_s) / done * (total - done)
+                    self.say(f"hricdv: {what}: {done} of {total}, {time_left(left_s)}")
+
+
+def further_tests(cases: Sequence[HriCase], most: int, start: int = 0) -> list[ConcreteTest]:
+    """Tests to refute suggestions with: those of the session with other parameters, every other one at the ends of
+    their ranges, where bounds break first.
+
+    Args:
+        cases: of the session, in an order that does not depend on workers.
+        most: so many at most.
+        start: those of another number are other tests.
+    """
+    made: list[ConcreteTest] = []
+    for number in range(most):
+        if not cases:
+            break
+        case = cases[number % len(cases)]
+        sampling = "corners" if number % 2 else UNIFORM
+        made.append(concretize(_fresh(case.abstract), case.ranges, FIRST_VARIANT + start + number, sampling))
+    return made
+
+
+def _fresh(test: AbstractTest) -> AbstractTest:
+    """Without values that were chosen: they are to be drawn."""
+    return replace(test, values={})

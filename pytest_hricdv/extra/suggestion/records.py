@@ -1,0 +1,84 @@
+"""What a report has of suggested requirements."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pytest_hricdv._base.record import Count, NotNegative, Number, PlainRecord
+from pytest_hricdv.results.section import Section
+
+SuggestionEnd = Literal["done", "seconds", "interrupted"]
+
+
+class Suggestion(PlainRecord, frozen=True, kw_only=True):
+    """A requirement that all runs satisfied, and that nobody has accepted.
+
+    Args:
+        id: a name that no requirement has.
+        title: in one sentence.
+        formula: of the language of requirements.
+        form: response, precedence, bound, at event, relation or absence.
+        triggers: how often it applied, in all runs without a fault.
+        decisive: in how many of these runs it was passed; in the others it was not checked.
+        margin: the least one, in the unit of its comparison; None where nothing is compared.
+        observed: the extreme that its bound was made of; empty for none.
+        faults: how many of the seeded faults it notices.
+        new: how many of these no requirement notices.
+        added: how many of those no suggestion above it notices, either.
+        further: so many further tests checked it, and did not refute it.
+    """
+
+    id: str
+    title: str
+    formula: str
+    form: str
+    triggers: Count
+    decisive: Count
+    margin: Number | None
+    observed: str
+    faults: Count
+    new: Count
+    added: Count
+    further: Count
+
+
+class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
+    """What suggesting came to.
+
+    Args:
+        suggestions: those that were not redundant, in the order of what they bring; at most as many as were asked for.
+        more: how many further ones there were.
+        runs: without a fault, that they were learnt of.
+        further: runs of further tests that were made to refute them.
+        candidates: that these runs satisfied.
+        refuted: candidates that further tests refuted.
+        faults: that were tried and changed a record.
+        noticed: faults that requirements notice, or that end a run by an exception.
+        unreached: faults whose statement no test executes.
+        anew: whether they were made as though there were no requirements.
+        seed: that tests and faults were drawn with.
+        wall_s: how long it took.
+        ended: why it ended.
+        notes: what is to be known, a sentence each.
+    """
+
+    suggestions: tuple[Suggestion, ...]
+    more: Count
+    runs: Count
+    further: Count
+    candidates: Count
+    refuted: Count
+    faults: Count
+    noticed: Count
+    unreached: Count
+    anew: bool
+    seed: int
+    wall_s: NotNegative
+    ended: SuggestionEnd
+    notes: tuple[str, ...] = ()
+
+
+SUGGESTIONS: Section[SuggestionResult | None] = Section("suggestions", SuggestionResult | None, None)
+"""Of a session that was asked for them; a merged report has none."""
+
+SECTIONS = (SUGGESTIONS,)
