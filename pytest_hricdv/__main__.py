@@ -3,8 +3,9 @@
     python -m pytest_hricdv init
     pytest
 
-It asks nothing, and overwrites nothing. Other commands, each with --help: python -m pytest_hricdv.bdi (run and lint
-models), .report (merge, check and export reports), .campaign (each test with many seeds).
+It asks nothing, and overwrites nothing. When tests run: python -m pytest_hricdv suggest proposes requirements that all
+of their runs satisfied. Other commands, each with --help: python -m pytest_hricdv.bdi (run and lint models), .report
+(merge, check and export reports), .campaign (each test with many seeds).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.suggestion import command as suggest
 from pytest_hricdv.skeleton.skeleton import Skeleton, SkeletonError, name_like
 
 OK, USAGE = 0, 2
@@ -23,6 +25,10 @@ OK, USAGE = 0, 2
 def main(arguments: Sequence[str] | None = None) -> int:
     """Do what the command line says; returns the exit status."""
     options = _parser().parse_args(arguments)
+    return int(options.do(options))
+
+
+def _init(options: argparse.Namespace) -> int:
     try:
         robot = options.robot or name_like(options.folder.resolve().name)
         skeleton = Skeleton(robot, options.people or options.person)
@@ -55,6 +61,12 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument(
         "--people", metavar="NAME,NAME", default="", help="names of several people's agents, who act side by side"
     )
+    init.set_defaults(do=_init)
+    suggesting = commands.add_parser(
+        "suggest", help=suggest.PURPOSE, description=suggest.__doc__, formatter_class=formatter
+    )
+    suggest.add_arguments(suggesting)
+    suggesting.set_defaults(do=suggest.do)
     return parser
 
 

@@ -74,7 +74,7 @@ class CodeUnderTest:
         return self._kernel.running() in self._nodes
 
     def is_other_running(self) -> bool:
-        """Whether the caller is a node that is none of its, such as a person: the kernel itself and the world are none."""
+        """Whether the caller is a node that is none of its, such as a person; the kernel and the world are no nodes."""
         node = self._kernel.running()
         return node is not None and node not in self._nodes
 

@@ -163,3 +163,35 @@ CAUSES = [
     {"id": "9c", "requirements": ["R3"], "tests": ["rl-one"], "is_known": True},
 ]
 """A cause that is new, and a known one; the tests have these ids."""
+
+SUGGESTIONS = {
+    "suggestions": [
+        {
+            "id": "S1",
+            "title": "After order, served follows within 9 s",
+            "formula": "always(on(order) -> eventually[0:9](on(served)))",
+            "form": "response",
+            "triggers": 12,
+            "decisive": 5,
+            "margin": 1.5,
+            "observed": "observed 7.5 s",
+            "faults": 4,
+            "new": 2,
+            "added": 2,
+            "further": 3,
+        }
+    ],
+    "more": 1,
+    "runs": 6,
+    "further": 4,
+    "candidates": 9,
+    "refuted": 2,
+    "faults": 8,
+    "noticed": 3,
+    "unreached": 1,
+    "anew": False,
+    "seed": 0,
+    "wall_s": 12.5,
+    "ended": "done",
+    "notes": ["2 of 10 faults not tried: time was over"],
+}

@@ -1,4 +1,4 @@
-"""Absences: what does not happen after a message with some values, up to the next round, though it does after others."""
+"""Absences: what does not happen after a message with some values, as it does after others, up to the next round."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, number
 from pytest_hricdv.extra.suggestion.occurrences import signal_conditions, state_conditions
@@ -93,7 +94,7 @@ def _inside(
 
 
 def _pairs(values: Sequence[float] | Sequence[str]) -> Iterator[tuple[float, float]]:
-    return ((float(before), float(after)) for before, after in zip(values, values[1:], strict=False))
+    return pairwise(float(value) for value in values)
 
 
 def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
@@ -105,10 +106,16 @@ def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
     if least == most:
         text, title = f"{name} == {number(least)}", f"{name} is {number(least)}"
     elif whole:
-        text, title = f"{name} >= {number(least)} & {name} <= {number(most)}", f"{name} is from {number(least)} to {number(most)}"
+        text, title = (
+            f"{name} >= {number(least)} & {name} <= {number(most)}",
+            f"{name} is from {number(least)} to {number(most)}",
+        )
     else:
         low, high = below(least, most - least), above(most, most - least)
-        text, title = f"{name} >= {number(low)} & {name} <= {number(high)}", f"{name} is from {number(low)} to {number(high)}"
+        text, title = (
+            f"{name} >= {number(low)} & {name} <= {number(high)}",
+            f"{name} is from {number(low)} to {number(high)}",
+        )
     seen = f"observed {number(round(least, 4))} to {number(round(most, 4))}"
     yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), seen, 0.5)
 

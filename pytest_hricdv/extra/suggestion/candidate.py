@@ -49,10 +49,10 @@ LEAST_SUPPORT = 3
 def above(value: float, spread: float = 0.0) -> float:
     """A bound above an observed extreme: with a margin, and of two digits.
 
-    The margin is half of the spread of what was observed, but at least a twentieth and at most a quarter of it: what
+    The margin is half of the spread of what was observed, but at least a tenth and at most a quarter of it: what
     always takes the same time will hardly take longer, and of what varies the longest was not seen yet (chosen).
     """
-    margin = min(max(abs(spread) / 2, abs(value) / 20), abs(value) / 4)
+    margin = min(max(abs(spread) / 2, abs(value) / 10), abs(value) / 4)
     return rounded(value + margin, up=True)
 
 

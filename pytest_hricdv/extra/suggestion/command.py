@@ -11,8 +11,8 @@ file of requirements: read the title, ask whether the robot *has to* do what it 
     accepted_by = "your name"
     accepted_on = 2026-11-26
 
-What all runs do may be what all runs do wrong. Until both lines are there, each session says that nobody has accepted it.
-Runs are kept in the folder suggestions/ of the report: what was interrupted goes on there, and a repetition is fast.
+What all runs do may be what all runs do wrong. Until both lines are there, each session says that nobody has accepted
+it. Runs are kept in the folder suggestions/ of the report: what was interrupted goes on there.
 """
 
 from __future__ import annotations
@@ -29,12 +29,22 @@ PURPOSE = "suggest requirements that all runs of a suite satisfied, with what ea
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what the command takes."""
     add, default = parser.add_argument, SuggestionOptions()
-    add("--suite", metavar="NAME|PATH[,...]", help="as --hri-suite of pytest (default: what the project's ini file says)")
+    add(
+        "--suite",
+        metavar="NAME|PATH[,...]",
+        help="as --hri-suite of pytest (default: what the project's ini file says)",
+    )
     add("--seed", type=int, default=0, metavar="N", help="of suite, further tests and faults (default 0)")
     add("--tests", type=_number, metavar="N", help="tests of each suite (default: that of the method)")
     add("--most", type=_number, default=default.most, metavar="N", help=f"suggestions (default {default.most})")
     add("--faults", type=_number, default=default.faults, metavar="N", help=f"seeded faults (default {default.faults})")
-    add("--further", type=_number, default=default.further, metavar="N", help=f"further tests (default {default.further})")
+    add(
+        "--further",
+        type=_number,
+        default=default.further,
+        metavar="N",
+        help=f"further tests (default {default.further})",
+    )
     add("--seconds", type=_number, metavar="S", help="begin with no further fault after S seconds (default: no limit)")
     add("--anew", action="store_true", help="as though there were no requirements yet: to compare them with yours")
     add("pytest", nargs="*", metavar="ARGUMENT", help="further arguments of pytest, after --, as -- -n 2")

@@ -20,7 +20,7 @@ MOST_SCOPES = 12
 
 def guards(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
     """What holds at each event that the code under test, or the world, causes."""
-    conditions = [condition for condition in signal_conditions(runs) if 0.0 < condition.share]
+    conditions = [condition for condition in signal_conditions(runs) if condition.share > 0.0]
     scopes = scopes_of(runs, events)
     for event in events:
         if event.author == "person" or event.is_state or event.count < LEAST_SUPPORT:
@@ -29,9 +29,8 @@ def guards(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
         yield from (_guard(event, condition, condition.text) for condition in held if condition.share <= MOST_SHARE)
         yield from _one_of(runs, event, conditions)
         for condition in scopes:
-            if event.subject not in condition.subject.split() or True:
-                if condition.share <= MOST_SHARE and _holds(event, condition, before=True):
-                    yield _guard(event, condition, f"previously({condition.text})")
+            if condition.share <= MOST_SHARE and _holds(event, condition, before=True):
+                yield _guard(event, condition, f"previously({condition.text})")
         yield from _narrow(runs, event)
 
 
@@ -40,9 +39,7 @@ def _may_guard(condition: Condition, event: Event) -> bool:
 
 
 def _holds(event: Event, condition: Condition, *, before: bool = False) -> bool:
-    return all(
-        condition.holds(run, time_s, before=before) for run, times in enumerate(event.times) for time_s in times
-    )
+    return all(condition.holds(run, time_s, before=before) for run, times in enumerate(event.times) for time_s in times)
 
 
 def _guard(event: Event, condition: Condition, text: str) -> Candidate:
@@ -64,9 +61,7 @@ def _one_of(runs: Runs, event: Event, conditions: Sequence[Condition]) -> Iterat
     for name, kind in runs.vocabulary.signals.items():
         if kind is not str or name == event.subject:
             continue
-        values = {
-            str(runs.value_at(name, run, time_s)) for run, times in enumerate(event.times) for time_s in times
-        }
+        values = {str(runs.value_at(name, run, time_s)) for run, times in enumerate(event.times) for time_s in times}
         share = sum(
             condition.share
             for condition in conditions
@@ -120,11 +115,12 @@ def _narrow(runs: Runs, event: Event) -> Iterator[Candidate]:
 def scopes_of(runs: Runs, events: Sequence[Event]) -> list[Condition]:
     """The times between an event and another one, which take turns."""
     plain = [event for event in events if not event.narrow and event.text.startswith("on(") and not event.is_state]
-    made = []
-    for begin in plain:
-        for end in plain:
-            if begin.subject != end.subject and end.count >= LEAST_SUPPORT and _take_turns(begin, end):
-                made.append(scope(runs, begin, end))
+    made = [
+        scope(runs, begin, end)
+        for begin in plain
+        for end in plain
+        if begin.subject != end.subject and end.count >= LEAST_SUPPORT and _take_turns(begin, end)
+    ]
     made.sort(key=lambda condition: (abs(condition.share - 0.5), condition.text))
     return made[:MOST_SCOPES]
 

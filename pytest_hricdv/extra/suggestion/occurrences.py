@@ -10,13 +10,16 @@ from pytest_hricdv.extra.suggestion.views import Author, Condition, Event, Runs,
 LEAST_REST = 0.02
 """A number that is 0 for so much of the time has a rest, as a speed or a force has (chosen)."""
 
+LEAST_SPLIT = 0.15
+"""A condition tells messages apart where it holds at so many of them, and does not at as many (chosen)."""
+
 
 def events_of(runs: Runs) -> list[Event]:
-    """All events that happened at least once; of those that always coincide, the first."""
-    made: dict[tuple[bool, tuple[tuple[float, ...], ...]], Event] = {}
-    for event in (*_messages(runs), *_changes(runs)):
+    """All events that happened at least once; of one author's that always coincide, the first."""
+    made: dict[tuple[bool, str, tuple[tuple[float, ...], ...]], Event] = {}
+    for event in (*_messages(runs), *_changes(runs), *_with_signals(runs)):
         if event.count:
-            made.setdefault((event.is_state, event.times), event)
+            made.setdefault((event.is_state, event.author, event.times), event)
     return [*made.values()]
 
 
@@ -74,7 +77,9 @@ def _messages(runs: Runs) -> Iterator[Event]:
 def _changes(runs: Runs) -> Iterator[Event]:
     # Numbers come last: what begins and ends with a bool is told by it.
     order = {bool: 0, str: 1, float: 2}
-    conditions = sorted(signal_conditions(runs), key=lambda condition: order[runs.vocabulary.signals[condition.subject]])
+    conditions = sorted(
+        signal_conditions(runs), key=lambda condition: order[runs.vocabulary.signals[condition.subject]]
+    )
     for condition in conditions:
         if condition.text.startswith("!") or condition.text.endswith("== 0"):
             continue
@@ -83,6 +88,27 @@ def _changes(runs: Runs) -> Iterator[Event]:
         risen, fallen = tuple(rises for rises, _ in both), tuple(falls for _, falls in both)
         yield Event(f"rise({condition.text})", condition.subject, author, risen, words=f"begin of {condition.words}")
         yield Event(f"fall({condition.text})", condition.subject, author, fallen, words=f"end of {condition.words}")
+
+
+def _with_signals(runs: Runs) -> Iterator[Event]:
+    """Messages of people while a bool holds, and while it does not: with and without a cup, an order asks for two
+    things."""
+    signals = runs.vocabulary.signals.items()
+    # What the code under test sets may be its reaction already, at the same instant.
+    bools = [name for name, kind in signals if kind is bool and runs.signal_author(name) != "robot"]
+    conditions = [condition for condition in signal_conditions(runs) if condition.subject in bools]
+    for topic in runs.vocabulary.messages:
+        if runs.author(topic) != "person":
+            continue
+        every = tuple(tuple(dict.fromkeys(message.time_s for message in run)) for run in runs.messages[topic])
+        total = sum(map(len, every))
+        for condition in conditions:
+            times = tuple(
+                tuple(time_s for time_s in run if condition.holds(place, time_s)) for place, run in enumerate(every)
+            )
+            if LEAST_SPLIT <= sum(map(len, times)) / max(1, total) <= 1.0 - LEAST_SPLIT:
+                text, words = f"on({topic}) & {condition.text}", f"{topic} with {condition.words}"
+                yield Event(text, topic, "person", times, narrow=True, words=words)
 
 
 def signal_conditions(runs: Runs) -> list[Condition]:
@@ -147,7 +173,11 @@ def scope(runs: Runs, begin: Event, end: Event) -> Condition:
     for log, begins, ends in zip(runs.logs, begin.times, end.times, strict=True):
         changes = sorted({*begins, *ends})
         spans.append(spans_where(log, changes, [time_s not in {*ends} for time_s in changes]))
-    text = f"!({end.text}) since {_operand(begin.text)}" if "&" in end.text else f"!{end.text} since {_operand(begin.text)}"
+    text = (
+        f"!({end.text}) since {_operand(begin.text)}"
+        if "&" in end.text
+        else f"!{end.text} since {_operand(begin.text)}"
+    )
     words = f"between {begin.words} and {end.words}"
     return Condition(text, f"{begin.subject} {end.subject}", tuple(spans), runs.share(spans), words)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, number
 from pytest_hricdv.extra.suggestion.responses import EARLY_S
@@ -43,7 +44,10 @@ def _precedence(event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]
     shortest_s, longest_s = min(lags_s), max(lags_s)
     this = f"({event.text})" if "&" in event.text else event.text
     that = f"({cause.text})" if "&" in cause.text else cause.text
-    response, title = f"previously(!{this} since {that})", f"{_capital(event.words)} happens once at most after {cause.words}, and never without it"
+    response, title = (
+        f"previously(!{this} since {that})",
+        f"{_capital(event.words)} happens once at most after {cause.words}, and never without it",
+    )
     surprise = 1.0 / (1.0 + cause.count / max(1, event.count) / 2)
     subjects = frozenset({event.subject, cause.subject})
     yield (
@@ -96,13 +100,13 @@ def successions(runs: Runs) -> Iterator[Candidate]:
     for run in runs.messages[topic]:
         values = [str(message.fields[name]) for message in run]
         first |= {*values[:1]}
-        for earlier, later in zip(values, values[1:], strict=False):
+        for earlier, later in pairwise(values):
             before.setdefault(later, set()).add(earlier)
             counts[later] = counts.get(later, 0) + 1
-    for later, earlier in sorted(before.items()):
-        if later in first or len(earlier) > 3 or counts[later] < LEAST_SUPPORT:
+    for later, predecessors in sorted(before.items()):
+        if later in first or len(predecessors) > 3 or counts[later] < LEAST_SUPPORT:
             continue
-        names = sorted(earlier)
+        names = sorted(predecessors)
         yield Candidate(
             "precedence",
             f"State {later} comes after {' or '.join(names)} only",

@@ -30,7 +30,7 @@ class SuggestionPart(Part[SuggestionOptions]):
         Value(
             "suggest-faults",
             "N",
-            f"rank suggestions by N seeded faults, drawn with the seed; 0: by none (default {SuggestionOptions.faults})",
+            f"rank suggestions by N seeded faults, drawn with the seed; 0: none (default {SuggestionOptions.faults})",
         ),
         Value(
             "suggest-further",

@@ -89,7 +89,9 @@ def events(job: RecordingJob) -> Iterator[VersionEnded]:
     """Do a job; what there is to tell, as soon as it is known."""
     began_s, folder = time.monotonic(), Path(job.folder)
     queue = deque(job.versions)
-    pool = ProcessPool[Version](lambda version, send: _Recording(job, version, send).run(), job.processes, SILENCE * job.run_s)
+    pool = ProcessPool[Version](
+        lambda version, send: _Recording(job, version, send).run(), job.processes, SILENCE * job.run_s
+    )
     for event in pool.run(queue):
         if isinstance(event, Line):
             continue  # a run is stored

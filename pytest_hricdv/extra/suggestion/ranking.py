@@ -27,6 +27,10 @@ STATE_DISCOUNT, EDGE_DISCOUNT = 0.4, 0.2
 """What is said of the code's own state, or of a number that leaves 0, is worth less than the world (chosen)."""
 
 
+MESSAGE_BONUS = 0.15
+"""What is asked for at a message is easier to judge for people than at a change of a signal (chosen)."""
+
+
 @dataclass(frozen=True)
 class Rated:
     """A candidate with what runs say of it.
@@ -62,6 +66,7 @@ class Rated:
         edge = "> 0" in candidate.antecedent or "> 0" in candidate.response
         weight = {"relation": 1.0, "absence": 0.9, "response": 0.8, "at event": 0.8, "precedence": 0.7, "bound": 0.6}
         discount = STATE_DISCOUNT * candidate.of_state + EDGE_DISCOUNT * edge
+        discount -= MESSAGE_BONUS * candidate.antecedent.startswith("on(")
         return weight[candidate.form] * candidate.surprise - discount
 
 
@@ -116,11 +121,15 @@ def joined(rated: Iterable[Rated]) -> list[tuple[Candidate, tuple[Rated, ...]]]:
 
 
 def _parts(parts: Sequence[Rated]) -> list[Rated]:
-    left, chosen, noticed = [*parts], [], 0
+    left, noticed = [*parts], 0
+    chosen: list[Rated] = []
     while left and len(chosen) < MOST_PARTS:
         best = max(left, key=lambda one: ((one.killed & ~noticed).bit_count(), one.candidate.surprise))
         left.remove(best)
-        subjects, is_number = best.candidate.subjects, "<=" in best.candidate.response or ">=" in best.candidate.response
+        subjects, is_number = (
+            best.candidate.subjects,
+            "<=" in best.candidate.response or ">=" in best.candidate.response,
+        )
         says_much = best.candidate.surprise >= 0.5 and not is_number
         if best.killed & ~noticed or (says_much and all(other.candidate.subjects != subjects for other in chosen)):
             chosen.append(best)

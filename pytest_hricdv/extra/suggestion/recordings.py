@@ -136,7 +136,7 @@ class Recordings:
         self.folder.mkdir(parents=True, exist_ok=True)
         left = [version for version in versions if next(iter(needed(self.folder, version)), None) is not None]
         if not left:
-            return
+            return None
         self.say(f"hricdv: recording {what}, {self.processes} at a time ...")
         job = RecordingJob(
             arguments=arguments_of(self.context.collection.config),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, number, rounded
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage
@@ -21,7 +21,9 @@ def relations(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
     for topic, fields in runs.vocabulary.messages.items():
         if runs.author(topic) == "person":
             continue
-        cases: list[Case] = [(run, message) for run, messages in enumerate(runs.messages[topic]) for message in messages]
+        cases: list[Case] = [
+            (run, message) for run, messages in enumerate(runs.messages[topic]) for message in messages
+        ]
         if len(cases) < LEAST_SUPPORT:
             continue
         numbers = [name for name, kind in fields.items() if kind is float]
@@ -56,11 +58,13 @@ def _counted(
             title = f"At {topic}, {event.words} has happened {counts[0]} time{'s' if counts[0] > 1 else ''}"
             yield _relation(topic, title, text, len(cases), subjects)
         for member in numbers:
-            differences = {float(message.fields[member]) - count for (_, message), count in zip(cases, counts, strict=True)}
+            differences = {
+                float(message.fields[member]) - count for (_, message), count in zip(cases, counts, strict=True)
+            }
             if len({*counts}) > 1 and len(differences) == 1 and (shift := differences.pop()) in (-1.0, 0.0, 1.0):
-                plus = f" {'+' if shift > 0 else '-'} 1" if shift else ""
-                text = f"{topic}.{member} == count({event.text}){plus}"
-                title = f"{topic}.{member} is how often {event.words} has happened{plus.replace('+', 'plus').replace('-', 'minus')}"
+                sign, word = {1.0: (" + 1", ", plus 1"), -1.0: (" - 1", ", minus 1"), 0.0: ("", "")}[shift]
+                text = f"{topic}.{member} == count({event.text}){sign}"
+                title = f"{topic}.{member} is how often {event.words} has happened{word}"
                 yield _relation(topic, title, text, len(cases), subjects)
 
 
@@ -123,7 +127,9 @@ def _threshold(topic: str, flag: str, member: str, cases: Sequence[Case]) -> Ite
         if max(low) < min(high):
             middle = _between(max(low), min(high))
             name, negated = f"{topic}.{member}", ">" if sign == "<=" else "<="
-            text = f"{topic}.{flag} & {name} {sign} {number(middle)} | !{topic}.{flag} & {name} {negated} {number(middle)}"
+            text = (
+                f"{topic}.{flag} & {name} {sign} {number(middle)} | !{topic}.{flag} & {name} {negated} {number(middle)}"
+            )
             title = f"{topic} has {flag} exactly where {name} {sign} {number(middle)}"
             seen = f"observed {number(max(low))} and {number(min(high))}"
             yield _relation(topic, title, text, len(cases), frozenset(), seen)
@@ -153,12 +159,15 @@ def _others(runs: Runs, topic: str, cases: Sequence[Case]) -> Iterator[Candidate
     for other, fields in runs.vocabulary.messages.items():
         if other == topic:
             continue
-        lasts = [_last(runs.messages[other][run], message.time_s) for run, message in cases]
-        if None in lasts:
+        found = (_last(runs.messages[other][run], message.time_s) for run, message in cases)
+        lasts = [last for last in found if last is not None]
+        if len(lasts) < len(cases):
             continue
         for member, kind in mine.items():
             for name, other_kind in fields.items():
-                pairs = [(message.fields[member], last.fields[name]) for (_, message), last in zip(cases, lasts, strict=True)]  # type: ignore[union-attr]
+                pairs = [
+                    (message.fields[member], last.fields[name]) for (_, message), last in zip(cases, lasts, strict=True)
+                ]
                 if kind is other_kind is float and all(a == b for a, b in pairs) and len({*pairs}) > 1:
                     text = f"{topic}.{member} == {other}.{name}"
                     title = f"{topic}.{member} is that of the last {other}"
@@ -168,6 +177,3 @@ def _others(runs: Runs, topic: str, cases: Sequence[Case]) -> Iterator[Candidate
 def _last(messages: Sequence[StoredMessage], time_s: float) -> StoredMessage | None:
     before = [message for message in messages if message.time_s <= time_s]
     return before[-1] if before else None
-
-
-Miner = Callable[[Runs, Sequence[Event]], Iterator[Candidate]]

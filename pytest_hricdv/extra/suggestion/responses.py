@@ -75,7 +75,7 @@ def _response(runs: Runs, trigger: Event, reaction: Event) -> Iterator[tuple[Can
     if base > MOST_BASE and (found.prompt < len(found.delays_s) or trigger.narrow or longest_s > 60.0 * base):
         return
     spread_s = longest_s - shortest_s
-    upper = AT_ONCE_S if longest_s < AT_ONCE_S / 2 else above(longest_s, spread_s)
+    upper = max(AT_ONCE_S, above(longest_s, spread_s))
     lower = below(shortest_s, spread_s) if shortest_s >= EARLY_S and shortest_s >= 0.4 * longest_s else 0.0
     least = f"not before {number(lower)} s and " if lower else ""
     seen = f"{number(round(shortest_s, 3))} to {number(round(longest_s, 3))} s"
@@ -146,9 +146,12 @@ def _alternatives(runs: Runs, trigger: Event, events: Sequence[Event]) -> Iterat
         }
         for event in broad
     }
-    left, chosen = {*cases}, []
+    left = {*cases}
+    chosen: list[Event] = []
     while left and len(chosen) < MOST_ALTERNATIVES:
-        best = max(broad, key=lambda event: (len(left & answers[event.text].keys()), event.author == "robot"), default=None)
+        best = max(
+            broad, key=lambda event: (len(left & answers[event.text].keys()), event.author == "robot"), default=None
+        )
         if best is None or len(left & answers[best.text].keys()) < max(2, LEAST_PART * len(cases)):
             break
         left -= answers[best.text].keys()
@@ -165,7 +168,7 @@ def _alternatives(runs: Runs, trigger: Event, events: Sequence[Event]) -> Iterat
     base = sum(_base(runs, event, longest_s) for event in chosen)
     if base > 2.0 * MOST_BASE:
         return
-    upper = AT_ONCE_S if longest_s < AT_ONCE_S / 2 else above(longest_s, longest_s - min(firsts_s))
+    upper = max(AT_ONCE_S, above(longest_s, longest_s - min(firsts_s)))
     words = " or ".join(event.words for event in chosen)
     yield Candidate(
         "response",

@@ -124,7 +124,7 @@ def stored(test: str, result: CaseResult, authorship: Authorship, failed: tuple[
         signals={name: (times.tobytes(), values.tobytes()) for name, (times, values) in result.record.signals.items()},
         texts={name: (times.tobytes(), list(values)) for name, (times, values) in result.record.texts.items()},
         messages=tuple(
-            StoredMessage(message.time_s, message.sender, message.topic, dict(message.fields))  # type: ignore[arg-type]
+            StoredMessage(message.time_s, message.sender, message.topic, dict(message.fields))
             for message in result.record.messages
             if not message.is_disturbance
         ),

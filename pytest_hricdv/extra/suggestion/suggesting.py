@@ -18,6 +18,7 @@ from pytest_hricdv.extra.suggestion.recordings import Fault, RecordingError, Rec
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionEnd, SuggestionResult
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun
 from pytest_hricdv.extra.suggestion.views import Runs
+from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng, shuffled
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
@@ -42,8 +43,8 @@ def suggested(session: PartSession, report: Report, settings: SuggestionOptions)
     if len(tests) < LEAST_TESTS:
         session.problems.append(
             f"--hri-suggest: expected at least {LEAST_TESTS} tests that pass, to learn of; there "
-            f"{'is' if len(tests) == 1 else 'are'} {plural(len(tests), 'test')}: run a larger suite, as --hri-suite=rl, "
-            "or mend what fails"
+            f"{'is' if len(tests) == 1 else 'are'} {plural(len(tests), 'test')}: run a larger suite, as "
+            "--hri-suite=rl, or mend what fails"
         )
         return report
     drawn = shuffled(make_rng("suggest", session.options.seed), tests)[:MOST_TESTS]
@@ -130,7 +131,9 @@ class Suggesting:
             runs = recordings.of_faults(trials, settings.seconds)
             ended: SuggestionEnd = "done" if len(runs) == len(trials) else "seconds"
             if ended == "seconds":
-                self._notes.append(f"{len(trials) - len(runs)} of {plural(len(trials), 'fault')} not tried: time was over")
+                self._notes.append(
+                    f"{len(trials) - len(runs)} of {plural(len(trials), 'fault')} not tried: time was over"
+                )
             return {fault: changed for fault, changed in runs.items() if changed}, unreached, ended
         return {}, 0, "done"
 
@@ -140,12 +143,10 @@ class Suggesting:
         testbench, settings = self.session.context.collection.testbench, self.settings
         requirements = () if settings.anew else formulas(self.session.context.requirements)
         faulty = [*of_faults.values()]
-        runs_of = Runs.of(
-            runs, testbench.vocabulary(), testbench.model.who_acts, testbench.state, unmoved(own, faulty)
-        )
+        runs_of = Runs.of(runs, testbench.vocabulary(), testbench.model.who_acts, testbench.state, unmoved(own, faulty))
         return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), requirements)
 
-    def _refuting(self, best: Sequence[Rated], cases: Sequence[HriCase], most: int) -> list:
+    def _refuting(self, best: Sequence[Rated], cases: Sequence[HriCase], most: int) -> list[ConcreteTest]:
         """Tests to refute the best candidates: those that came nearest to it, with other parameters."""
         nearest = Counter(rated.tally.nearest for rated in best if rated.tally.nearest)
         # A further test is named after the test of the session that it is a variant of.

@@ -1,4 +1,4 @@
-"""What a report says of suggested requirements: lines to paste into the file of requirements, and a section of its page."""
+"""What a report says of suggested requirements: lines to paste into their file, and a section of its page."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class SuggestionView(View):
         if result is None:
             return
         yield Line(headline(result), "title")
-        for text in grounds(result):
-            yield Line(visible(f"  {text}"))
-        for text in result.notes:
-            yield Line(visible(f"  {text}"), "warn")
+        for ground in grounds(result):
+            yield Line(visible(f"  {ground}"))
+        for note in result.notes:
+            yield Line(visible(f"  {note}"), "warn")
 
     def findings(self, report: Report) -> Iterator[Line]:
         """The suggestions, to be pasted."""
@@ -76,7 +76,7 @@ def grounds(result: SuggestionResult) -> Iterator[str]:
     """What suggestions rest on, a sentence each."""
     left = result.candidates - result.refuted - len(result.suggestions) - result.more
     yield (
-        f"{plural(result.candidates, 'candidate')} held in all runs; {result.refuted} of them refuted by further tests, "
+        f"{plural(result.candidates, 'candidate')} held in all runs; further tests refuted {result.refuted}, "
         f"{max(0, left)} redundant" + (f", {result.more} not shown" if result.more else "")
     )
     if result.faults:

@@ -133,7 +133,9 @@ class Runs:
         """Who changes a signal: the code under test in calls of its own, a person likewise, or the world."""
         if name in self.unmoved:
             return "person"
-        changed = [run for run, log in zip(self.runs, self.logs, strict=True) if len(log.signals.get(name, ((),))[0]) > 1]
+        changed = [
+            run for run, log in zip(self.runs, self.logs, strict=True) if len(log.signals.get(name, ((),))[0]) > 1
+        ]
         if changed and all(name in run.own_signals for run in changed):
             return "robot"
         return "person" if changed and all(name in run.other_signals for run in changed) else "world"
@@ -193,9 +195,7 @@ def last_before(times: Sequence[float], time_s: float) -> float | None:
     return times[place - 1] if place else None
 
 
-def spans_where(
-    log: Log, times: Sequence[float], truths: Sequence[bool]
-) -> tuple[tuple[float, float], ...]:
+def spans_where(log: Log, times: Sequence[float], truths: Sequence[bool]) -> tuple[tuple[float, float], ...]:
     """From when to when (s) something held that changed at these times."""
     spans: list[tuple[float, float]] = []
     ends = [*times[1:], log.end_s][: len(times)]

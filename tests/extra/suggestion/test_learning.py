@@ -1,0 +1,62 @@
+"""Of runs whose behaviour is known, the requirements that say it are suggested; what says nothing is not."""
+
+from __future__ import annotations
+
+from pytest_hricdv.extra.suggestion.learning import Evidence, learnt, unmoved
+from pytest_hricdv.extra.suggestion.mining import candidates
+from pytest_hricdv.monitor import evaluate
+from tests.extra.suggestion.runs import serving, some_runs, views
+
+
+def formulas() -> list[str]:
+    return [one.candidate.formula for one in candidates(views(some_runs()))]
+
+
+def test_an_order_is_answered_within_the_longest_time_and_a_margin() -> None:
+    made = formulas()
+    assert "always(on(order) & cup -> eventually[3:7](on(served)))" in made
+    assert "always(on(order) & !cup -> eventually[0:0.22](on(refused)))" in made
+
+
+def test_what_is_served_is_served_once_after_an_order() -> None:
+    assert "always(on(served) -> previously(!on(served) since on(order)))" in formulas()
+
+
+def test_a_field_that_counts_is_a_relation() -> None:
+    assert "always(on(served) -> served.number == count(on(served)))" in formulas()
+
+
+def test_nothing_is_asked_of_a_person() -> None:
+    asked = [formula.partition(" -> ")[2] for formula in formulas()]
+    assert not [text for text in asked if text.startswith("eventually") and ("on(order)" in text or "(cup)" in text)]
+
+
+def test_all_candidates_hold_in_the_runs_that_they_were_learnt_of() -> None:
+    runs = views(some_runs())
+    made = candidates(runs)
+    assert len(made) > 20
+    for log in runs.logs:
+        verdicts = evaluate([one.requirement for one in made], log)
+        assert [verdict.requirement for verdict in verdicts if verdict.verdict == "Failed"] == []
+
+
+def test_the_one_that_notices_the_most_faults_comes_first() -> None:
+    late = tuple(serving("test-0", (delay_s, 5.0), refuses_after_s=0.2) for delay_s in (9.0, 12.0))
+    evidence = Evidence(views(some_runs()), ((late[0],), (late[1],)))
+    best = learnt(evidence).ranked[0]
+    assert best.faults.bit_count() == 2
+    assert "served" in best.candidate.formula or "tap_open" in best.candidate.formula
+
+
+def test_a_further_run_refutes() -> None:
+    first = learnt(Evidence(views(some_runs())))
+    assert any("eventually[3:7](on(served))" in one.candidate.formula for one in first.rated)
+    left = first.without([serving("further", (9.0, 5.0), refuses_after_s=0.2)])
+    assert left.refuted > 0
+    assert not any("eventually[3:7](on(served))" in one.candidate.formula for one in left.rated)
+
+
+def test_signals_that_no_fault_moves_are_none_of_the_robots() -> None:
+    own = {run.test: run for run in some_runs()}
+    late = [(serving("test-0", (delay_s, 5.0), refuses_after_s=0.2),) for delay_s in (7.0, 8.0, 9.0, 10.0, 11.0)]
+    assert unmoved(own, late) == {"cup"}
