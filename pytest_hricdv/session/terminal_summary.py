@@ -34,7 +34,7 @@ MARKUP: dict[Style, dict[str, bool]] = {
     "plain": {},
 }
 
-MOST_EXAMPLE_LINES = 40
+MOST_EXAMPLE_LINES = 30
 """The first example is shown in any case, further ones as long as all together have so many lines. Chosen: with causes,
 a line for each test and the summary, a session with 20 failures has at most 120 lines."""
 

@@ -24,6 +24,7 @@ def film(target: Path, *, frames: int, violation: int) -> Path:
     return target
 
 
+@pytest.mark.slow  # an encoder and a decoder run
 def test_it_shows_the_violation_then_the_cause(tmp_path: Path) -> None:
     target = tmp_path / "run.gif"
     moving_picture(film(tmp_path / "film.mp4", frames=100, violation=70), ["1 test fails for 1 cause"], target)
