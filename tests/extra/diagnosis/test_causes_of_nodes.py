@@ -1,4 +1,4 @@
-"""Nodes of ROS 2 have causes as any other code under test: a bug in the node of docs/ros2.md is located and explained."""
+"""Nodes of ROS 2 have causes as any other code under test: a bug of a node of docs/ros2.md is located and explained."""
 
 from __future__ import annotations
 
