@@ -21,7 +21,7 @@ from pytest_hricdv.report import behaviour_view, explanation, formatting, holes_
 from pytest_hricdv.report.hole_causes import hole_causes
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.navigation import areas, suites_heading
-from pytest_hricdv.report.requirement_view import grouped, requirement_view, states, triggers_over_time
+from pytest_hricdv.report.requirement_view import drawn_texts, grouped, requirement_view, states, triggers_over_time
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
 from pytest_hricdv.report.verdict import verdict
 from pytest_hricdv.report.view import Place, views
@@ -51,6 +51,10 @@ _SCRIPTS = (
     "cross",
     "sources",
     "timeline",
+    "lane_plots",
+    "run_events",
+    "run_window",
+    "run",
     "behaviour",
     "test",
     "pages",
@@ -192,6 +196,7 @@ def _data(report: Report, names: list[str]) -> dict[str, Any]:
             "curves": curves,
             "triggers": [triggers_over_time(report, name) for name in names],
             "marginUnits": [margin_unit(report, name) for name in names],
+            "texts": [drawn_texts(report, name) for name in names],
             "units": report.units or {},
             "sampledWhile": report.sampled_while,
             "state": report.state,

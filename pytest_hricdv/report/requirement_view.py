@@ -174,3 +174,19 @@ def _margin(judged: Judged) -> tuple[bool, float, str]:
 def _nearness(missed: Missed) -> tuple[int, bool, float, str]:
     test, miss = missed
     return len(miss.missing), miss.distance is None, miss.distance or 0.0, test.id
+
+
+def drawn_texts(report: Report, name: str) -> dict[str, Any]:
+    """What the page of a test shows of a requirement that failed: its title and formula, what this reads, its limits.
+
+    Args:
+        report: that has it.
+        name: of the requirement.
+    """
+    texts = report.requirements.get(name, NO_TEXT)
+    return {
+        "title": texts.title,
+        "formula": texts.text,
+        "reads": texts.reads,
+        "limits": [(limit.name, limit.relation, limit.value) for limit in texts.limits],
+    }

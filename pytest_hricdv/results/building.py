@@ -18,6 +18,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Requirement, RequirementResult
+from pytest_hricdv.monitor.limit import limits, names_read
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite
 from pytest_hricdv.results.gates import Exemption
@@ -30,6 +31,7 @@ from pytest_hricdv.results.model import (
     ModelSource,
     NcExemption,
     Report,
+    RequirementLimit,
     RequirementText,
     RerunOptions,
     SuiteResult,
@@ -158,16 +160,20 @@ class SessionInfo:
 
 def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, RequirementText]:
     """Requirement -> its texts for people."""
-    return {
-        criterion.id: RequirementText(
-            title=criterion.title,
-            source=criterion.source,
-            text=criterion.text,
-            group=criterion.group,
-            **(_acceptance(criterion) if isinstance(criterion, Requirement) else {}),
-        )
-        for criterion in requirements
-    }
+    return {criterion.id: _requirement_text(criterion) for criterion in requirements}
+
+
+def _requirement_text(criterion: Criterion) -> RequirementText:
+    """Its texts, and of a formula what it reads and its limits, which the page of a test draws."""
+    text = RequirementText(title=criterion.title, source=criterion.source, text=criterion.text, group=criterion.group)
+    if not isinstance(criterion, Requirement):
+        return text
+    drawn = (
+        RequirementLimit(name=limit.name, relation=limit.relation, value=limit.value)
+        for limit in limits(criterion.formula)
+    )
+    reads = dict.fromkeys((*names_read(criterion.formula), *criterion.shows))
+    return replace(text, reads=tuple(reads), limits=tuple(drawn), **_acceptance(criterion))
 
 
 def _acceptance(requirement: Requirement) -> dict[str, str]:

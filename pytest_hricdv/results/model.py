@@ -227,11 +227,24 @@ class SuiteResult(PlainRecord, frozen=True, kw_only=True):
 # The report
 
 
+class RequirementLimit(PlainRecord, frozen=True, kw_only=True):
+    """A number in a requirement's formula that a signal, or `topic.field`, is compared with, in the unit of that."""
+
+    name: str
+    relation: Literal["<", "<=", ">", ">=", "==", "!="]
+    value: Number
+
+
 class RequirementText(PlainRecord, frozen=True, kw_only=True):
     """A requirement for people: title, source (a standard, a paper), and the formula that the monitor checks.
 
-    `group` is what it belongs to; empty where nothing was said. `suggested` is what a requirement rests on that was
-    suggested from runs, `accepted` who accepted it and when; both are empty for others.
+    Args:
+        group: what it belongs to; empty where nothing was said.
+        reads: signals, `topic.field` and topics in its formula, and what a violation shows beside; empty where it has
+            no formula, and in reports of older versions.
+        limits: in its formula.
+        suggested: what a requirement rests on that was suggested from runs; empty for others.
+        accepted: who accepted such a requirement, and when.
     """
 
     title: str
@@ -240,6 +253,8 @@ class RequirementText(PlainRecord, frozen=True, kw_only=True):
     group: str = ""
     suggested: str = ""
     accepted: str = ""
+    reads: Names = ()
+    limits: tuple[RequirementLimit, ...] = ()
 
 
 class ModelSource(PlainRecord, frozen=True, kw_only=True):

@@ -120,9 +120,9 @@ def test_the_page_of_a_changed_test_shows_both_timelines(browser: Any, tmp_path:
     third = report.tests[2]
     page = watched.open(report, tmp_path, f"test/{anchor(third.nodeid)}")
     card = page.locator("#test section", has_text="Compared with the baseline")
-    card.locator("svg").nth(1).wait_for()
-    assert card.locator("svg").count() == 2
-    for plot in card.locator("svg").all():
+    card.locator("svg").nth(3).wait_for()
+    assert card.locator("svg[aria-label^=Messages]").count() == 2
+    for plot in card.locator("svg[aria-label^=Messages]").all():
         assert "request" in (plot.text_content() or "")
     assert "First difference: at 2.0 s state(Give up) instead of state(Offer)." in card.inner_text()
     assert "ended with 'given up'" in card.inner_text()

@@ -185,8 +185,9 @@ def test_a_test_has_a_page_of_its_own(
     for text in (last["nodeid"], *last["beliefs"], *last["abstract"], "--hri-suite=rl --hri-seed=0"):
         assert text in words
     lanes = page.locator("#test .timeline svg").first.text_content()
-    for lane in ("state", "request", "reading", "leg_held", "R4", "simulated time (s)"):
+    for lane in ("state", "request", "reading", "leg_held", "R4"):
         assert lane in lanes
+    assert "simulated time (s)" in page.get_by_role("slider").text_content()
     assert "arm_speed (rad/s)" in (page.locator("#test .timeline").text_content() or "")
     page.get_by_role("link", name="← previous").click()
     page.wait_for_function(
@@ -380,7 +381,7 @@ def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path)
     written = page.locator("#test .timeline svg").first.locator("text").all_text_contents()
     assert {"elsewhere", "bin"} <= set(written)
     assert any(text.startswith("han") and text.endswith("…") for text in written)
-    named = page.locator("#test .timeline .legend", has_text="place:").locator("li").all_inner_texts()
+    named = page.locator("#test .run .legend", has_text="place:").locator("li").all_inner_texts()
     assert named == ["place:", "elsewhere", "handover_place", "resupply", "bin"]
     watched.assert_quiet()
 

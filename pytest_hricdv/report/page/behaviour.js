@@ -23,13 +23,14 @@ function behaviourView({ changed, timeline, abstract }) {
 /** Both runs with the same lanes and the same axis of time; the first difference is marked in each. */
 function twoTimelines(runs, changed, abstract) {
   const made = runs.map(([, timeline]) => lanes({ timeline, acted: [], abstract }));
-  const names = [...new Set(made.flatMap((each) => each.names))];
+  const names = [...new Set(made.flatMap((each) => each.names))], room = roomFor(names);
   const end_s = Math.max(...runs.map(([, timeline]) => timeline.end_s));
   const lane = DATA.state && changed.topic === DATA.state.split(".")[0] ? "state" : changed.topic;
   const marks = changed.time === null ? [] : [{ name: lane, time: changed.time }];
   const figures = runs.map(([title], n) => {
     const figure = h("figure", {}, h("h4", {}, title));
-    drawn(figure, (width) => lanePlot(width, { end_s }, { ...made[n], names }, marks));
+    drawn(figure, (width) => lanePlot(width, room, [0, end_s], made[n], names, marks));
+    drawn(figure, (width) => axisPlot(width, room, [0, end_s]));
     return figure;
   });
   return h("div", { class: "figures" }, figures);

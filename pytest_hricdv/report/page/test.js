@@ -47,24 +47,67 @@ function neighbours(test) {
   return h("p", { class: "neighbours" }, link(TESTS[test.number - 1], "← previous"), " ", h("a", { href: "#tests" }, "all tests"), " ", link(TESTS[test.number + 1], "next →"));
 }
 
-function testView(test, found) {
+/** Whether a test is among those that "previous failure" and "next failure" lead through. */
+function isFailure(test) {
+  return DATA.outcomeStyles[test.outcome] === "bad" || test.verdicts.includes("F");
+}
+
+/** Links to the failing tests before and after this one, and how many there are. */
+function failureLinks(test) {
+  const failing = TESTS.filter(isFailure), place = failing.indexOf(test);
+  const before = failing.findLast((other) => other.number < test.number), after = failing.find((other) => other.number > test.number);
+  if (!before && !after) return null;
+  const link = (other, name, text) => other && h("a", { href: "#test/" + other.anchor, "data-failure": name, title: other.id }, text);
+  return h("p", { class: "neighbours failing small" }, link(before, "p", "‹ previous failure"),
+    h("span", { class: "soft" }, place < 0 ? plural(failing.length, "failing test") : "failing test " + (place + 1) + " of " + failing.length),
+    link(after, "n", "next failure ›"));
+}
+
+function plural(count, noun) {
+  return count + " " + noun + (count === 1 ? "" : "s");
+}
+
+/** What failed, before everything else: each requirement with its title, when, by how much, and its formula. */
+function failedList(test, found) {
+  const failed = failedVerdicts(found).sort((a, b) => (a.times[0] ?? Infinity) - (b.times[0] ?? Infinity));
+  const at = (time) => h("a", { href: "#test/" + test.anchor + "@" + time, onclick: (event) => {
+    if (!openRun) return;
+    event.preventDefault();
+    openRun.go(time);
+  } }, "at " + seconds(time));
+  const item = (verdict) => h("li", {},
+    h("strong", { class: "negative" }, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name), " failed"), " ",
+    verdict.times.slice(0, 3).map((time, n) => [n ? ", " : "", at(time)]), verdict.times.length + verdict.more > 3 && " and " + (verdict.times.length + verdict.more - 3) + " times more",
+    verdict.margin && h("span", { class: "soft" }, " · worst margin " + verdict.margin),
+    h("div", {}, textsOf(verdict.name).title), h("details", { class: "small soft" }, h("summary", {}, "formula"), h("pre", {}, textsOf(verdict.name).formula)));
+  if (!failed.length && !found.faults.length) return null;
+  return h("section", { class: "card failed", "aria-label": "What failed" }, failed.length > 0 && h("ul", {}, failed.map(item)),
+    found.faults.length > 0 && h("ul", {}, found.faults.map((text) => h("li", {}, h("strong", { class: "negative" }, "Fault: "), text))));
+}
+
+/** Verdicts with those that failed first. */
+function failedFirst(verdicts) {
+  return [...verdicts].sort((a, b) => Number(b.verdict === "Failed") - Number(a.verdict === "Failed"));
+}
+
+function testView(test, found, time) {
   const plans = Object.entries(found.plans).map(([agent, labels]) =>
     [h("h4", {}, agent + " (" + labels.length + ")"), chips(labels)]);
   return [
     h("p", { class: "small soft" }, found.aim && found.aim + " · ", h("span", { class: "mono" }, found.nodeid)),
     found.repeats > 0 && h("p", { class: "notice mild" }, "The " + (found.repeats + 1) + " runs of this test differ; the worst is shown."),
-    found.faults.length > 0 && section("Faults", h("ul", {}, found.faults.map((text) => h("li", {}, text)))),
-    found.failure && section("Failure", h("pre", {}, found.failure)),
+    failedList(test, found),
+    runSection(test, found, time),
     found.replayed && h("p", { class: "notice mild" }, found.replayed),
     found.changed && behaviourView(found),
-    section("Verdicts", h("div", { class: "scroll" }, verdictTable(found.verdicts))),
+    section("Verdicts", h("div", { class: "scroll" }, verdictTable(failedFirst(found.verdicts)))),
     TEST_SECTIONS.first.map((show) => show(found)),
     h("ol", { class: "steps" },
       h("li", {}, section("Beliefs", chips(found.beliefs))),
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),
-      h("li", {}, section("What " + (actorsOf(found.abstract).join(" and ") || "the human") + (actorsOf(found.abstract).length > 1 ? " do" : " does"), h("div", { class: "scroll" }, actionTable(found)))),
-      h("li", {}, section("What happened", timelineView(found)))),
+      h("li", {}, section("What " + (actorsOf(found.abstract).join(" and ") || "the human") + (actorsOf(found.abstract).length > 1 ? " do" : " does"), h("div", { class: "scroll" }, actionTable(found))))),
     TEST_SECTIONS.last.map((show) => show(found)),
+    found.failure && h("details", { class: "card" }, h("summary", {}, h("h3", {}, "Failure, as in the terminal")), h("pre", {}, found.failure)),
     section("Run it again", found.rerun.map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
     section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
       h("div", {}, h("dt", {}, name), h("dd", {}, value))))),
@@ -72,21 +115,42 @@ function testView(test, found) {
   ];
 }
 
-async function testPage(view, anchor) {
-  const test = BY_ANCHOR.get(anchor);
+/** The test, and the time (s) or null, that an address names: a digest or an id, and the time after "@". */
+function addressed(rest) {
+  const of = (name) => BY_ANCHOR.get(name) ?? TESTS.find((test) => test.id === name);
+  const [, name, time] = /^(.*)@(\d+(?:\.\d+)?)$/.exec(rest) ?? [null, rest, null];
+  const timed = time !== null && of(name);
+  return timed ? { test: timed, time: Number(time) } : { test: of(rest), time: null };
+}
+
+function unescaped(address) {
+  try { return decodeURIComponent(address); } catch { return address; }
+}
+
+async function testPage(view) {
+  const { test, time } = addressed(unescaped(location.hash.replace(/^#test\//, "")));
   if (!test) {
     view.replaceChildren(h("p", { class: "card" }, "There is no such test in this report. ", h("a", { href: "#tests" }, "All tests")));
     return;
   }
+  const { anchor } = test;
   view.dataset.test = anchor;
-  const heading = h("h2", {}, test.id, " ", outcomeBadge(test.outcome), h("span", { class: "soft small" }, " suite " + DATA.suites[test.suite]));
-  view.replaceChildren(heading, h("p", { class: "soft" }, "Loading ..."));
+  const heading = [h("h2", {}, test.id, " ", outcomeBadge(test.outcome), h("span", { class: "soft small" }, " suite " + DATA.suites[test.suite])), failureLinks(test)].filter(Boolean);
+  view.replaceChildren(...heading, h("p", { class: "soft" }, "Loading ..."));
   let shown;
   try {
-    shown = testView(test, await details(test));
+    const found = await details(test);
+    // Another test may have been opened meanwhile.
+    if (view.dataset.test !== anchor) return;
+    shown = testView(test, found, time);
   } catch (error) {
     shown = [h("p", { class: "notice" }, "The details of this test cannot be shown: " + error.message)];
   }
-  // Another test may have been opened meanwhile.
-  if (view.dataset.test === anchor) view.replaceChildren(heading, ...shown.flat().filter(Boolean));
+  if (view.dataset.test === anchor) view.replaceChildren(...heading, ...shown.flat().filter(Boolean));
 }
+
+document.addEventListener("keydown", (event) => {
+  const link = document.querySelector("#test:not([hidden]) [data-failure=" + (event.key === "n" || event.key === "p" ? event.key : "none") + "]");
+  if (!link || event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
+  link.click();
+});

@@ -1,4 +1,4 @@
-// A run's timeline: the robot's state, messages, signals, and triggers of requirements, over simulated time.
+// What is drawn of a run over simulated time: the lanes of its state, actors, messages, switches and requirements.
 
 const TRIGGERS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-mark)"], "?": ["pending at the end", "var(--nc-mark)"] };
 
@@ -7,11 +7,11 @@ const TRIGGERS = { "": ["passed", "var(--ok-mark)"], "!": ["failed", "var(--bad-
 const MOST_MARKS = 2000;
 
 /** The marks to draw: of a lane with too many, the first in each of as many spans of time, one that failed before others. */
-function drawable(marks, end) {
+function drawable(marks, [begin, end]) {
   const counts = {}, kept = new Map();
   for (const { lane } of marks) counts[lane] = (counts[lane] || 0) + 1;
   marks.forEach((mark, n) => {
-    const span = Math.floor(((mark.time ?? mark.from) / end) * MOST_MARKS);
+    const span = Math.floor((((mark.time ?? mark.from) - begin) / (end - begin)) * MOST_MARKS);
     const place = counts[mark.lane] > MOST_MARKS ? mark.lane + "\t" + span : n;
     const first = kept.get(place);
     if (!first) kept.set(place, { mark, more: 0 });
@@ -102,122 +102,86 @@ function laneOf(line, abstract) {
   return (/^(\w+): /.exec(line) ?? [])[1] ?? (actorsOf(abstract).length ? "the test" : "the human");
 }
 
-/** Bars and dots with their lanes and tooltips, the names of the lanes from top to bottom, and the labels of lanes. */
-function lanes({ timeline, acted, abstract, seen = [] }) {
-  const messages = parsedMessages(timeline), end = timeline.end_s, bars = [], dots = [], names = [], labelled = {};
-  const states = DATA.state ? stateSpans(messages, end) : [];
-  const stateTopic = states.length ? DATA.state.split(".")[0] : null;
-  const addSpans = (lane, spans) => {
+/** The lanes of a run under construction: their marks, kinds and labels. */
+class Lanes {
+  constructor() {
+    this.names = [];
+    this.kinds = {};
+    this.labelled = {};
+    this.bars = [];
+    this.dots = [];
+  }
+
+  add(name, kind) {
+    if (this.names.includes(name)) return;
+    this.names.push(name);
+    this.kinds[name] = kind;
+  }
+
+  /** Spans with a label each, of a state or another text. */
+  addSpans(lane, kind, spans) {
     const labels = [...new Set(spans.map((span) => span.label))];
     if (!spans.length) return;
-    names.push(lane);
-    labelled[lane] = labels;
+    this.add(lane, kind);
+    this.labelled[lane] = labels;
     for (const span of spans) {
-      bars.push({ lane, ...span, fill: fillOf(labels.indexOf(span.label)), tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
+      this.bars.push({ lane, ...span, fill: fillOf(labels.indexOf(span.label)), event: lane + " " + span.label, tooltip: span.label + "\n" + seconds(span.from) + " to " + seconds(span.to) });
     }
-  };
-  addSpans("state", states);
-  if (acted.length) names.push(...(actorsOf(abstract).length ? actorsOf(abstract) : ["the human"]));
-  if (names.length && abstract.some((line, n) => typeof acted[n] === "number" && !names.includes(laneOf(line, abstract)))) names.push("the test");
-  names.push(...actorsOf(seen.map(([, act]) => act)));
-  for (const [time, act] of seen) {
-    dots.push({ lane: laneOf(act, [act]), time, symbol: "square", fill: "var(--c3)", tooltip: seconds(time) + ": " + act });
   }
-  acted.forEach((time, n) => typeof time === "number" && dots.push({
-    lane: laneOf(abstract[n], abstract), time, symbol: "square", fill: "var(--c2)", tooltip: seconds(time) + ": " + (n + 1) + " " + abstract[n],
-  }));
-  for (const each of messages.filter((message) => message.topic !== stateTopic)) {
-    if (!names.includes(each.topic)) names.push(each.topic);
-    const fields = Object.entries(each.fields).map(([name, value]) => name + " " + value).join(", ");
-    dots.push({ lane: each.topic, time: each.time, symbol: "circle", fill: "var(--c0)", tooltip: seconds(each.time) + ": " + each.sender + (each.topic.includes(" ") ? ": " : " sends ") + each.topic + "\n" + fields });
+
+  addAct(lane, time, text, fill) {
+    this.dots.push({ lane, time, symbol: "square", fill, event: text, tooltip: seconds(time) + ": " + text });
   }
-  for (const [name, changes] of Object.entries(timeline.texts ?? {})) addSpans(name, textSpans(changes, end));
-  for (const [name, text] of Object.entries(timeline.signals)) {
-    const points = parsedSignal(text, end);
-    if (!isSwitch(name, points)) continue;
-    names.push(name);
+
+  addMessage({ time, sender, topic, fields }) {
+    const disturbs = topic.includes(" "), lane = disturbs ? "disturbances" : topic;
+    const values = Object.entries(fields).map(([name, value]) => name + " " + value).join(", ");
+    const event = sender + (disturbs ? ": " : " sends ") + topic;
+    this.add(lane, disturbs ? "disturbance" : "message");
+    this.dots.push({ lane, time, symbol: disturbs ? "diamond" : "circle", fill: disturbs ? "var(--c1)" : "var(--c0)", event: event + (values ? ": " + values : ""), tooltip: seconds(time) + ": " + event + "\n" + values });
+  }
+
+  addSwitch(name, points) {
+    this.add(name, "switch");
     points.slice(0, -1).forEach(([from, value], n) => {
-      if (value) bars.push({ lane: name, from, to: points[n + 1][0], fill: "var(--c5)", tooltip: name + " from " + seconds(from) + " to " + seconds(points[n + 1][0]) });
+      const to = points[n + 1][0];
+      if (value) this.bars.push({ lane: name, from, to, fill: "var(--c5)", event: name + " on", ended: name + " off", tooltip: name + " from " + seconds(from) + " to " + seconds(to) });
     });
   }
-  for (const [name, text] of Object.entries(timeline.triggers).sort(([a], [b]) => natural(a, b))) {
-    names.push(name);
+
+  addTriggers(name, text) {
+    this.add(name, "requirement");
     for (const { begin, end: over, mark } of parsedTriggers(text)) {
-      const [outcome, colour] = TRIGGERS[mark];
+      const [outcome, colour] = TRIGGERS[mark], failed = mark === "!";
       const tooltip = name + " triggered at " + seconds(begin) + "\n" + outcome + " at " + seconds(over);
-      const failed = mark === "!";
-      bars.push({ lane: name, from: begin, to: over, fill: colour, tooltip, failed });
-      dots.push({ lane: name, time: begin, symbol: failed ? "triangle" : "circle", fill: colour, tooltip, failed });
+      this.bars.push({ lane: name, from: begin, to: over, fill: colour, tooltip, failed, ended: name + " " + outcome });
+      this.dots.push({ lane: name, time: begin, symbol: failed ? "triangle" : "circle", fill: colour, tooltip, failed, event: name + " triggered" });
     }
   }
-  return { names, bars: drawable(bars, end), dots: drawable(dots, end), labelled };
 }
 
-/** Room for the longest name of a lane or signal, so that the plots stand below each other. */
-function roomFor(names) {
-  return Math.min(170, 16 + 7.2 * Math.max(8, ...names.map((name) => name.length)));
-}
-
-/** The plot of all lanes. `failures`: {name, time} of each violation. */
-function lanePlot(width, timeline, { names, bars, dots }, failures) {
-  const pixels = (bar) => ((bar.to - bar.from) / timeline.end_s) * (width - roomFor(names) - 20);
-  const wrong = failures.filter((each) => names.includes(each.name));
-  const tip = { title: (each) => visible(each.tooltip), fill: "var(--card)" };
-  return Plot.plot(plain(width, {
-    ariaLabel: "Messages, states, switches and monitors over time", marginLeft: roomFor(names), marginTop: 8, height: 48 + 24 * names.length,
-    x: { domain: [0, timeline.end_s], label: "simulated time (s)", grid: true },
-    y: { domain: names, label: null, tickFormat: visible, tickSize: 0, type: "band", padding: 0.25 },
-    marks: [
-      Plot.ruleX(wrong, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
-      Plot.barX(bars, { x1: "from", x2: "to", y: "lane", fill: "fill", stroke: "fill" }),
-      Plot.text(bars.filter((bar) => bar.label), { x: (bar) => (bar.from + bar.to) / 2, y: "lane", text: (bar) => fitting(visible(bar.label), pixels(bar)), fill: "var(--ink)" }),
-      Plot.dot(dots, { x: "time", y: "lane", symbol: "symbol", fill: "fill", r: 3.5, stroke: "var(--card)", strokeWidth: 0.7 }),
-      Plot.dot(wrong, { x: "time", y: "name", symbol: "times", stroke: "var(--bad-mark)", r: 6, strokeWidth: 2.5 }),
-      Plot.tip(bars, Plot.pointer({ x: (bar) => (bar.from + bar.to) / 2, y: "lane", maxRadius: 30, ...tip })),
-      Plot.tip(dots, Plot.pointer({ x: "time", y: "lane", maxRadius: 14, ...tip })),
-    ],
-    color: { type: "identity" }, symbol: { type: "identity" },
-  }));
-}
-
-function signalPlot(width, marginLeft, name, timeline, failures) {
-  const end = timeline.end_s, points = withGaps(parsedSignal(timeline.signals[name], end), name, timeline);
-  const measured = points.filter(([, value]) => value !== null);
-  const unit = DATA.units[name], label = visible(name) + (unit ? " (" + visible(unit) + ")" : "");
-  // The axis of a constant signal needs some height, too.
-  const constant = measured.length > 0 && measured.every(([, value]) => value === measured[0][1]);
-  const domain = constant ? { domain: [measured[0][1] - 0.5, measured[0][1] + 0.5] } : { nice: true };
-  return Plot.plot(plain(width, {
-    ariaLabel: label, marginLeft, marginTop: 22, marginBottom: 26, height: 120,
-    x: { domain: [0, end], label: null, grid: true }, y: { label, grid: true, ticks: 4, ...domain },
-    marks: [
-      Plot.ruleX(failures, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
-      Plot.line(points, { x: "0", y: "1", curve: "step-after", stroke: "var(--c0)" }),
-      Plot.tip(measured, Plot.pointerX({ x: "0", y: "1", title: (point) => seconds(point[0]) + ": " + point[1], fill: "var(--card)" })),
-    ],
-  }));
-}
-
-/** What a run's lanes, marks and colours mean. */
-function timelineLegend(labelled) {
-  const swatches = Object.entries(labelled).map(([lane, labels]) =>
-    h("ul", { class: "legend" }, h("li", { class: "soft" }, lane + ":"), labels.map((label, n) => h("li", {}, h("i", { class: "swatch", style: "background:" + fillOf(n) }), label))));
-  return [swatches, legend(Object.values(TRIGGERS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
-    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed line mark a violation. A dot is a message, ■ an action of the human, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept. Of more than " + MOST_MARKS + " marks of a kind as many are drawn.")];
-}
-
-/** The whole timeline, or a message if there is none. */
-function timelineView(found) {
-  const { timeline, verdicts } = found;
-  if (!timeline) return h("p", { class: "soft" }, "No timeline: the run was not completed.");
-  const violations = verdicts.flatMap((verdict) => verdict.times.map((time) => ({ lane: verdict.name, name: verdict.name, time })));
-  const failures = drawable(violations, timeline.end_s);
-  const view = h("div", { class: "timeline" });
-  const drawnLanes = lanes(found), room = roomFor(drawnLanes.names);
-  drawn(view, (width) => lanePlot(width, timeline, drawnLanes, failures));
-  for (const [name, text] of Object.entries(timeline.signals)) {
-    if (!isSwitch(name, parsedSignal(text, timeline.end_s))) drawn(view, (width) => signalPlot(width, room, name, timeline, failures));
+/** The lanes of a run, from top to bottom: its state, who acts, messages, texts, switches, requirements. */
+function lanes({ timeline, acted, abstract, seen = [] }) {
+  const messages = parsedMessages(timeline), end = timeline.end_s, made = new Lanes();
+  const states = DATA.state ? stateSpans(messages, end) : [];
+  const stateTopic = states.length ? DATA.state.split(".")[0] : null;
+  made.addSpans("state", "state", states);
+  if (acted.length) (actorsOf(abstract).length ? actorsOf(abstract) : ["the human"]).forEach((name) => made.add(name, "actor"));
+  acted.forEach((time, n) => {
+    if (typeof time !== "number") return;
+    made.add(laneOf(abstract[n], abstract), "actor");
+    made.addAct(laneOf(abstract[n], abstract), time, n + 1 + " " + abstract[n], "var(--c2)");
+  });
+  for (const [time, act] of seen) {
+    made.add(laneOf(act, [act]), "actor");
+    made.addAct(laneOf(act, [act]), time, act, "var(--c3)");
   }
-  view.append(...timelineLegend(drawnLanes.labelled).flat());
-  return view;
+  messages.filter((message) => message.topic !== stateTopic).forEach((message) => made.addMessage(message));
+  for (const [name, changes] of Object.entries(timeline.texts ?? {})) made.addSpans(name, "text", textSpans(changes, end));
+  for (const [name, text] of Object.entries(timeline.signals)) {
+    const points = parsedSignal(text, end);
+    if (isSwitch(name, points)) made.addSwitch(name, points);
+  }
+  for (const [name, text] of Object.entries(timeline.triggers).sort(([a], [b]) => natural(a, b))) made.addTriggers(name, text);
+  return made;
 }

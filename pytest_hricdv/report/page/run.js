@@ -1,0 +1,204 @@
+// A run on one screen: lanes and signals over a window of time, a cursor in it, and beside it what held there.
+
+// Panels beside the lanes, of optional parts: (found, run) => {element, at(time, by)}, or null.
+const RUN_PANELS = [];
+// The lanes' element takes the click this many pixels around an event for one on the event.
+const NEAR_PIXELS = 6;
+
+let openRun = null;
+
+class RunView {
+  constructor(test, found) {
+    const { timeline } = found;
+    Object.assign(this, { test, found, made: lanes(found), window: new RunWindow(timeline.end_s), curves: curvesOf(timeline), all: false });
+    this.failures = found.verdicts.flatMap((verdict) => verdict.times.map((time) => ({ lane: verdict.name, name: verdict.name, time })));
+    this.violations = [...new Set(this.failures.map((failure) => failure.time))].sort((a, b) => a - b);
+    this.events = runEvents(this.made, this.failures);
+    this.matter = mattering(found);
+    this.room = roomFor([...this.made.names, ...this.curves.map(() => "")]);
+    this.element = this.build();
+    this.window.zoomed.push(() => this.draw());
+    this.window.moved.push((by) => this.mark(by));
+    new ResizeObserver(() => { if (this.place.clientWidth !== this.width) this.draw(); }).observe(this.place);
+  }
+
+  names() {
+    const { names, kinds } = this.made;
+    return names.filter((name) => this.all || opensFirst(name, kinds[name], this.matter));
+  }
+
+  signals() {
+    return this.curves.filter(({ name }) => this.all || !this.matter || this.matter.has(name));
+  }
+
+  build() {
+    const button = (text, label, key, act) => h("button", { type: "button", "aria-label": label, title: label + " (key " + key + ")", onclick: act }, text);
+    this.said = h("output", { class: "soft small" });
+    this.tools = h("div", { class: "tools", role: "group", "aria-label": "Cursor and window" },
+      button("◀", "Event before", "←", () => this.step(-1)), button("▶", "Next event", "→", () => this.step(1)),
+      this.violations.length > 0 && button(this.violations.length > 1 ? "Next violation" : "Violation", "10 s around the violation", "v", () => this.toViolation()),
+      button("Whole run", "Whole run", "0", () => this.window.show(0, this.window.end)),
+      button("+", "Zoom in", "+", () => this.window.zoom(0.5)), button("−", "Zoom out", "-", () => this.window.zoom(2)), this.said);
+    this.axis = h("div", { class: "axis", role: "slider", tabindex: "0", "aria-label": "Cursor, in seconds of simulated time", "aria-valuemin": "0", "aria-valuemax": String(this.window.end) });
+    this.rows = h("div", { class: "timeline" });
+    this.line = h("div", { class: "cursor", "aria-hidden": "true" }, h("span", {}));
+    this.more = h("button", { type: "button", class: "more", onclick: () => { this.all = !this.all; this.draw(); } });
+    this.place = h("div", { class: "lanes" }, this.axis, this.rows, this.line);
+    this.place.addEventListener("pointerdown", (event) => this.press(event));
+    this.place.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    this.panels = RUN_PANELS.map((panel) => panel(this.found, this)).filter(Boolean);
+    this.at = h("div", { class: "at" });
+    return h("section", { class: "card run", "aria-label": "The run", "aria-live": "off" }, this.tools,
+      h("div", { class: "screen" }, h("div", { class: "left" }, this.place, this.more),
+        h("div", { class: "beside-lanes", tabindex: "0", role: "region", "aria-label": "At the cursor" }, this.at, this.panels.map((panel) => panel.element))),
+      h("details", { class: "small" }, h("summary", {}, "What lanes, marks and colours mean; keys"), timelineLegend(this.made.labelled), keyList()));
+  }
+
+  /** Draws what the window shows. */
+  draw() {
+    const width = Math.floor(this.place.clientWidth), { shown } = this.window;
+    if (!width) return;
+    this.width = width;
+    const names = this.names(), signals = this.signals(), hidden = this.made.names.length + this.curves.length - names.length - signals.length;
+    this.axis.replaceChildren(axisPlot(width, this.room, shown));
+    this.rows.replaceChildren(lanePlot(width, this.room, shown, this.made, names, this.failures),
+      ...signals.map((curve) => signalPlot(width, this.room, shown, curve, limitsOf(curve.name, curve.points, this.found), this.failures)));
+    this.more.hidden = !this.matter || (!this.all && !hidden);
+    this.more.textContent = this.all ? "Only the lanes of what failed" : hidden + (hidden === 1 ? " more lane" : " more lanes");
+    this.more.setAttribute("aria-expanded", String(this.all));
+    this.mark("");
+  }
+
+  x(time) {
+    const [begin, end] = this.window.shown;
+    return this.room + ((time - begin) / (end - begin)) * (this.width - this.room - RIGHT);
+  }
+
+  timeAt(event) {
+    const [begin, end] = this.window.shown, x = event.clientX - this.place.getBoundingClientRect().left;
+    const time = begin + ((x - this.room) / (this.width - this.room - RIGHT)) * (end - begin);
+    const near = this.stops().filter((stop) => Math.abs(this.x(stop) - x) <= NEAR_PIXELS);
+    return near.length ? near.reduce((best, stop) => (Math.abs(stop - time) < Math.abs(best - time) ? stop : best)) : time;
+  }
+
+  press(event) {
+    if (event.button !== 0 || !this.width) return;
+    const drag = (moved) => this.window.move(this.timeAt(moved), "pointer");
+    const end = () => { removeEventListener("pointermove", drag); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
+    drag(event);
+    addEventListener("pointermove", drag);
+    addEventListener("pointerup", end);
+    addEventListener("pointercancel", end);
+  }
+
+  /** With Ctrl or Shift the wheel zooms; without, the page scrolls. */
+  wheel(event) {
+    if (!event.ctrlKey && !event.shiftKey) return;
+    event.preventDefault();
+    this.window.zoom((event.deltaY || event.deltaX) > 0 ? 1.25 : 0.8, this.timeAt(event));
+  }
+
+  /** The times that arrow keys stop at: of the events in open lanes. */
+  stops() {
+    const open = new Set(this.names());
+    return [...new Set(this.events.filter((event) => open.has(event.lane)).map((event) => event.time))];
+  }
+
+  step(direction) {
+    const stops = this.stops(), { time } = this.window;
+    const next = direction > 0 ? stops.find((stop) => stop > time) : stops.findLast((stop) => stop < time);
+    if (next !== undefined) this.window.move(next, "key");
+  }
+
+  /** To the next violation, after the last one to the first. */
+  toViolation() {
+    const next = this.violations.find((time) => time > this.window.time) ?? this.violations[0];
+    this.go(next);
+  }
+
+  go(time) {
+    this.window.around(time);
+    this.window.move(time, "link");
+  }
+
+  /** Where the view begins: at the time of its address, else at the first violation, else at the begin of the run. */
+  start(time) {
+    if (time === null && !this.violations.length) return this.window.move(0, "start");
+    if (time !== null && !this.violations.length) return this.window.move(time, "start");
+    this.window.around(time ?? this.violations[0]);
+    return this.window.move(time ?? this.violations[0], "start");
+  }
+
+  /** Shows the cursor where it is, and what held there. */
+  mark(by) {
+    if (!this.width) return;
+    const { time, shown } = this.window, happened = this.events.filter((event) => Math.abs(event.time - time) < 5e-4);
+    this.line.style.left = this.x(time) + "px";
+    this.line.hidden = time < shown[0] || time > shown[1];
+    this.line.firstChild.textContent = seconds(time);
+    this.said.textContent = seconds(shown[0]) + " to " + seconds(shown[1]) + " of " + seconds(this.window.end);
+    const state = barAt(this.made, "state", time);
+    this.axis.setAttribute("aria-valuenow", String(time));
+    this.axis.setAttribute("aria-valuetext", visible([seconds(time), state && "state " + state.label, ...happened.slice(0, 3).map((event) => event.text)].filter(Boolean).join(", ")));
+    this.at.replaceChildren(...atCursor(this, happened));
+    this.panels.forEach((panel) => panel.at(time, by));
+    if (by && by !== "start") history.replaceState(history.state, "", "#test/" + this.test.anchor + "@" + Number(time.toFixed(3)));
+  }
+}
+
+/** What happened at the cursor, and what held: state, requirements, signals. */
+function atCursor(run, happened) {
+  const { made, window: { time } } = run, open = run.names(), rows = [];
+  for (const lane of open) {
+    const kind = made.kinds[lane], bar = kind === "requirement" ? null : barAt(made, lane, time);
+    if (kind === "state" || kind === "text") rows.push([lane, bar ? bar.label : "-"]);
+    if (kind === "switch") rows.push([lane, bar ? "on" : "off"]);
+  }
+  for (const { name, points } of run.signals()) {
+    const value = valueAt(points, time), unit = DATA.units[name];
+    rows.push([name, value === null ? "not measured" : value + (unit ? " " + unit : "")]);
+  }
+  for (const lane of open.filter((name) => made.kinds[name] === "requirement")) {
+    const { text, failed } = verdictAt(made, lane, time);
+    rows.push([lane, text, failed]);
+  }
+  return [h("h3", {}, "At " + Number(time.toFixed(3)) + " s"),
+    happened.length ? h("ul", { class: "happened small" }, happened.slice(0, 8).map((event) => h("li", { class: event.failed ? "negative" : "" }, event.text)), happened.length > 8 && h("li", { class: "soft" }, "and " + (happened.length - 8) + " more")) : h("p", { class: "soft small" }, "Nothing happens at this instant; → leads to the next event."),
+    h("dl", { class: "values small" }, rows.map(([name, value, failed]) => [h("dt", {}, name), h("dd", { class: failed ? "negative" : "" }, value)]))];
+}
+
+const RUN_KEYS = {
+  ArrowLeft: (run) => run.step(-1), ArrowRight: (run) => run.step(1), Home: (run) => run.window.move(0, "key"), End: (run) => run.window.move(run.window.end, "key"),
+  v: (run) => run.violations.length && run.toViolation(), 0: (run) => run.window.show(0, run.window.end), "+": (run) => run.window.zoom(0.5), "-": (run) => run.window.zoom(2),
+};
+
+function keyList() {
+  return h("p", { class: "soft" }, "Keys: ", h("kbd", {}, "←"), " and ", h("kbd", {}, "→"), " lead from event to event of the open lanes, ", h("kbd", {}, "Home"), " and ", h("kbd", {}, "End"), " to the ends of the run, ",
+    h("kbd", {}, "v"), " to the next violation, ", h("kbd", {}, "+"), ", ", h("kbd", {}, "-"), " and ", h("kbd", {}, "0"), " zoom (also the wheel with Ctrl or Shift), ", h("kbd", {}, "p"), " and ", h("kbd", {}, "n"), " to the failing test before and after. The address of the page names the cursor's time: copy it to show somebody this instant.");
+}
+
+document.addEventListener("keydown", (event) => {
+  if (!openRun || !openRun.element.isConnected || !openRun.element.clientWidth || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target.closest("input, select, textarea, video, summary") || !(event.key in RUN_KEYS)) return;
+  event.preventDefault();
+  RUN_KEYS[event.key](openRun);
+});
+
+/** The run, or a message if there is none. `time`: where its cursor is at first; null for the violation. */
+function runSection(test, found, time) {
+  openRun = null;
+  if (!found.timeline) return section("The run", h("p", { class: "soft" }, "No timeline: the run was not completed."));
+  openRun = new RunView(test, found);
+  openRun.start(time);
+  return openRun.element;
+}
+
+/** The header may stay in sight: then what stays in sight below it begins where it ends. */
+function belowHeader() {
+  const header = document.querySelector("header.top");
+  const set = () => document.documentElement.style.setProperty("--top", (getComputedStyle(header).position === "sticky" ? header.offsetHeight : 0) + "px");
+  new ResizeObserver(set).observe(header);
+  set();
+}
+
+belowHeader();

@@ -1,0 +1,128 @@
+"""The run of one test on its page: lanes and signals over time, and a cursor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.report.tests_view import anchor
+from tests.report import sample
+from tests.report.watched import Watched
+
+pytestmark = pytest.mark.slow
+
+LANES = "#test .timeline svg[aria-label^=Messages] [aria-label='y-axis tick label'] text"
+
+
+def _failing(tests: int = 60) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """A report whose R3 has a limit, and its tests that fail R3, at 51.5 s."""
+    report = sample.data(tests=tests)
+    report["requirements"]["R3"] |= {
+        "reads": ["arm_speed", "reading.gaze"],
+        "limits": [{"name": "arm_speed", "relation": "<", "value": 0.25}],
+    }
+    return report, [test for test in report["tests"] if _fails(test["requirements"]["R3"])]
+
+
+def _fails(verdict: dict[str, Any]) -> bool:
+    return bool(verdict["verdict"] == "Failed")
+
+
+def _address(test: dict[str, Any]) -> str:
+    return f"test/{anchor(test['nodeid'])}"
+
+
+def _cursor(page: Any) -> float:
+    return float(page.get_by_role("slider").get_attribute("aria-valuenow"))
+
+
+def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    page = watched.open(report, tmp_path, _address(test))
+    page.wait_for_selector("#test .timeline svg")
+    first = page.locator("#test .card").first.inner_text()
+    assert first.startswith("R3 failed at 51.5 s")
+    assert "The robot shall not close its hand" in first
+    assert _cursor(page) == 51.5
+    assert "R3 failed" in (page.get_by_role("slider").get_attribute("aria-valuetext") or "")
+    assert page.locator("#test .tools output").inner_text() == "40.0 s to 60.0 s of 60.0 s"
+    assert set(page.locator(LANES).all_text_contents()) == {"state", "reading", "R3"}
+    speed = page.locator("#test .timeline svg[aria-label^=arm_speed]")
+    assert "R3: < 0.25" in speed.locator("text").all_text_contents()
+    page.get_by_role("button", name="more lanes").click()
+    assert {"request", "leg_held", "R4"} < set(page.locator(LANES).all_text_contents())
+    page.get_by_role("button", name="Only the lanes of what failed").click()
+    assert set(page.locator(LANES).all_text_contents()) == {"state", "reading", "R3"}
+    watched.assert_quiet()
+
+
+def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    page = watched.open(report, tmp_path, f"{_address(test)}@2.4")
+    page.wait_for_selector("#test .timeline svg")
+    assert _cursor(page) == 2.4
+    panel = page.get_by_role("region", name="At the cursor")
+    assert "state\nOffer" in panel.inner_text()
+    page.keyboard.press("ArrowRight")
+    assert _cursor(page) == 3.0
+    assert "state Done" in panel.inner_text()
+    assert page.evaluate("location.hash") == f"#{_address(test)}@3"
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("ArrowLeft")
+    assert _cursor(page) == 1.0
+    page.get_by_role("button", name="10 s around the violation").click()
+    assert _cursor(page) == 51.5
+    page.keyboard.press("End")
+    assert _cursor(page) == 60.0
+    page.reload()
+    page.wait_for_selector("#test .timeline svg")
+    assert _cursor(page) == 60.0
+    watched.assert_quiet()
+
+
+def test_a_click_moves_the_cursor_and_the_window_is_zoomed(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    page = watched.open(report, tmp_path, f"test/{test['id']}")
+    page.wait_for_selector("#test .timeline svg")
+    page.get_by_role("button", name="Whole run").click()
+    lanes = page.locator("#test .lanes")
+    box = lanes.bounding_box()
+    lanes.click(position={"x": box["width"] - 20, "y": 60})
+    assert _cursor(page) == pytest.approx(60, abs=0.1)
+    lanes.click(position={"x": box["width"] / 2, "y": 60})
+    assert 15 < _cursor(page) < 30
+    page.keyboard.press("+")
+    begin, end = (float(text.split()[0]) for text in page.locator("#test .tools output").inner_text().split(" to "))
+    assert end - begin == pytest.approx(30, abs=0.2)
+    watched.assert_quiet()
+
+
+def test_previous_and_next_go_through_failing_tests(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=60)
+    failing = [test for test in report["tests"] if any(_fails(verdict) for verdict in test["requirements"].values())]
+    assert len(failing) > 2
+    page = watched.open(report, tmp_path, _address(failing[0]))
+    shown = "id => document.querySelector('#test h2').textContent.includes(id)"
+    page.get_by_role("link", name="next failure").click()
+    page.wait_for_function(shown, arg=failing[1]["id"])
+    page.keyboard.press("n")
+    page.wait_for_function(shown, arg=failing[2]["id"])
+    page.keyboard.press("p")
+    page.wait_for_function(shown, arg=failing[1]["id"])
+    assert f"failing test 2 of {len(failing)}" in page.locator("#test").inner_text()
+    watched.assert_quiet()
+
+
+def test_a_run_stays_within_a_phone(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    watched.page.set_viewport_size({"width": 390, "height": 844})
+    page = watched.open(report, tmp_path, _address(test))
+    page.wait_for_selector("#test .timeline svg")
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    axis = page.get_by_role("slider")
+    page.get_by_role("button", name="more lanes").click()
+    page.evaluate("scrollBy(0, document.querySelector('#test .timeline').getBoundingClientRect().bottom - 200)")
+    assert axis.bounding_box()["y"] == pytest.approx(0, abs=1)
+    watched.assert_quiet()
