@@ -68,7 +68,7 @@ def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watc
     page.keyboard.press("ArrowRight")
     assert _cursor(page) == 3.0
     assert "state Done" in panel.inner_text()
-    assert page.evaluate("location.hash") == f"#{_address(test)}@3"
+    page.wait_for_function("address => location.hash === address", arg=f"#{_address(test)}@3")
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("ArrowLeft")
     assert _cursor(page) == 1.0
@@ -76,6 +76,7 @@ def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watc
     assert _cursor(page) == 51.5
     page.keyboard.press("End")
     assert _cursor(page) == 60.0
+    page.wait_for_function("address => location.hash === address", arg=f"#{_address(test)}@60")
     page.reload()
     page.wait_for_selector("#test .timeline svg")
     assert _cursor(page) == 60.0

@@ -26,7 +26,7 @@ function twoTimelines(runs, changed, abstract) {
   const names = [...new Set(made.flatMap((each) => each.names))], room = roomFor(names);
   const end_s = Math.max(...runs.map(([, timeline]) => timeline.end_s));
   const lane = DATA.state && changed.topic === DATA.state.split(".")[0] ? "state" : changed.topic;
-  const marks = changed.time === null ? [] : [{ name: lane, time: changed.time }];
+  const marks = changed.time === null ? [] : [{ lane, name: lane, time: changed.time }];
   const figures = runs.map(([title], n) => {
     const figure = h("figure", {}, h("h4", {}, title));
     drawn(figure, (width) => lanePlot(width, room, [0, end_s], made[n], names, marks));

@@ -15,6 +15,11 @@ function within({ bars, dots }, [begin, end]) {
   return { bars: drawable(cut, [begin, end]), dots: drawable(dots.filter((dot) => dot.time >= begin && dot.time <= end), [begin, end]) };
 }
 
+/** The violations within a window of time, as many as can be told apart. */
+function violationsWithin(failures, [begin, end]) {
+  return drawable(failures.filter((failure) => failure.time >= begin && failure.time <= end), [begin, end]);
+}
+
 function axisPlot(width, marginLeft, window) {
   return Plot.plot(plain(width, {
     ariaHidden: "true", marginLeft, marginRight: RIGHT, marginTop: 4, marginBottom: 32, height: 38,
@@ -22,13 +27,13 @@ function axisPlot(width, marginLeft, window) {
   }));
 }
 
-/** The plot of lanes. `failures`: {name, time} of each violation; `window`: from when to when. */
+/** The plot of lanes. `failures`: {lane, name, time} of each violation; `window`: from when to when. */
 function lanePlot(width, room, window, made, names, failures) {
   const shown = new Set(names), { bars, dots } = within({
     bars: made.bars.filter((bar) => shown.has(bar.lane)), dots: made.dots.filter((dot) => shown.has(dot.lane)),
   }, window);
   const pixels = (bar) => ((bar.to - bar.from) / (window[1] - window[0])) * (width - room - RIGHT);
-  const wrong = failures.filter((each) => each.time >= window[0] && each.time <= window[1]);
+  const wrong = violationsWithin(failures, window);
   const tip = { title: (each) => visible(each.tooltip), fill: "var(--card)" };
   return Plot.plot(plain(width, {
     ariaLabel: "Messages, states, switches and monitors over time", marginLeft: room, marginRight: RIGHT, marginTop: 4, marginBottom: 4, height: 8 + 24 * names.length,
@@ -68,7 +73,7 @@ function signalPlot(width, marginLeft, window, { name, points }, limits, failure
     x: { domain: window, axis: null }, y: { label, grid: true, ticks: 3, domain, nice: low !== high },
     marks: [
       Plot.gridX(),
-      Plot.ruleX(failures.filter((each) => each.time >= window[0] && each.time <= window[1]), { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
+      Plot.ruleX(violationsWithin(failures, window), { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
       Plot.ruleY(limits, { y: "value", stroke: "var(--bad-mark)", strokeWidth: 1.5, strokeDasharray: "6 3" }),
       Plot.text(limits, { x: window[1], y: "value", text: "text", textAnchor: "end", dy: -6, fill: "var(--bad)" }),
       Plot.line(drawnPoints, { x: "0", y: "1", curve: "step-after", stroke: "var(--c0)", strokeWidth: 1.7 }),

@@ -4,6 +4,8 @@
 const RUN_PANELS = [];
 // The lanes' element takes the click this many pixels around an event for one on the event.
 const NEAR_PIXELS = 6;
+// Browsers allow few changes of the history a second, and a cursor that is dragged moves often.
+const KEPT_AFTER_MS = 150;
 
 let openRun = null;
 
@@ -129,6 +131,16 @@ class RunView {
     return this.window.move(time ?? this.violations[0], "start");
   }
 
+  /** Puts the cursor's time into the address, without a step of the browser's history. */
+  keepTime() {
+    clearTimeout(this.waits);
+    this.waits = setTimeout(() => {
+      if (openRun !== this || !this.element.clientWidth) return;
+      history.replaceState(history.state, "", "#test/" + this.test.anchor + "@" + Number(this.window.time.toFixed(3)));
+      places.at = location.hash;
+    }, KEPT_AFTER_MS);
+  }
+
   /** Shows the cursor where it is, and what held there. */
   mark(by) {
     if (!this.width) return;
@@ -142,7 +154,7 @@ class RunView {
     this.axis.setAttribute("aria-valuetext", visible([seconds(time), state && "state " + state.label, ...happened.slice(0, 3).map((event) => event.text)].filter(Boolean).join(", ")));
     this.at.replaceChildren(...atCursor(this, happened));
     this.panels.forEach((panel) => panel.at(time, by));
-    if (by && by !== "start") history.replaceState(history.state, "", "#test/" + this.test.anchor + "@" + Number(time.toFixed(3)));
+    if (by && by !== "start") this.keepTime();
   }
 }
 

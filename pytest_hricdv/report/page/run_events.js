@@ -7,8 +7,9 @@ function runEvents(made, failures) {
     if (bar.event) events.push({ time: bar.from, lane: bar.lane, text: bar.event, failed: false });
     if (bar.ended) events.push({ time: bar.to, lane: bar.lane, text: bar.ended, failed: Boolean(bar.failed) });
   }
+  const decided = new Set(events.filter((event) => event.failed).map((event) => event.lane + "\t" + event.time));
   for (const { name, time } of failures) {
-    if (!events.some((event) => event.failed && event.lane === name && event.time === time)) events.push({ time, lane: name, text: name + " violated", failed: true });
+    if (!decided.has(name + "\t" + time)) events.push({ time, lane: name, text: name + " violated", failed: true });
   }
   return events.sort((a, b) => a.time - b.time || Number(b.failed) - Number(a.failed));
 }

@@ -116,7 +116,7 @@ function testView(test, found, time) {
 }
 
 /** The test, and the time (s) or null, that an address names: a digest or an id, and the time after "@". */
-function addressed(rest) {
+function testAt(rest) {
   const of = (name) => BY_ANCHOR.get(name) ?? TESTS.find((test) => test.id === name);
   const [, name, time] = /^(.*)@(\d+(?:\.\d+)?)$/.exec(rest) ?? [null, rest, null];
   const timed = time !== null && of(name);
@@ -128,7 +128,7 @@ function unescaped(address) {
 }
 
 async function testPage(view) {
-  const { test, time } = addressed(unescaped(location.hash.replace(/^#test\//, "")));
+  const { test, time } = testAt(unescaped(location.hash.replace(/^#test\//, "")));
   if (!test) {
     view.replaceChildren(h("p", { class: "card" }, "There is no such test in this report. ", h("a", { href: "#tests" }, "All tests")));
     return;
