@@ -44,7 +44,7 @@ read.
 #
 # - `node`, `past_formula`, `formula` (formulas as data, and their text), `units` (units of measurement)
 # - `vocabulary` (signals, messages, types), `requirement` (requirement, errors in a text)
-# - `analysis` (what a formula reads, and when its value can change)
+# - `analysis` (what a formula reads, and when its value can change), `limit` (the limits in it, for pictures)
 # - `syntax_tree`, `term_parser`, `number_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in
 #   Python); `patterns` (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
 # - `evaluation_state` (what compiled formulas read), `verdict` (the result as data)
