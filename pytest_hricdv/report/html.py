@@ -22,6 +22,7 @@ from pytest_hricdv.report.hole_causes import hole_causes
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.navigation import areas, suites_heading
 from pytest_hricdv.report.requirement_view import drawn_texts, grouped, requirement_view, states, triggers_over_time
+from pytest_hricdv.report.sheet import Sheet, css_text, sheet
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
 from pytest_hricdv.report.verdict import verdict
 from pytest_hricdv.report.view import Place, views
@@ -138,6 +139,8 @@ def _context(report: Report) -> dict[str, Any]:
     names = tests_view.requirement_names(report)
     requirements = [requirement_view(report, name) for name in names]
     sections = [section for view in views() if (section := view.section(report)) is not None]
+    origins = [origin for origin in (report.origin, *(s.origin for s in report.sessions)) if origin is not None]
+    signed = sheet(report, requirements, origins)
     return {
         "report": report,
         "code": report.code_under_test,
@@ -152,7 +155,9 @@ def _context(report: Report) -> dict[str, Any]:
         "shown_items": _SHOWN_ITEMS,
         "waivers": waivers_view.waivers(report),
         "unmeasured": totals.unmeasured(report),
-        "origins": [origin for origin in (report.origin, *(s.origin for s in report.sessions)) if origin is not None],
+        "origins": origins,
+        "sheet": signed,
+        "paper": Markup(_paper(report, signed)),
         "plans_covered": totals.plans_covered,
         "bins_covered": totals.bins_covered,
         "tests_text": totals.tests_text,
@@ -179,6 +184,20 @@ def _context(report: Report) -> dict[str, Any]:
         "styles": Markup("\n".join(_asset(f"{name}.css") for name in _STYLES)),
         "data": Markup(_json(_data(report, names))),
     }
+
+
+def _paper(report: Report, signed: Sheet) -> str:
+    """The style of printed pages: each has the project, the date, the revision, and its number."""
+    texts = {
+        "top-left": css_text(f"{report.testbench}: verification by pytest-hricdv {report.version}"),
+        "top-right": css_text(signed.date),
+        "bottom-left": css_text(f"revision {signed.revision}" if signed.revision else "no revision known"),
+        "bottom-right": '"page " counter(page) " of " counter(pages)',
+    }
+    boxes = " ".join(
+        f"@{place} {{ content: {text}; font: 8pt sans-serif; color: #444; }}" for place, text in texts.items()
+    )
+    return f"@page {{ margin: 16mm 14mm; {boxes} }}"
 
 
 def _data(report: Report, names: list[str]) -> dict[str, Any]:

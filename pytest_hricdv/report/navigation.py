@@ -45,6 +45,7 @@ def _areas(report: Report, sections: Sequence[PageSection]) -> Iterator[Area]:
     yield Area("Coverage", (Link("closure", "Closure"), *_coverage(report)))
     # One view needs no name above it.
     yield Area(further[0].title if len(further) == 1 else "Further", further)
+    yield Area("Sheet", (Link("sheet", "Sheet to sign"),))
 
 
 def _coverage(report: Report) -> Iterator[Link]:

@@ -73,6 +73,16 @@ class FailureCauses:
 
 
 @dataclass(frozen=True)
+class SheetTable:
+    """A table of the sheet to sign: its title, what stands above it, the heads of columns, and rows of texts."""
+
+    title: str
+    note: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
 class RequirementNote:
     """A sentence on a requirement's page: `before`, then `status` in bold, then `after`; and a command to copy."""
 
@@ -131,6 +141,10 @@ class View:
 
     def of_requirement(self, report: Report, name: str) -> RequirementNote | None:
         """On a requirement's page; None for nothing."""
+        return None
+
+    def of_sheet(self, report: Report) -> SheetTable | None:
+        """Of the sheet to sign; None for nothing."""
         return None
 
     def aim(self, report: Report) -> str:

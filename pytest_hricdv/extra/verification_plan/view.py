@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pytest_hricdv.extra.verification_plan.records import PLAN, PlanPart, PlanState
 from pytest_hricdv.report.formatting import Line, Style, plural
-from pytest_hricdv.report.view import PageSection, View
+from pytest_hricdv.report.view import PageSection, SheetTable, View
 from pytest_hricdv.results.model import Report
 
 _MOST = 8
@@ -36,15 +36,19 @@ class PlanView(View):
         if len(lacking) > _MOST:
             yield Line(f"  and {plural(len(lacking) - _MOST, 'more goal')}: see the report", "dim")
 
+    def of_sheet(self, report: Report) -> SheetTable | None:
+        """The goals, each with its owner, or that of its section."""
+        if not PLAN.of(report):
+            return None
+        rows = [(part.title or part.name, owner, part.state, _lacking(part)) for part, owner in _owned(report)]
+        return SheetTable("Plan", _headline(PLAN.of(report)[0]), ("Goal", "Owner", "State", "Missing"), tuple(rows))
+
     def section(self, report: Report) -> PageSection | None:
         """The plan as a table: each goal with its owner, or that of its section."""
         if not PLAN.of(report):
             return None
-        rows, owners = [], [""]
-        for goal in PLAN.of(report):
-            owners = [*owners[: goal.depth + 1], goal.owner or owners[goal.depth]]
-            rows.append({"goal": goal, "owner": owners[-1], "style": _STYLES[goal.state]})
-        values = {"whole": PLAN.of(report)[0], "rows": rows[1:]}
+        rows = [{"goal": goal, "owner": owner, "style": _STYLES[goal.state]} for goal, owner in _owned(report)]
+        values = {"whole": PLAN.of(report)[0], "rows": rows}
         headline = _headline(PLAN.of(report)[0])
         return PageSection(
             "plan", "Plan", "verification_plan/plan.html.jinja", values, place="requirements", headline=headline
@@ -52,6 +56,20 @@ class PlanView(View):
 
 
 VIEW = PlanView()
+
+
+def _owned(report: Report) -> Iterator[tuple[PlanPart, str]]:
+    """The parts of the plan, each with who answers for it, or for its section."""
+    owners = [""]
+    for number, part in enumerate(PLAN.of(report)):
+        owners = [*owners[: part.depth + 1], part.owner or owners[part.depth]]
+        if number:  # the first is the plan itself
+            yield part, owners[-1]
+
+
+def _lacking(part: PlanPart) -> str:
+    """What a goal lacks; of a section, how many of its goals are met."""
+    return "; ".join(part.missing) if part.is_goal else f"section: {part.met} of {plural(part.goals, 'goal')} met"
 
 
 def _headline(whole: PlanPart) -> str:

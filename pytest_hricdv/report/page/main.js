@@ -114,6 +114,10 @@ function startSkipping() {
 
 document.querySelectorAll("table.sortable").forEach(makeSortable);
 document.querySelectorAll(".command > pre").forEach((text) => text.parentElement.replaceWith(command(text.textContent)));
+for (const button of document.querySelectorAll("[data-print]")) {
+  button.closest("[hidden]").hidden = false;
+  button.addEventListener("click", () => print());
+}
 startTheme();
 startSkipping();
 measureHeader();
