@@ -44,9 +44,8 @@ TOO_NEAR_M = 0.2
 STOPS_S = 1.0
 """So long it stands then (chosen: who walks by is out of the way meanwhile)."""
 
-LEAVES_S = 4.5
-"""So long after that it may drive on beside them (chosen: more than the 4.1 s that it takes from touching somebody to
-`TOO_NEAR_M`, at `near_speed_m_s`)."""
+LEAVES_S = 1.6
+"""So long after that it may drive on beside them, then it stops once more (chosen: 0.2 m at `near_speed_m_s`)."""
 
 
 class BlockedError(Exception):
