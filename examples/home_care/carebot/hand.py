@@ -36,7 +36,7 @@ class Hand:
         if opening > HELD and looks:
             raise GripperError("the gripper does not close")
         if opening <= CLOSED and looks:
-            raise GripperError("there is nothing to take")
+            raise GripperError("there is nothing to take")  # unreachable: what it takes there never runs out
         self._bus.publish(Food(True))
 
     async def drop(self) -> None:
@@ -50,9 +50,8 @@ class Hand:
     async def _settled(self) -> float:
         """How far it is open when it moves no more, or when its time is over."""
         before, opening = -1.0, self._gripper.state().opening
-        for _ in range(round(self._config.gripper_limit_s / self._config.gripper_period_s)):
+        looks = round(self._config.gripper_limit_s / self._config.gripper_period_s)
+        while opening != before and looks:
             await asyncio.sleep(self._config.gripper_period_s)
-            before, opening = opening, self._gripper.state().opening
-            if opening == before:
-                break
+            before, opening, looks = opening, self._gripper.state().opening, looks - 1
         return opening

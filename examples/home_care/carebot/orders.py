@@ -55,7 +55,10 @@ class OrderDesk:
 
     def take(self) -> Waiting:
         """The order that has waited for the longest time. Raises IndexError where there is none."""
-        order = self._waiting.popleft()
+        return self._removed(self._waiting[0])
+
+    def _removed(self, order: Waiting) -> Waiting:
+        self._waiting.remove(order)
         if not self._waiting:
             self._some.clear()
         return order
@@ -64,7 +67,9 @@ class OrderDesk:
         reason = self._reason_against(order)
         if reason:
             self._bus.publish(Refused(order, reason))
-        elif order == ENDED or not (self._config.faults.loses_orders and self.busy):
+        elif order != ENDED and self.busy and self._config.faults.loses_orders:
+            pass  # unreachable: a published fault, which is off
+        else:
             self._bus.publish(Accepted(order))
             self._keep(order)
 
@@ -88,9 +93,5 @@ class OrderDesk:
 
     def _give_up(self, order: Waiting) -> None:
         """Its time is over: where it still waits, it is not carried out any more."""
-        if order not in self._waiting:
-            return
-        self._waiting.remove(order)
-        if not self._waiting:
-            self._some.clear()
-        self._bus.publish(Refused(order.kind, LATE))
+        if order in self._waiting:
+            self._bus.publish(Refused(self._removed(order).kind, LATE))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Sequence
 from math import hypot
 
 from carebot.bus import Bus
@@ -63,12 +63,10 @@ class Carebot:
 
     async def _is_ordered_in_time(self) -> bool:
         faulty = self._config.faults.never_idle_first and not self._has_served
-        try:
-            async with asyncio.timeout(None if faulty else self._config.idle_after_s):
-                await self._desk.some()
-        except TimeoutError:
-            return False
-        return True
+        hearing = asyncio.create_task(self._desk.some())
+        await asyncio.wait((hearing,), timeout=None if faulty else self._config.idle_after_s)
+        hearing.cancel()
+        return self._desk.has_some
 
     async def _serve(self, order: Waiting) -> None:
         self._desk.busy = self._has_served = True
@@ -94,17 +92,17 @@ class Carebot:
         self._enter(READY)
 
     async def _carry_out(self, order: Waiting) -> None:
-        try:
-            async with asyncio.timeout_at(order.due_s):
-                for state in TASKS[order.kind]:
-                    await self._do(state)
-        except PROBLEMS as problem:
-            self._bus.publish(Refused(order.kind, str(problem)))
-        except TimeoutError:
-            self._bus.publish(Refused(order.kind, LATE))
-        else:
-            self._bus.publish(Completed(order.kind))
+        doing = asyncio.create_task(self._go_through(TASKS[order.kind]))
+        await asyncio.wait((doing,), timeout=order.due_s - asyncio.get_running_loop().time())
+        doing.cancel()  # where it is not done in time
+        await asyncio.wait((doing,))
+        reason = _reason_against(doing)
+        self._bus.publish(Refused(order.kind, reason) if reason else Completed(order.kind))
         self._enter(READY)
+
+    async def _go_through(self, states: Sequence[str]) -> None:
+        for state in states:
+            await self._do(state)
 
     async def _do(self, state: str) -> None:
         self._enter(state)
@@ -152,3 +150,14 @@ class Carebot:
 
     def _enter(self, state: str) -> None:
         self._bus.publish(State(state))
+
+
+def _reason_against(doing: asyncio.Task[None]) -> str:
+    """Why an order was not carried out; empty where it was. Raises what is none of `PROBLEMS`."""
+    try:
+        doing.result()
+    except PROBLEMS as problem:
+        return str(problem)
+    except asyncio.CancelledError:
+        return LATE
+    return ""

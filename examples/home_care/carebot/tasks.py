@@ -28,9 +28,12 @@ PUT_DOWN_AT = ("Sink", "Human")
 """Where it puts down what it could not take to its place: nowhere else does it open its gripper."""
 
 
+_BETWEEN = {(READY, HOME), (HOME, READY), (HOME, CHARGING), (CHARGING, READY), (READY, OFF)}
+
+
 def transitions() -> tuple[tuple[str, str], ...]:
     """Which state comes after which, if nothing goes wrong."""
-    pairs = {(READY, HOME), (HOME, READY), (HOME, CHARGING), (CHARGING, READY), (READY, OFF)}
-    for states in TASKS.values():
-        pairs |= set(pairwise((READY, *states, READY)))
-    return tuple(sorted(pairs))
+    pairs = set(_BETWEEN)  # unreachable: the testbench asks for it, before any run
+    for states in TASKS.values():  # unreachable: the testbench asks for it, before any run
+        pairs |= set(pairwise((READY, *states, READY)))  # unreachable: the testbench asks for it, before any run
+    return tuple(sorted(pairs))  # unreachable: the testbench asks for it, before any run
