@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 from pytest_hricdv.monitor import MonitorSet, PastFormula, Value
@@ -19,8 +21,8 @@ class Happening(NamedTuple):
 
     Args:
         time_s: when (s).
-        name: the topic of the message, or the signals that changed.
-        text: the same with values, for people.
+        name: the topic of the message, or the signals that changed; as `text` where only time went by.
+        text: the same with values, for people; where only time went by, the conditions that became true.
         numbers: of the conditions that are true with it.
     """
 
@@ -44,6 +46,7 @@ class Events:
 
     def __init__(self, conditions: Iterable[PastFormula], names: Iterable[str] = ()) -> None:
         formulas = tuple(conditions)
+        self._texts = tuple(map(str, formulas))
         self._monitors = MonitorSet()
         for number, condition in enumerate(formulas):
             self._monitors.watch(condition, partial(self._changed, number))
@@ -54,7 +57,8 @@ class Events:
         self._sources = frozenset().union(*map(sources, formulas))
         self.values: dict[str, Value] = {}
         """The last value of each signal, and of each field as `topic.field`."""
-        self._numbers: list[int] = []
+        self._numbers: list[tuple[float, int]] = []
+        """When conditions became true (s), and which."""
         self._now_s = -math.inf
         self._signals_s = -math.inf
         self._changes: dict[str, Value] = {}
@@ -62,19 +66,17 @@ class Events:
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> Iterator[Happening]:
         """A message of a topic in `topics` has arrived: what has happened up to it."""
-        yield from self.flush()
+        yield from self.advance(time_s)
         self.values.update((f"{topic}.{name}", value) for name, value in fields.items())
-        # The monitors' clock is ahead by the instants that were kept apart, and may not go back.
-        self._now_s = max(time_s, self._now_s)
         self._monitors.message(self._now_s, topic, fields)
         yield from self._judge(time_s, topic, _message_text(topic, fields))
 
     def signal(self, time_s: float, name: str, value: Value) -> Iterator[Happening]:
         """A signal in `signals` has a new value: what has happened before this instant."""
         if time_s > self._signals_s:
-            yield from self.flush()
+            yield from self.advance(time_s)
         self.values[name] = value
-        self._signals_s, self._now_s = time_s, max(time_s, self._now_s)
+        self._signals_s = time_s
         self._monitors.signal(self._now_s, name, value)
         if name in self._sources:
             self._changes[name] = value
@@ -92,16 +94,32 @@ class Events:
             self._changes.clear()
             yield from self._judge(self._signals_s, names, text)
 
+    def advance(self, time_s: float) -> Iterator[Happening]:
+        """Time has reached `time_s`: what has happened before, also what only takes time.
+
+        `rise(historically[0:2](near))` becomes true when somebody was near for 2 s, whatever else is going on then.
+        """
+        yield from self.flush()
+        # The monitors' clock is ahead by the instants that were kept apart, and may not go back.
+        self._now_s = max(time_s, self._now_s)
+        self._monitors.advance(self._now_s)
+        due = sorted(self._numbers)
+        self._numbers.clear()
+        for began_s, changes in groupby(due, key=itemgetter(0)):
+            numbers = tuple(number for _, number in changes)
+            text = ", ".join(self._texts[number] for number in numbers)
+            yield Happening(began_s, text, text, numbers)
+
     def _judge(self, time_s: float, name: str, text: str) -> Iterator[Happening]:
         self._now_s += ORDER_S
         self._monitors.advance(self._now_s)
         if self._numbers:
-            yield Happening(time_s, name, text, tuple(sorted(self._numbers)))
+            yield Happening(time_s, name, text, tuple(sorted(number for _, number in self._numbers)))
             self._numbers.clear()
 
     def _changed(self, number: int, time_s: float, holds: bool) -> None:
         if holds:
-            self._numbers.append(number)
+            self._numbers.append((time_s, number))
 
 
 def _message_text(topic: str, fields: Mapping[str, Value]) -> str:

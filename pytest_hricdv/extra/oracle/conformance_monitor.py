@@ -66,7 +66,7 @@ class ConformanceMonitor:
         Raises:
             ConformanceError: the agent could not go on, or a value that it hears is not known yet.
         """
-        self._observe(self._events.flush())
+        self._observe(self._events.advance(time_s))
         if not self._ended:
             self._go_on(partial(Product.finish, time_s=time_s))
         if self._error is not None:

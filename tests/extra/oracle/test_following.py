@@ -178,3 +178,26 @@ def test_what_is_open_when_a_run_leaves_what_the_model_knows_is_pending(tmp_path
     verdict = toy.follow((0.0, "gripping", False), *HANDED_OVER[:4], (4.5, "gripping", True))
     assert (verdict.verdict, verdict.passes, verdict.pending) == ("Passed", 1, 1)
     assert [(each.begin_s, each.end_s) for each in verdict.history] == [(1.0, 4.0), (4.0, 4.5)]
+
+
+@pytest.mark.parametrize(
+    ("gripped_s", "expected"),
+    [(4.2, None), (5.1, "6 s: expected offered within 2 s of 4.0 s")],
+)
+def test_a_condition_that_only_takes_time_happens_when_it_becomes_true(
+    tmp_path: Path, gripped_s: float, expected: str | None
+) -> None:
+    """Not at the next message or change of a signal, here at 7 s."""
+    offered = Does("offered", "rise(historically[0:1](gripping))", within_s=(0.0, 2.0))
+    toy = Toy(tmp_path, does=(TOY.does[0], offered, *TOY.does[2:]))
+    run = [(0.0, "gripping", False), *without("offer", HANDED_OVER), (gripped_s, "gripping", True)]
+    verdict = toy.follow(*sorted(run, key=lambda event: event[0]))
+    assert verdict.verdict == ("Failed" if expected else "Passed")
+    assert violation(verdict).startswith(expected) if expected else verdict.passes == 3
+
+
+def test_what_only_takes_time_happens_at_the_end_of_a_run_too(tmp_path: Path) -> None:
+    offered = Does("offered", "rise(historically[0:1](gripping))", within_s=(0.0, 2.0))
+    toy = Toy(tmp_path, does=(TOY.does[0], offered, *TOY.does[2:]))
+    run: list[Event] = [(0.0, "gripping", False), *HANDED_OVER[:4], (4.5, "gripping", True)]
+    assert (toy.follow(*run, end_s=5.4).pending, toy.follow(*run, end_s=5.6).passes) == (1, 2)
