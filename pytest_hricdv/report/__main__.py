@@ -199,9 +199,10 @@ def _printed(report: Report, checked: GateResult, folder: Path) -> int:
     print(f"expected {expected(report)}, merged {report.reported}")
     for text in checked.improved:
         print(harmless_line(text))
-    for text in checked.failed:
+    failed = [*(f"{test.id}: {test.outcome}" for test in report.tests if test.fails), *checked.failed]
+    for text in failed:
         print(harmless_line(f"FAILED {text}"))
-    return FAILED if checked.failed else OK
+    return FAILED if failed else OK
 
 
 def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:
@@ -210,7 +211,6 @@ def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, GateRe
     failed = [f"shard {shard} is missing" for shard in missing_shards(report)]
     if missing > 0:
         failed.append(f"{missing} of {expected(report)} tests have no result: totals are lower bounds")
-    failed += [f"{test.id}: {test.outcome}" for test in report.tests if test.fails]
     failed += report.problems
     old = _baseline(report, options)
     compared = None if options.update_baseline else old
