@@ -98,21 +98,20 @@ def test_each_published_fault_is_found(fault: str, requirements: set[str], tmp_p
     assert failed & requirements
 
 
-OPEN = {"S2", "N3"}
-"""What the loop finds in the robot, and nobody has mended yet: the list is in the example's README."""
+def test_a_gripper_that_nobody_looks_at_is_found_where_it_jams(tmp_path: Path) -> None:
+    options = ("--hri-suite=tests/regressions.txt", "-k", "jams-before-it-closes", "--hri-diagnose=0", "-q")
+    done = run(*options, f"--hri-report={tmp_path}", faults="trusts-gripper")
+    assert done.returncode == 1, done.stdout[-4000:]
+    (test,) = report(tmp_path)["tests"]
+    assert test["requirements"]["N8"]["verdict"] == "Failed"
 
 
-def test_closure_says_how_it_ended_and_finds_nothing_that_is_not_listed(tmp_path: Path) -> None:
-    done = run("--hri-suite=closure", "-n", "2", "--hri-close-runs=150", f"--hri-report={tmp_path}", "-q")
+def test_closure_says_how_it_ended_and_finds_nothing(tmp_path: Path) -> None:
+    options = ("--hri-suite=closure", "-n", "2", "--hri-close-runs=150", "--hri-close-seconds=3000", "-q")
+    done = run(*options, f"--hri-report={tmp_path}", timeout_s=3600.0)
     reported = report(tmp_path)
     closing = reported["closing"]
     assert (closing["ended"] == "closed") == (not closing["open"])
     assert f"closing: {closing['runs']} runs" in done.stdout
-    violated = {
-        name
-        for test in reported["tests"]
-        for name, requirement in test["requirements"].items()
-        if test["outcome"] == "failed" and requirement["verdict"] == "Failed" and name not in ("A2", "A4")
-    }
-    assert violated <= OPEN
-    assert done.returncode in (0, 1)
+    assert [test["id"] for test in reported["tests"] if test["outcome"] == "failed"] == []
+    assert done.returncode == 0, done.stdout[-4000:]
