@@ -29,6 +29,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _init(options: argparse.Namespace) -> int:
+    if options.update or options.write:
+        from pytest_hricdv.extra.drift.command import update
+
+        return update(options.folder, write=options.write)
     try:
         robot = options.robot or name_like(options.folder.resolve().name)
         skeleton = Skeleton(robot, options.people or options.person)
@@ -61,6 +65,13 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument(
         "--people", metavar="NAME,NAME", default="", help="names of several people's agents, who act side by side"
     )
+    init.add_argument(
+        "--update",
+        action="store_true",
+        help="of a project that there is: tell what its code has that testbench and tests lack, with the lines to add "
+        "as a diff; exit 1 where there is something",
+    )
+    init.add_argument("--write", action="store_true", help="as --update, and write these lines into conftest.py")
     init.set_defaults(do=_init)
     suggesting = commands.add_parser(
         "suggest", help=suggest.PURPOSE, description=suggest.__doc__, formatter_class=formatter

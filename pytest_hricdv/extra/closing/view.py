@@ -161,6 +161,8 @@ def notes(result: ClosingResult) -> Iterator[str]:
         yield f"{plural(result.searched, 'run')} of these searched for violations where margins were smallest"
     if result.kinds_left is not None:
         yield kinds_left_text(result.kinds_left)
+    if any(point.point[0] == "transition" for point in result.open):
+        yield "transitions that no plan leads to, beside the code: python -m pytest_hricdv init --update"
 
 
 def kinds_left_text(estimate: ViolationEstimate) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, number
+from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, number, rounded
 from pytest_hricdv.extra.suggestion.occurrences import scope, signal_conditions
 from pytest_hricdv.extra.suggestion.views import Condition, Event, Runs
 
@@ -22,20 +22,29 @@ def guards(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
     """What holds at each event that the code under test, or the world, causes."""
     conditions = [condition for condition in signal_conditions(runs) if condition.share > 0.0]
     scopes = scopes_of(runs, events)
-    for event in events:
+    said: set[tuple[str, str]] = set()
+    for event in sorted(events, key=lambda other: other.narrow):
         if event.author == "person" or event.is_state or event.count < LEAST_SUPPORT:
             continue
-        held = [condition for condition in conditions if _may_guard(condition, event) and _holds(event, condition)]
-        yield from (_guard(event, condition, condition.text) for condition in held if condition.share <= MOST_SHARE)
-        yield from _one_of(runs, event, conditions)
-        for condition in scopes:
-            if condition.share <= MOST_SHARE and _holds(event, condition, before=True):
-                yield _guard(event, condition, f"previously({condition.text})")
-        yield from _narrow(runs, event)
+        for candidate in _at(runs, event, conditions, scopes):
+            key = event.subject, candidate.response
+            # What holds at all messages of a topic is not said again of some of them.
+            if not (event.narrow and key in said):
+                yield candidate
+            said.add(key)
 
 
-def _may_guard(condition: Condition, event: Event) -> bool:
-    return condition.subject != event.subject
+def _at(runs: Runs, event: Event, conditions: Sequence[Condition], scopes: Sequence[Condition]) -> Iterator[Candidate]:
+    for condition in conditions:
+        if condition.subject != event.subject and condition.share <= MOST_SHARE and _holds(event, condition):
+            yield _guard(event, condition, condition.text)
+    yield from _one_of(runs, event, conditions)
+    for condition in scopes:
+        # A scope that the event ends says the same as an order.
+        is_end = condition.subject.split()[1] == event.subject
+        if not is_end and condition.share <= MOST_SHARE and _holds(event, condition, before=True):
+            yield _guard(event, condition, f"previously({condition.text})")
+    yield from _narrow(runs, event)
 
 
 def _holds(event: Event, condition: Condition, *, before: bool = False) -> bool:
@@ -74,7 +83,7 @@ def _one_of(runs: Runs, event: Event, conditions: Sequence[Condition]) -> Iterat
 
 
 def _narrow(runs: Runs, event: Event) -> Iterator[Candidate]:
-    """Of a number: the values that it has at an event, where these are few of its values."""
+    """Of a number: the values that it has at an event, where these are at one end of all its values."""
     for name, kind in runs.vocabulary.signals.items():
         if kind is not float or name == event.subject:
             continue
@@ -91,18 +100,17 @@ def _narrow(runs: Runs, event: Event) -> Iterator[Candidate]:
         if whole <= 0.0 or most - least > NARROW * whole:
             continue
         share = (most - least) / whole
-        margin = max(most - least, 0.02 * whole)
-        parts = []
-        if most + margin < max(every):
-            parts.append(f"{name} <= {number(above(most, 2 * margin) if most else above(margin / 2))}")
-        if least - margin > min(every):
-            parts.append(f"{name} >= {number(below(least, 2 * margin))}")
-        if parts:
-            text = " & ".join(parts)
+        margin = max((most - least) / 2, 0.02 * whole)
+        text = ""
+        if least <= min(every) + NARROW * whole:
+            text = f"{name} <= {number(rounded(most + margin, up=True))}"
+        elif most >= max(every) - NARROW * whole:
+            text = f"{name} >= {number(rounded(least - margin, up=False))}"
+        if text:
             seen = f"observed {number(round(least, 4))} to {number(round(most, 4))}"
             yield Candidate(
                 "at event",
-                f"{_capital(event.words)} happens with {text.replace('&', 'and')} only",
+                f"{_capital(event.words)} happens with {text} only",
                 event.text,
                 text,
                 frozenset({event.subject, name}),

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, number
-from pytest_hricdv.extra.suggestion.responses import EARLY_S
-from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before
+from pytest_hricdv.extra.suggestion.responses import AT_ONCE_S, EARLY_S, MOST_BETWEEN
+from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before, next_after
 
-MOST_OF_ONE = 5
+MOST_OF_ONE = 4
 """So many causes of an event are candidates, those first that were nearest to it (chosen)."""
 
 
@@ -22,21 +22,24 @@ def precedences(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
             (candidate, lag_s)
             for cause in events
             if cause.subject != event.subject and not cause.is_state
-            for candidate, lag_s in _precedence(event, cause)
+            for candidate, lag_s in _precedence(runs, event, cause)
         ]
         made.sort(key=lambda pair: (pair[1], pair[0].formula))
         yield from [candidate for candidate, _ in made[:MOST_OF_ONE]]
 
 
-def _precedence(event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]:
+def _precedence(runs: Runs, event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]:
     lags_s: list[float] = []
-    for times, causes in zip(event.times, cause.times, strict=True):
+    between = 0
+    for run, (times, causes) in enumerate(zip(event.times, cause.times, strict=True)):
         before_s = float("-inf")
         for time_s in times:
             cause_s = last_before(causes, time_s)
             if cause_s is None or cause_s < before_s:
                 return
             lags_s.append(time_s - cause_s)
+            act_s = next_after(runs.acts[run], cause_s)
+            between += act_s is not None and act_s <= time_s
             before_s = time_s
     # A cause that happens again and again before each event excludes little.
     if cause.count > 8 * event.count:
@@ -55,6 +58,8 @@ def _precedence(event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]
         longest_s,
     )
     spread_s = longest_s - shortest_s
+    if cause.author != "person" and between > MOST_BETWEEN * len(lags_s):
+        return  # the person decides how long it takes
     if shortest_s >= EARLY_S and shortest_s >= 0.4 * longest_s:
         least = below(shortest_s, spread_s)
         yield (
@@ -72,7 +77,7 @@ def _precedence(event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]
             longest_s,
         )
     if longest_s <= 3.0 * max(shortest_s, 1.0):
-        most = max(0.1, above(longest_s, spread_s))
+        most = max(AT_ONCE_S, above(longest_s, spread_s))
         yield (
             Candidate(
                 "precedence",

@@ -27,6 +27,9 @@ STATE_DISCOUNT, EDGE_DISCOUNT = 0.4, 0.2
 """What is said of the code's own state, or of a number that leaves 0, is worth less than the world (chosen)."""
 
 
+SIGNALS_DISCOUNT = 0.2
+"""What only signals say is often how the world works, and not what the robot has to do (chosen)."""
+
 MESSAGE_BONUS = 0.15
 """What is asked for at a message is easier to judge for people than at a change of a signal (chosen)."""
 
@@ -67,6 +70,7 @@ class Rated:
         weight = {"relation": 1.0, "absence": 0.9, "response": 0.8, "at event": 0.8, "precedence": 0.7, "bound": 0.6}
         discount = STATE_DISCOUNT * candidate.of_state + EDGE_DISCOUNT * edge
         discount -= MESSAGE_BONUS * candidate.antecedent.startswith("on(")
+        discount += SIGNALS_DISCOUNT * ("on(" not in candidate.formula)
         return weight[candidate.form] * candidate.surprise - discount
 
 

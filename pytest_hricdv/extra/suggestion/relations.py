@@ -12,6 +12,9 @@ from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before
 CLOSE = 0.05
 """Two numbers are the same where they differ by this part of their range at most (chosen)."""
 
+MOST_COUNTED = 2
+"""A field counts so many events at most, those that are listed: others happen as often (chosen)."""
+
 Case = tuple[int, StoredMessage]
 """A run, and a message in it."""
 
@@ -48,12 +51,14 @@ def _count(event: Event, run: int, time_s: float) -> int:
 def _counted(
     runs: Runs, topic: str, cases: Sequence[Case], numbers: Sequence[str], events: Sequence[Event]
 ) -> Iterator[Candidate]:
-    for event in events:
+    counted: dict[str, int] = {}
+    # Messages first, and of those the topic itself: what is counted by them is not counted by signals again.
+    for event in sorted(events, key=lambda other: (not other.text.startswith("on("), other.subject != topic)):
         if event.is_state or event.count < LEAST_SUPPORT:
             continue
         counts = [_count(event, run, message.time_s) for run, message in cases]
         subjects = frozenset({event.subject})
-        if len({*counts}) == 1 and counts[0] and not event.narrow:
+        if len({*counts}) == 1 and counts[0] and not event.narrow and event.text.startswith("on("):
             text = f"count({event.text}) == {counts[0]}"
             title = f"At {topic}, {event.words} has happened {counts[0]} time{'s' if counts[0] > 1 else ''}"
             yield _relation(topic, title, text, len(cases), subjects)
@@ -65,7 +70,9 @@ def _counted(
                 sign, word = {1.0: (" + 1", ", plus 1"), -1.0: (" - 1", ", minus 1"), 0.0: ("", "")}[shift]
                 text = f"{topic}.{member} == count({event.text}){sign}"
                 title = f"{topic}.{member} is how often {event.words} has happened{word}"
-                yield _relation(topic, title, text, len(cases), subjects)
+                counted[member] = counted.get(member, 0) + 1
+                if counted[member] <= MOST_COUNTED:
+                    yield _relation(topic, title, text, len(cases), subjects)
 
 
 def _signals(runs: Runs, topic: str, member: str, cases: Sequence[Case]) -> Iterator[Candidate]:

@@ -17,12 +17,18 @@ MOST_BASE = 0.7
 AT_ONCE_S = 0.1
 """What happens at the same instant is asked for within this time: a cycle of control (chosen)."""
 
-EARLY_S = 0.3
-"""What comes at least so much later has a least time, too (chosen)."""
+EARLY_S = 1.0
+"""What comes at least so much later has a least time, too: people notice a second (chosen)."""
+
+MOST_BETWEEN = 0.95
+"""Where a person acts in between in more cases, the reaction is to the person (chosen)."""
 
 MOST_ALTERNATIVES = 3
 LEAST_PART = 0.05
 """Of several reactions each is the first in so many cases at least, and in two (chosen)."""
+
+MUCH_SOONER = 0.5
+"""Of some messages it is said again where it comes in half of the time (chosen)."""
 
 MOST_OF_ONE = 4
 """So many reactions of a trigger are candidates (chosen)."""
@@ -30,16 +36,28 @@ MOST_OF_ONE = 4
 
 @dataclass(frozen=True)
 class _Delays:
-    """How a reaction follows: delays (s), how many cases came before the next trigger, how many have none yet."""
+    """How a reaction follows.
+
+    Args:
+        delays_s: of each case (s).
+        prompt: how many came before the next trigger.
+        open_s: for how long (s) there was none yet, at the end of a run.
+        between: in how many cases a person acts after the trigger, and not after the reaction.
+    """
 
     delays_s: list[float]
     prompt: int
     open_s: list[float]
+    between: int
 
 
 def responses(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
-    """Of all pairs of events whose second one the code under test, or the world, causes."""
-    for trigger in events:
+    """Of all pairs of events whose second one the code under test, or the world, causes.
+
+    What holds of all messages of a topic is not said again of some of them.
+    """
+    said: dict[tuple[str, str], float] = {}
+    for trigger in sorted(events, key=lambda event: event.narrow):
         if trigger.count < LEAST_SUPPORT:
             continue
         made = [
@@ -47,7 +65,11 @@ def responses(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
             for reaction in events
             if reaction.author != "person" and reaction is not trigger and not _is_part(reaction, trigger)
             for candidate, longest_s in _response(runs, trigger, reaction)
+            if longest_s < MUCH_SOONER * said.get((trigger.subject, reaction.text), float("inf"))
         ]
+        if not trigger.narrow:
+            reactions = ((candidate.response.partition("](")[2].removesuffix(")"), s) for candidate, s in made)
+            said.update({(trigger.subject, text): longest_s for text, longest_s in reactions})
         made.sort(key=lambda pair: (pair[0].of_state, pair[1], pair[0].formula))
         plain = [candidate for candidate, _ in made if not candidate.of_state][:MOST_OF_ONE]
         yield from plain
@@ -70,6 +92,8 @@ def _response(runs: Runs, trigger: Event, reaction: Event) -> Iterator[tuple[Can
     if any(open_s > longest_s for open_s in found.open_s):
         return
     if found.prompt < LEAST_ANSWERED * len(found.delays_s):
+        return
+    if trigger.author != "person" and found.between > MOST_BETWEEN * len(found.delays_s):
         return
     base = _base(runs, reaction, longest_s)
     if base > MOST_BASE and (found.prompt < len(found.delays_s) or trigger.narrow or longest_s > 60.0 * base):
@@ -97,8 +121,9 @@ def _delays(runs: Runs, trigger: Event, reaction: Event) -> _Delays | None:
     """None where there is a case without a reaction that is long over."""
     delays_s: list[float] = []
     open_s: list[float] = []
-    prompt = 0
-    for log, triggers, reactions in zip(runs.logs, trigger.times, reaction.times, strict=True):
+    prompt = between = 0
+    acts = runs.acts
+    for run, (log, triggers, reactions) in enumerate(zip(runs.logs, trigger.times, reaction.times, strict=True)):
         here, place = {*reactions}, 0
         for number_of, time_s in enumerate(triggers):
             while place < len(reactions) and reactions[place] < time_s:
@@ -112,7 +137,9 @@ def _delays(runs: Runs, trigger: Event, reaction: Event) -> _Delays | None:
             else:
                 delays_s.append(then_s - time_s)
                 prompt += then_s <= following_s
-    return _Delays(delays_s, prompt, open_s)
+                act_s = next_after(acts[run], time_s)
+                between += act_s is not None and act_s <= then_s
+    return _Delays(delays_s, prompt, open_s, between)
 
 
 def _base(runs: Runs, reaction: Event, within_s: float) -> float:

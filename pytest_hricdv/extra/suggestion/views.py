@@ -122,6 +122,12 @@ class Runs:
             for topic in self.vocabulary.messages
         }
 
+    @cached_property
+    def acts(self) -> tuple[tuple[float, ...], ...]:
+        """Per run, when a person sent something (s)."""
+        topics = [topic for topic in self.messages if self.author(topic) == "person"]
+        return tuple(tuple(message.time_s for message in run.messages if message.topic in topics) for run in self.runs)
+
     def author(self, topic: str) -> Author:
         """Who sends a topic."""
         if any(topic in run.own_topics for run in self.runs):

@@ -1,0 +1,90 @@
+"""The process of `init --update`: it configures pytest, so that the testbench is that of a session, and compares."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from pytest_hricdv._base.atomic_file import write_text
+from pytest_hricdv._base.message import visible
+from pytest_hricdv.extra.drift.drifting import Drift
+from pytest_hricdv.extra.drift.looking import looked
+from pytest_hricdv.extra.drift.part import PART
+from pytest_hricdv.extra.drift.proposal import difference, proposed
+from pytest_hricdv.hooks import HOOK
+from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.serving import UNWARNED, in_session
+
+SUITE = "pseudorandom"
+"""Nothing is generated, but a session needs a suite, and this one needs nothing of a testbench."""
+
+
+def compare(context: RunContext, *, write: bool, say: Callable[[str], None]) -> int:
+    """Tell the drift, and the change of the conftest file; returns the exit status: 1 where there is drift."""
+    tests, of_tests = _tests(context)
+    found = looked(context, tests, PART.settings(context.options).known)
+    for text in (of_tests, *found.problems, *found.outdated):
+        if text:
+            say(text)
+    for drift in found.new:
+        say(f"{drift.place or 'conftest.py'}: {drift.text}  [{drift.key}]")
+    if found.known:
+        say(f"known: {', '.join(drift.key for drift in found.known)}")
+    if not found.new:
+        say("no drift: testbench and tests have what the code has")
+        return 0
+    _propose(context, found.new, write=write, say=say)
+    return 1
+
+
+def _propose(context: RunContext, drift: list[Drift], *, write: bool, say: Callable[[str], None]) -> None:
+    hook = getattr(context.collection.config.hook, HOOK)
+    path = Path(hook.get_hookimpls()[-1].function.__code__.co_filename)
+    before = path.read_text(encoding="utf-8")
+    after = proposed(before, drift)
+    say("")
+    if after == before:
+        say("nothing of it is a line of conftest.py: plans and disturbances lead to states; what may be so goes to")
+        say("hri_known_drift in the ini file, one a line: KIND NAME: reason")
+    elif write:
+        write_text(path, after)
+        say(f"{path}: changed; review it, above all the ranges")
+    else:
+        name = os.path.relpath(path, context.collection.config.invocation_params.dir)
+        for line in difference(before, after, name).splitlines():
+            say(line)
+        say("")
+        say("nothing was written: the same with --write changes the file")
+
+
+def _tests(context: RunContext) -> tuple[tuple[TestResult, ...] | None, str]:
+    """The tests of the last report, and what is to be said where there are none."""
+    folder = context.options.report
+    try:
+        report = load(folder)
+    except ReportError:
+        return None, f"no report in {folder}: run pytest first, and states that no plan leads to are told, too"
+    return report.tests, ""
+
+
+def main() -> None:
+    """Compare; arguments are `--write` or nothing, and then those of pytest."""
+    write, arguments = sys.argv[1] == "write", sys.argv[2:]
+
+    def say(text: str) -> None:
+        print(visible(text), flush=True)
+
+    def work(context: RunContext) -> None:
+        status = compare(context, write=write, say=say)
+        sys.stdout.flush()
+        os._exit(status)
+
+    sys.exit(in_session((f"--hri-suite={SUITE}", *arguments, *UNWARNED), work) or 2)
+
+
+if __name__ == "__main__":
+    main()
