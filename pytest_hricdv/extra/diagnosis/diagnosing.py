@@ -103,7 +103,7 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     groups = experiments.groups()
     experiments.budget = budget
     _trace(experiments, groups)
-    located = _located(session, subject, experiments, groups)
+    groups, located = _located(session, subject, experiments, groups)
     session.interrupted |= experiments.ended == "interrupted"
     causes, basis = _by_now(session, subject, experiments, decisions, groups, located)
     _keep(session, causes, basis)
@@ -131,6 +131,7 @@ def _by_now(
         budget=experiments.budget,
         ended=experiments.ended,
         experiments=shown(experiments.evidence),
+        mended=tuple(experiments.mended),
         signals=_kinds(vocabulary.signals),
         messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
     )
@@ -191,9 +192,12 @@ class Located:
 
 
 def _located(
-    session: PartSession, subject: Subject, experiments: Experiments, groups: Sequence[Group]
-) -> list[Located]:
-    """Of each cause; repairs are tried of one after the other, each with its share of the runs that are left."""
+    session: PartSession, subject: Subject, experiments: Experiments, groups: tuple[Group, ...]
+) -> tuple[tuple[Group, ...], list[Located]]:
+    """The causes, and where each is; those that one repair mends are one.
+
+    Repairs are tried of one after the other, each with its share of the runs that are left.
+    """
     run = changed_runner(session.rerunning, session.context.code)
     run = remembering_repairs(run, session.aggregation.journaling, NAME)
     locating = Locating(session, experiments, subject.spectra, subject.tests, run)
@@ -206,7 +210,17 @@ def _located(
             left = experiments.budget - experiments.used
             hints = locating.hints(group, ranked, left // (len(open_groups) - open_groups.index(group)))
         located.append(Located(raised(ranked, hints), hints))
-    return located
+    experiments.mended += locating.joined(groups, [where.hints for where in located])
+    if not experiments.mended:
+        return groups, located
+    joined = experiments.grouping(experiments.evidence)
+    before = {failure: where for group, where in zip(groups, located, strict=True) for failure in group.failures}
+    return joined, [max((before[failure] for failure in group.failures), key=_hinted) for group in joined]
+
+
+def _hinted(located: Located) -> int:
+    """How many failing tests pass with its repairs."""
+    return max((hint.mended for hint in located.hints), default=0)
 
 
 def _traces(experiments: Experiments, group: Group) -> list[Trace]:

@@ -7,6 +7,7 @@
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
    all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
    as probable). Kinds of different tests have one cause if the same statements are the most suspicious.
+4. What one repair of the code mends has one cause.
 """
 
 from __future__ import annotations
@@ -47,10 +48,11 @@ Kind = tuple[Change, str, str, str]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What experiments have shown of failures: their node id and requirement -> changes."""
+    """What experiments have shown of failures: their node id and requirement -> changes, or repairs of the code."""
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)
     refuted: Mapping[tuple[str, str], Collection[Change]] = field(default_factory=dict)
+    mended: Mapping[tuple[str, str], Collection[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -156,9 +158,13 @@ def grouped(
     sets = _DisjointSets(kinds)
     _unite_incidents(kinds, sets)
     _unite_nominal({kind: kinds[kind] for kind in kinds if not kind[0]}, sets, spectra, len(tests))
+    _unite_mended(kinds, sets, evidence)
     place = {failure: number for number, failure in enumerate(failures)}
     groups = [
-        Group(same[0][0], tuple(sorted((failure for kind in same for failure in kinds[kind]), key=place.__getitem__)))
+        Group(
+            _change_of(same),
+            tuple(sorted((failure for kind in same for failure in kinds[kind]), key=place.__getitem__)),
+        )
         for same in sets.sets()
     ]
     return tuple(sorted(groups, key=lambda group: (group.is_known, -len(group.nodeids), group.change, group.first)))
@@ -241,6 +247,21 @@ def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSet
     for kind, members in kinds.items():
         for failure in members if kind[0] else ():
             sets.unite(first.setdefault((failure.nodeid, kind[0]), kind), kind)
+
+
+def _unite_mended(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSets, evidence: Evidence) -> None:
+    """What one repair mends."""
+    first: dict[str, Kind] = {}
+    for kind, members in kinds.items():
+        for failure in members:
+            for repair in evidence.mended.get((failure.nodeid, failure.requirement), ()):
+                sets.unite(first.setdefault(repair, kind), kind)
+
+
+def _change_of(kinds: Iterable[Kind]) -> Change:
+    """The disturbance that all of them have; none where they have several."""
+    changes = {kind[0] for kind in kinds}
+    return changes.pop() if len(changes) == 1 else ""
 
 
 def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra, tests: int) -> None:

@@ -26,11 +26,12 @@ MOST_HINTS = 2
 
 @dataclass(frozen=True)
 class FailingTest:
-    """A test that fails for a cause: the requirements that are to pass, and all that it violates."""
+    """A test that fails for a cause: the requirements that are to pass, all that it violates, and its node id."""
 
     test: ConcreteTest
     wanted: Collection[str]
     violated: Collection[str]
+    nodeid: str = ""
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,11 @@ class Repairing:
                 hint = self._stands(repair, failing[1 : 1 + FURTHER], passing(repair)[:FURTHER])
                 hints += [hint] if hint is not None else []
         return hints
+
+    def mended(self, repair: Repair, failing: Sequence[FailingTest]) -> Sequence[FailingTest]:
+        """The first tests of another cause, if a repair mends all of them; else none, as where no run is left."""
+        tried = failing[: min(1 + FURTHER, self.budget - self.used)]
+        return tried if tried and all(self._mends(repair, test) for test in tried) else ()
 
     def _stands(self, repair: Repair, failing: Sequence[FailingTest], passing: Sequence[PassingTest]) -> Hint | None:
         mended, unchanged = 1, 0

@@ -10,6 +10,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group, Spectra
 from pytest_hricdv.extra.diagnosis.hints import FailingTest, Hint, PassingTest, Repairing
+from pytest_hricdv.extra.diagnosis.records import Mended
 from pytest_hricdv.extra.diagnosis.repairs import OPERATORS, Repair, repairs
 from pytest_hricdv.extra.diagnosis.runs import RunChanged
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
@@ -66,6 +67,34 @@ class Locating:
         finally:
             self.experiments.used += repairing.used
 
+    def joined(self, groups: Sequence[Group], hints: Sequence[Sequence[Hint]]) -> Iterator[Mended]:
+        """Failures of several causes that one repair mends: they have one.
+
+        Args:
+            groups: the causes.
+            hints: the repairs of each.
+        """
+        for number, group in enumerate(groups):
+            for hint in (hint for hint in hints[number] if hint.unchanged):
+                own = [*self._failing(group)][: hint.mended]
+                others = [other for other in groups if other != group and not other.is_known]
+                mended = [test for other in others for test in self._mended(hint.repair, other)]
+                repair = f"{hint.repair.file}:{hint.repair.line} {hint.repair.words}"
+                for test in (*own, *mended) if mended else ():
+                    for requirement in sorted(test.wanted):
+                        yield Mended(nodeid=test.nodeid, requirement=requirement, repair=repair)
+
+    def _mended(self, repair: Repair, group: Group) -> Sequence[FailingTest]:
+        experiments = self.experiments
+        repairing = Repairing(self.run, experiments.budget - experiments.used)
+        try:
+            return repairing.mended(repair, [*self._failing(group)]) if experiments.ended != "interrupted" else ()
+        except KeyboardInterrupt:
+            experiments.ended = "interrupted"
+            return ()
+        finally:
+            experiments.used += repairing.used
+
     def _failing(self, group: Group) -> Iterator[FailingTest]:
         """Tests that fail for a cause, the shortest first; those first that failed again as they were."""
         experiments = self.experiments
@@ -77,9 +106,9 @@ class Locating:
             control = experiments.controls.get(name)
             if name not in experiments.controls:
                 violated = {*self._violated(name)} | wanted[name]
-                yield FailingTest(experiments.tests[name], wanted[name], violated)
+                yield FailingTest(experiments.tests[name], wanted[name], violated, name)
             elif control is not None and wanted[name] <= {*control.violated}:
-                yield FailingTest(experiments.tests[name], wanted[name], control.violated)
+                yield FailingTest(experiments.tests[name], wanted[name], control.violated, name)
 
     def _passing(self, group: Group, repair: Repair) -> Iterator[PassingTest]:
         """Tests that execute a repaired statement and do not fail for the cause, the shortest first."""

@@ -26,7 +26,8 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
     before = [cause for report in reports for cause in CAUSES.of(report)]
     shown = dict.fromkeys(experiment for basis in bases for experiment in basis.experiments)
     experiments = tuple(sorted(shown, key=canonical))
-    evidence = evidence_of(experiments)
+    mended = tuple(sorted(dict.fromkeys(entry for basis in bases for entry in basis.mended), key=canonical))
+    evidence = evidence_of(experiments, mended)
     made = (
         cause_of(
             subject, group, evidence, _decision_of(subject, group, before), Located(ranked_places(subject, group, ()))
@@ -39,6 +40,7 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
         budget=sum(basis.budget for basis in bases),
         ended=max((basis.ended for basis in bases), key=DIAGNOSIS_ENDS.index),
         experiments=experiments,
+        mended=mended,
     )
     return DIAGNOSIS.put(CAUSES.put(merged, tuple(_with_hints(cause, before) for cause in made)), basis)
 

@@ -25,7 +25,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         file: as the report names it.
         line: its first line.
         function: it is in.
-        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed).
+        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `places`).
         text: the line.
     """
 
@@ -136,6 +136,20 @@ class Experiment(PlainRecord, frozen=True, kw_only=True):
     is_confirmed: bool
 
 
+class Mended(PlainRecord, frozen=True, kw_only=True):
+    """A failure that a repair of the code mends, as it does others: they have one cause.
+
+    Args:
+        nodeid: of the test.
+        requirement: that it violated.
+        repair: of what statement, and how.
+    """
+
+    nodeid: str
+    requirement: str
+    repair: str
+
+
 KindName = Literal["bool", "float", "str"]
 
 
@@ -147,6 +161,7 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
         budget: so many runs were allowed.
         ended: why they ended.
         experiments: what they have shown.
+        mended: failures of several kinds that one repair mends.
         signals: of the testbench, with their types: in these conditions are learned.
         messages: of the testbench: topic -> field -> type.
     """
@@ -155,6 +170,7 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     budget: Count
     ended: DiagnosisEnd
     experiments: tuple[Experiment, ...] = ()
+    mended: tuple[Mended, ...] = ()
     signals: Mapping[str, KindName] = {}
     messages: Mapping[str, Mapping[str, KindName]] = {}
 

@@ -177,10 +177,11 @@ def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | No
     result = replace(rerunning, settings=settings.measured_by(tracing)).run(test, tracing.begun, [tracing])
     if result is None:
         return None
-    end_s = {FAULT: result.sim_s} if result.faults else {}
     made = ran(result)
     names = {requirement.id: _names(requirement) for requirement in formulas(settings.requirements)}
-    traces = {name: tracing.until(time_s, names.get(name)) for name, time_s in {**made.times_s, **end_s}.items()}
+    traces = {name: tracing.until(time_s, names.get(name)) for name, time_s in made.times_s.items()}
+    if result.faults:  # what is wrong with the whole run
+        traces[FAULT] = tracing.until(result.sim_s, ())
     return msgspec.structs.replace(made, traces=traces)
 
 

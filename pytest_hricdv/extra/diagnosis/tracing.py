@@ -60,9 +60,11 @@ class Trace(PlainRecord, frozen=True, kw_only=True):
         executed: each statement once, the last one first.
         branches: that it took: file, and from which line to which one; 0 for the end of the function.
         stood: of each node, where it stood then: file and first line of statements, the innermost first.
+        is_said: it ends with a message, which only says what was decided before.
     """
 
     until_s: Number
+    is_said: bool = False
     executed: tuple[Executed, ...] = ()
     branches: tuple[tuple[str, Count, Count], ...] = ()
     stood: tuple[tuple[tuple[str, Count], ...], ...] = ()
@@ -137,13 +139,16 @@ class Tracing:
         self._event_times_s.append(time_s)
         self._events.append((name, is_message, len(self._places)))
 
-    def _end(self, time_s: float, names: Collection[str] | None) -> int:
-        """How many lines were executed before what came at a time (s); all until then where nothing did."""
+    def _end(self, time_s: float, names: Collection[str] | None) -> tuple[int, bool]:
+        """How many lines were executed before what came at a time (s), and whether this is a message.
+
+        All until then where nothing came.
+        """
         first, after = (bisect(self._event_times_s, time_s) for bisect in (bisect_left, bisect_right))
         for name, is_message, lines in reversed(self._events[first:after]):
             if is_message if names is None else name in names:
-                return lines
-        return bisect_right(self._times_s, time_s)
+                return lines, is_message
+        return bisect_right(self._times_s, time_s), False
 
     def until(self, time_s: float, names: Collection[str] | None = None) -> Trace:
         """What was executed up to a violation.
@@ -154,7 +159,7 @@ class Tracing:
             time_s: when (s of simulated time).
             names: topics and signals of which one violates the requirement; None: any message may.
         """
-        end = self._end(time_s, names)
+        end, is_said = self._end(time_s, names)
         last: dict[int, int] = {}
         times: dict[int, int] = {}
         for step, place in enumerate(self._places[:end]):
@@ -175,6 +180,7 @@ class Tracing:
         stacks, taken = self._followed(end)
         return Trace(
             until_s=time_s,
+            is_said=is_said,
             executed=tuple(executed),
             branches=tuple(
                 (*self._all[place], 0 if to == _RETURNED else self._all[to][1]) for place, to in sorted(taken)

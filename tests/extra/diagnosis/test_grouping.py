@@ -177,6 +177,17 @@ def test_without_disturbances_the_same_places_are_one_cause() -> None:
     assert of(tests, [failure("a", "R1"), failure("b", "R2")], spectra) == [("", {"a", "b"}, {"R1", "R2"})]
 
 
+def test_what_one_repair_mends_has_one_cause() -> None:
+    tests = {"a": ("shut",), "b": (), "c": (), **passing(9)}
+    failures = [failure("a", "R1", "shut"), failure("b", "R2"), failure("c", "R3")]
+    assert len(of(tests, failures)) == 3
+    mended = {("a", "R1"): {"left out"}, ("b", "R2"): {"left out"}, ("c", "R3"): {"added"}}
+    assert of(tests, failures, evidence=Evidence(mended=mended)) == [
+        ("", {"a", "b"}, {"R1", "R2"}),
+        ("", {"c"}, {"R3"}),
+    ]
+
+
 def test_new_causes_come_first_then_those_of_most_tests() -> None:
     tests = {"a": ("x",), "b": ("x",), "c": ("y",), "d": ("z",), "e": ("z",), "f": ("z",), **passing(9)}
     failures = [

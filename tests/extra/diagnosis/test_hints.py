@@ -86,6 +86,23 @@ def test_the_budget_and_the_number_of_hints_end_it(hints: Looked) -> None:
     assert [text for text, *_ in found] == ["a", "b"]
 
 
+@pytest.mark.parametrize(
+    ("results", "budget", "mended", "runs"),
+    [
+        ({"a": GOOD}, 99, ["f1", "f2", "f3"], 3),
+        ({"a": GOOD}, 2, ["f1", "f2"], 2),
+        ({"a": GOOD, "a f2": BAD}, 99, [], 2),
+        ({"a": GOOD}, 0, [], 0),
+    ],
+)
+def test_a_repair_mends_another_cause_if_it_mends_all_tests_that_are_tried(
+    results: Mapping[str, Ran], budget: int, mended: list[str], runs: int
+) -> None:
+    repairing = Repairing(Runs(results).run, budget)
+    assert [test.test.id for test in repairing.mended(repair("a"), FAILING)] == mended
+    assert repairing.used == runs
+
+
 def test_a_hint_in_words() -> None:
     where = "without `b` in act (robot.py:3)"
     assert words_of(Hint(repair("b"), 3, 2), 3) == f"{where}, 3 of 3 failing tests pass, none of 2 others changes"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from pytest_hricdv.coverage.code_map import SourceFile
 from pytest_hricdv.extra.diagnosis.places import weighted
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
@@ -81,3 +83,16 @@ def test_a_node_that_polls_does_not_hide_the_others() -> None:
     works = trace(10, 9)
     both = Trace(until_s=1.0, executed=(*polls.executed, *works.executed), stood=())
     assert ranked(dict.fromkeys((6, 5, 12, 10, 9), 1.0), both)[:3] == [6, 5, 10]
+
+
+def test_what_the_code_does_is_no_wait_though_it_goes_on() -> None:
+    assert ranked(dict.fromkeys((10, 9, 6), 1.0), trace(10, 9, 6, stood=(10,)))[0] == 10
+
+
+def test_a_message_that_violates_comes_after_what_led_to_it() -> None:
+    said = replace(trace(10, 9, 6, stood=(10,)), is_said=True)
+    assert ranked(dict.fromkeys((10, 9, 6), 1.0), said) == [9, 10, 6]
+
+
+def test_the_spectrum_says_more_than_the_order() -> None:
+    assert ranked({10: 1.0, 6: 0.75}, trace(6, 11, 12, 9, 5, 10)) == [10, 6]
