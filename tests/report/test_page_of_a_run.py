@@ -43,7 +43,7 @@ def test_a_failing_test_opens_at_its_violation_with_the_lanes_of_what_failed(wat
     page = watched.open(report, tmp_path, _address(test))
     page.wait_for_selector("#test .timeline svg")
     first = page.locator("#test .card").first.inner_text()
-    assert first.startswith("R3 failed at 51.5 s")
+    assert first.startswith("R3 failed known at 51.5 s")
     assert "The robot shall not close its hand" in first
     assert _cursor(page) == 51.5
     assert "R3 failed" in (page.get_by_role("slider").get_attribute("aria-valuetext") or "")
@@ -80,6 +80,29 @@ def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watc
     page.reload()
     page.wait_for_selector("#test .timeline svg")
     assert _cursor(page) == 60.0
+    watched.assert_quiet()
+
+
+def test_the_code_is_shown_where_it_stands_at_the_cursor(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    test["executed_lines"] = {
+        "files": ["controller/states.py", "controller/journal.py"],
+        "bursts": ["0:40 41 42 1:9", "0:90"],
+        "nodes": ["0 0 3 1 4 0"],
+        "from_s": 0.0,
+        "until_s": 20.0,
+    }
+    page = watched.open(report, tmp_path, f"{_address(test)}@3.5")
+    page.wait_for_selector("#test .timeline svg")
+    code = page.locator("#test .code-at")
+    assert "controller/states.py:90" in code.inner_text()
+    assert code.locator("[aria-current=true]").inner_text() == "state(90)"
+    page.keyboard.press("ArrowLeft")
+    assert _cursor(page) == 3.0
+    page.keyboard.press("ArrowLeft")
+    assert code.locator("[aria-current=true]").inner_text() == "line(9)"
+    page.keyboard.press("v")
+    assert "its lines were kept from 0.00 s to 20.0 s only" in code.inner_text()
     watched.assert_quiet()
 
 

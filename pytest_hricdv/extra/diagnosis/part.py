@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
+
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.session.option_kinds import Value
 from pytest_hricdv.session.option_reader import OptionReader
 from pytest_hricdv.session.part import Part, PartSession
 
 if TYPE_CHECKING:
+    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.extra.diagnosis.executed_lines import LineTracing
     from pytest_hricdv.results.model import Report, TestResult
+    from pytest_hricdv.session.run_context import RunContext
+
+_TRACING: pytest.StashKey[LineTracing] = pytest.StashKey()
 
 
 STOPPED = "no causes: the session ended before its last test (-x, --maxfail, Ctrl-C); replay what failed for its causes"
@@ -40,6 +47,36 @@ class DiagnosisPart(Part[DiagnosisOptions]):
         if stopped and self.settings(session.options).runs != 0 and any(test.fails for test in results):
             session.warnings.append(STOPPED)
         return results
+
+    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+        """The result with the lines that its run executed, if it failed: its duration is taken already."""
+        if not self._traces(context) or case.result is None or not result.fails:
+            return result
+        from pytest_hricdv.coverage.own_coverage import debugger
+        from pytest_hricdv.extra.diagnosis.records import LINES
+
+        return result if debugger() else LINES.put(result, self._tracing(context).trace(case.result))
+
+    def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
+        """Counts its traced run among those of this process."""
+        if not self._traces(context) or not result.fails:
+            return
+        from pytest_hricdv.extra.diagnosis.records import LINES
+
+        lines = LINES.of(result)
+        if lines is not None and lines.files:
+            self._tracing(context).count([name for name in result.requirements if result.violates(name)] or [""])
+
+    def _traces(self, context: RunContext) -> bool:
+        """Whether lines of failing runs are looked for: the page has to have the texts that they are of."""
+        return self.settings(context.options).runs != 0 and bool(context.code.files)
+
+    def _tracing(self, context: RunContext) -> LineTracing:
+        from pytest_hricdv.extra.diagnosis.executed_lines import LineTracing
+
+        if _TRACING not in context.stash:
+            context.stash[_TRACING] = LineTracing(context.run_settings, context.code)
+        return context.stash[_TRACING]
 
     def built(self, session: PartSession, report: Report) -> Report:
         """The report with the causes of its failures."""

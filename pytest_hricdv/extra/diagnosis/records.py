@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord, ReplayName, TestId
-from pytest_hricdv.results.section import FileNames, Section
+from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 DiagnosisEnd = Literal["done", "runs", "interrupted"]
 """Why experiments ended: none was left, or the budget of runs was used up, or Ctrl-C."""
@@ -120,6 +120,29 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     probability: Probability | None = None
 
 
+class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
+    """Which lines of the code under test a run executed when.
+
+    A burst is what one node of the code executes without simulated time passing. Most bursts come again and again, so
+    each is written once.
+
+    Args:
+        files: of the code, by whose numbers from 0 bursts name them.
+        bursts: lines in the order in which they were executed, as `0:12 13 17 1:5`: a file is named where it changes.
+        nodes: of each node of the code, `time burst time burst ...` (s, number of the burst from 0).
+        from_s: when what was kept begins (s); 0 where it is all.
+        until_s: when it ends; None where it is all.
+        note: what is wrong with it, or why there is none; empty for nothing.
+    """
+
+    files: Names = ()
+    bursts: Names = ()
+    nodes: Names = ()
+    from_s: NotNegative = 0.0
+    until_s: NotNegative | None = None
+    note: str = ""
+
+
 class Experiment(PlainRecord, frozen=True, kw_only=True):
     """What a run has shown of a failure.
 
@@ -185,7 +208,11 @@ CAUSES: Section[tuple[Cause, ...]] = Section("causes", tuple[Cause, ...], (), re
 DIAGNOSIS: Section[Diagnosis | None] = Section("diagnosis", Diagnosis | None, None)
 """Of a session with failing tests."""
 
+LINES: TestSection[ExecutedLines | None] = TestSection("executed_lines", ExecutedLines | None, None)
+"""Of a test that failed, where failures are diagnosed."""
+
 SECTIONS = (CAUSES, DIAGNOSIS)
+TEST_SECTIONS = (LINES,)
 
 
 def failure_causes(report: Struct, suite: str) -> dict[str, str] | None:

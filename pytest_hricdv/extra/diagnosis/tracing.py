@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from types import FrameType
@@ -30,6 +30,16 @@ MOST_STEPS = 2_000_000
 """A longer run is traced so far only. Chosen: 32 MB; a run of the table has some 10,000."""
 
 _RETURNED = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A line that was executed: when (s), by which of the code's nodes (from 0), and which statement of which file."""
+
+    time_s: float
+    node: int
+    file: str
+    line: int
 
 
 class Executed(PlainRecord, frozen=True, kw_only=True):
@@ -149,6 +159,12 @@ class Tracing:
             if is_message if names is None else name in names:
                 return lines, is_message
         return bisect_right(self._times_s, time_s), False
+
+    def steps(self) -> Iterator[Step]:
+        """What was executed, in this order."""
+        for time_s, node, place in zip(self._times_s, self._nodes, self._places, strict=True):
+            if place != _RETURNED:
+                yield Step(time_s, node, *self._all[place])
 
     def until(self, time_s: float, names: Collection[str] | None = None) -> Trace:
         """What was executed up to a violation.

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
+
+from msgspec import to_builtins
 
 from pytest_hricdv.extra.diagnosis.cause_lines import MOST_PLACES, cause_lines, replay_of, title_of
 from pytest_hricdv.extra.diagnosis.options import ENOUGH_FOR_REPAIRS, LEAST_FOR_REPAIRS
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, Diagnosis
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.results.baseline_diff import NEW_CAUSE
-from pytest_hricdv.results.model import Report
+from pytest_hricdv.results.model import Report, TestResult
 
 _MANY = 3
 """Of so many causes, each has one statement in the terminal (chosen: all of them stay on a screen)."""
@@ -20,6 +23,7 @@ class DiagnosisView(View):
     """Causes of failures."""
 
     name = "diagnosis"
+    scripts = ("code_panel",)
 
     def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
         """How many causes there are, then each of them."""
@@ -58,6 +62,10 @@ class DiagnosisView(View):
         return PageSection(
             "causes", "Causes", "diagnosis/causes.html.jinja", values, place="causes", headline=headline(causes)
         )
+
+    def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
+        """The lines that its run executed."""
+        return {"lines": to_builtins(LINES.of(test))}
 
     def properties(self, report: Report) -> Iterator[tuple[str, object]]:
         """How many causes, and each of them in a line."""

@@ -50,9 +50,10 @@ class RunView {
     this.place.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     this.panels = RUN_PANELS.map((panel) => panel(this.found, this)).filter(Boolean);
     this.at = h("div", { class: "at" });
+    this.held = h("div", {});
     return h("section", { class: "card run", "aria-label": "The run", "aria-live": "off" }, this.tools,
       h("div", { class: "screen" }, h("div", { class: "left" }, this.place, this.more),
-        h("div", { class: "beside-lanes", tabindex: "0", role: "region", "aria-label": "At the cursor" }, this.at, this.panels.map((panel) => panel.element))),
+        h("div", { class: "beside-lanes", tabindex: "0", role: "region", "aria-label": "At the cursor" }, this.at, this.panels.map((panel) => panel.element), this.held)),
       h("details", { class: "small" }, h("summary", {}, "What lanes, marks and colours mean; keys"), timelineLegend(this.made.labelled), keyList()));
   }
 
@@ -147,19 +148,29 @@ class RunView {
     const { time, shown } = this.window, happened = this.events.filter((event) => Math.abs(event.time - time) < 5e-4);
     this.line.style.left = this.x(time) + "px";
     this.line.hidden = time < shown[0] || time > shown[1];
-    this.line.firstChild.textContent = seconds(time);
+    this.line.firstChild.textContent = time.toFixed(2) + " s";
     this.said.textContent = seconds(shown[0]) + " to " + seconds(shown[1]) + " of " + seconds(this.window.end);
     const state = barAt(this.made, "state", time);
     this.axis.setAttribute("aria-valuenow", String(time));
     this.axis.setAttribute("aria-valuetext", visible([seconds(time), state && "state " + state.label, ...happened.slice(0, 3).map((event) => event.text)].filter(Boolean).join(", ")));
-    this.at.replaceChildren(...atCursor(this, happened));
+    this.at.replaceChildren(...happenedAt(this, happened));
+    this.held.replaceChildren(heldAt(this));
     this.panels.forEach((panel) => panel.at(time, by));
     if (by && by !== "start") this.keepTime();
   }
 }
 
-/** What happened at the cursor, and what held: state, requirements, signals. */
-function atCursor(run, happened) {
+/** What happened at the cursor, that of open lanes first. */
+function happenedAt(run, happened) {
+  const open = new Set(run.names()), shown = happened.filter((event) => open.has(event.lane)), others = happened.filter((event) => !open.has(event.lane));
+  const item = (event) => h("li", { class: event.failed ? "negative" : "" }, event.text);
+  return [h("h3", {}, "At " + Number(run.window.time.toFixed(3)) + " s"),
+    happened.length ? h("ul", { class: "happened small" }, shown.map(item)) : h("p", { class: "soft small" }, "Nothing happens at this instant; → leads to the next event."),
+    others.length > 0 && h("details", { class: "small soft" }, h("summary", {}, plural(others.length, "event") + " of other lanes"), h("ul", { class: "happened" }, others.map(item)))].filter(Boolean);
+}
+
+/** What held at the cursor: state, switches, signals, requirements of open lanes. */
+function heldAt(run) {
   const { made, window: { time } } = run, open = run.names(), rows = [];
   for (const lane of open) {
     const kind = made.kinds[lane], bar = kind === "requirement" ? null : barAt(made, lane, time);
@@ -171,12 +182,10 @@ function atCursor(run, happened) {
     rows.push([name, value === null ? "not measured" : value + (unit ? " " + unit : "")]);
   }
   for (const lane of open.filter((name) => made.kinds[name] === "requirement")) {
-    const { text, failed } = verdictAt(made, lane, time);
+    const violated = run.failures.find((failure) => failure.name === lane)?.time, { text, failed } = verdictAt(made, lane, violated, time);
     rows.push([lane, text, failed]);
   }
-  return [h("h3", {}, "At " + Number(time.toFixed(3)) + " s"),
-    happened.length ? h("ul", { class: "happened small" }, happened.slice(0, 8).map((event) => h("li", { class: event.failed ? "negative" : "" }, event.text)), happened.length > 8 && h("li", { class: "soft" }, "and " + (happened.length - 8) + " more")) : h("p", { class: "soft small" }, "Nothing happens at this instant; → leads to the next event."),
-    h("dl", { class: "values small" }, rows.map(([name, value, failed]) => [h("dt", {}, name), h("dd", { class: failed ? "negative" : "" }, value)]))];
+  return h("dl", { class: "values small" }, rows.map(([name, value, failed]) => [h("dt", {}, name), h("dd", { class: failed ? "negative" : "" }, value)]));
 }
 
 const RUN_KEYS = {

@@ -39,14 +39,14 @@ function opensFirst(lane, kind, names) {
   return !names || names.has(lane) || ["state", "actor", "disturbance"].includes(kind);
 }
 
-/** Limits [{text, value}] that requirements compare a signal with: of what failed, and others that are in sight. */
+/** Limits [{text, value}] that requirements compare a signal with: of what failed, or else all that are in sight. */
 function limitsOf(signal, points, found) {
-  const values = points.flatMap(([, value]) => (value === null ? [] : [value]));
+  const values = points.flatMap(([, value]) => (value === null ? [] : [value])), someFailed = failedVerdicts(found).length > 0;
   const low = Math.min(...values), high = Math.max(...values), room = (high - low) / 2;
   const owners = new Map();
   for (const { name, verdict } of found.verdicts) {
     for (const [read, relation, value] of textsOf(name).limits) {
-      if (read !== signal || (verdict !== "Failed" && (value < low - room || value > high + room))) continue;
+      if (read !== signal || (verdict !== "Failed" && (someFailed || value < low - room || value > high + room))) continue;
       const key = relation + " " + value;
       if (!owners.has(key)) owners.set(key, { value, relation, names: [] });
       if (!owners.get(key).names.includes(name)) owners.get(key).names.push(name);
@@ -73,12 +73,10 @@ function barAt(made, lane, time) {
   return made.bars.findLast((bar) => bar.lane === lane && bar.from <= time && time < bar.to);
 }
 
-/** How a requirement stands at a time, in words. */
-function verdictAt(made, name, time) {
-  const bars = made.bars.filter((bar) => bar.lane === name && bar.from <= time);
-  const failed = bars.find((bar) => bar.failed && bar.to <= time);
-  if (failed) return { text: "failed at " + seconds(failed.to), failed: true };
-  const open = bars.find((bar) => time < bar.to);
+/** How a requirement stands at a time, in words. `violated`: when it was violated first; undefined where it was not. */
+function verdictAt(made, name, violated, time) {
+  if (violated <= time) return { text: "failed at " + seconds(violated), failed: true };
+  const bars = made.bars.filter((bar) => bar.lane === name && bar.from <= time), open = bars.find((bar) => time < bar.to);
   if (open) return { text: "triggered at " + seconds(open.from) + ", not decided yet", failed: false };
   return { text: bars.length ? "passed so far" : "not triggered yet", failed: false };
 }

@@ -47,14 +47,16 @@ function neighbours(test) {
   return h("p", { class: "neighbours" }, link(TESTS[test.number - 1], "← previous"), " ", h("a", { href: "#tests" }, "all tests"), " ", link(TESTS[test.number + 1], "next →"));
 }
 
-/** Whether a test is among those that "previous failure" and "next failure" lead through. */
-function isFailure(test) {
-  return DATA.outcomeStyles[test.outcome] === "bad" || test.verdicts.includes("F");
+/** The tests that "previous failure" and "next failure" lead through; from one whose violations are known, all of those, too. */
+function failuresAround(test) {
+  const isBad = (other) => DATA.outcomeStyles[other.outcome] === "bad" || other.verdicts.includes("F");
+  const withKnown = !isBad(test) && test.verdicts.includes("K");
+  return TESTS.filter((other) => isBad(other) || (withKnown && other.verdicts.includes("K")));
 }
 
 /** Links to the failing tests before and after this one, and how many there are. */
 function failureLinks(test) {
-  const failing = TESTS.filter(isFailure), place = failing.indexOf(test);
+  const failing = failuresAround(test), place = failing.indexOf(test);
   const before = failing.findLast((other) => other.number < test.number), after = failing.find((other) => other.number > test.number);
   if (!before && !after) return null;
   const link = (other, name, text) => other && h("a", { href: "#test/" + other.anchor, "data-failure": name, title: other.id }, text);
@@ -76,10 +78,10 @@ function failedList(test, found) {
     openRun.go(time);
   } }, "at " + seconds(time));
   const item = (verdict) => h("li", {},
-    h("strong", { class: "negative" }, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name), " failed"), " ",
+    h("strong", { class: "negative" }, h("a", { href: "#requirement/" + encodeURIComponent(verdict.name) }, verdict.name), " failed"), test.verdicts[DATA.requirements.indexOf(verdict.name)] === "K" && [" ", h("span", { class: "badge warn" }, "known")], " ",
     verdict.times.slice(0, 3).map((time, n) => [n ? ", " : "", at(time)]), verdict.times.length + verdict.more > 3 && " and " + (verdict.times.length + verdict.more - 3) + " times more",
     verdict.margin && h("span", { class: "soft" }, " · worst margin " + verdict.margin),
-    h("div", {}, textsOf(verdict.name).title), h("details", { class: "small soft" }, h("summary", {}, "formula"), h("pre", {}, textsOf(verdict.name).formula)));
+    h("div", {}, textsOf(verdict.name).title, " ", textsOf(verdict.name).formula && h("details", { class: "small soft" }, h("summary", {}, "formula"), h("pre", {}, textsOf(verdict.name).formula))));
   if (!failed.length && !found.faults.length) return null;
   return h("section", { class: "card failed", "aria-label": "What failed" }, failed.length > 0 && h("ul", {}, failed.map(item)),
     found.faults.length > 0 && h("ul", {}, found.faults.map((text) => h("li", {}, h("strong", { class: "negative" }, "Fault: "), text))));
@@ -94,7 +96,6 @@ function testView(test, found, time) {
   const plans = Object.entries(found.plans).map(([agent, labels]) =>
     [h("h4", {}, agent + " (" + labels.length + ")"), chips(labels)]);
   return [
-    h("p", { class: "small soft" }, found.aim && found.aim + " · ", h("span", { class: "mono" }, found.nodeid)),
     found.repeats > 0 && h("p", { class: "notice mild" }, "The " + (found.repeats + 1) + " runs of this test differ; the worst is shown."),
     failedList(test, found),
     runSection(test, found, time),
@@ -109,7 +110,7 @@ function testView(test, found, time) {
     TEST_SECTIONS.last.map((show) => show(found)),
     found.failure && h("details", { class: "card" }, h("summary", {}, h("h3", {}, "Failure, as in the terminal")), h("pre", {}, found.failure)),
     section("Run it again", found.rerun.map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),
-    section("Run", h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
+    section("Run", h("p", { class: "small soft" }, found.aim && found.aim + " · ", h("span", { class: "mono" }, found.nodeid)), h("dl", { class: "facts" }, Object.entries(found.facts).map(([name, value]) =>
       h("div", {}, h("dt", {}, name), h("dd", {}, value))))),
     neighbours(test),
   ];
@@ -136,7 +137,8 @@ async function testPage(view) {
   const { anchor } = test;
   view.dataset.test = anchor;
   const heading = [h("h2", {}, test.id, " ", outcomeBadge(test.outcome), h("span", { class: "soft small" }, " suite " + DATA.suites[test.suite])), failureLinks(test)].filter(Boolean);
-  view.replaceChildren(...heading, h("p", { class: "soft" }, "Loading ..."));
+  const loading = h("p", { class: "soft" }, "Loading ...");
+  view.replaceChildren(...heading, loading);
   let shown;
   try {
     const found = await details(test);
@@ -146,7 +148,8 @@ async function testPage(view) {
   } catch (error) {
     shown = [h("p", { class: "notice" }, "The details of this test cannot be shown: " + error.message)];
   }
-  if (view.dataset.test === anchor) view.replaceChildren(...heading, ...shown.flat().filter(Boolean));
+  // The heading stays where it is: it has the keyboard's place, and a link in it may be being clicked.
+  if (view.dataset.test === anchor) loading.replaceWith(...shown.flat().filter(Boolean));
 }
 
 document.addEventListener("keydown", (event) => {

@@ -54,6 +54,10 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     assert result.ret == 1
     written = report(surging.path)
     json_schema.REPORT.validate(written)
+    lines = [test["executed_lines"] for test in written["tests"] if test["outcome"] == "failed"]
+    assert len(lines) == 5
+    assert all(traced["files"] and traced["nodes"] and "note" not in traced for traced in lines)
+    assert not any("executed_lines" in test for test in written["tests"] if test["outcome"] == "passed")
     surge, wish = written["causes"]
     assert (surge["change"], surge["requirements"], len(surge["tests"]), surge["confirmed"]) == ("surge", ["R2"], 3, 3)
     assert (wish.get("change"), wish["requirements"], len(wish["tests"])) == (None, ["R2"], 2)

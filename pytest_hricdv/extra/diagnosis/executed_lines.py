@@ -1,0 +1,157 @@
+"""Executed lines: which lines of the code under test a failing run executed when, for the page of its test.
+
+Tests run measured, not traced. One that fails is run once more where it ran, in a fork, traced line by line: runs are
+repeatable, so this is the same run, and others cost nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
+from pytest_hricdv.execution.forked import ForkError, InFork, fork
+from pytest_hricdv.extra.diagnosis.records import ExecutedLines
+from pytest_hricdv.extra.diagnosis.tracing import Step, Tracing
+
+if TYPE_CHECKING:
+    from pytest_hricdv.coverage.code_map import CodeMap
+
+TRACED_EACH = 5
+"""Failures of each requirement that are traced in a process, as many as are filmed: further ones show little more."""
+
+MOST_BURSTS = 4000
+"""So many bursts of a run are kept. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
+
+MOST_LINES = 200
+"""Of a burst, its last lines are kept. Chosen: more than a screen."""
+
+AFTER_S = 10.0
+"""Where not all is kept, what is kept ends so long (s) after the first violation: the page shows that much of it."""
+
+
+@dataclass(frozen=True)
+class _Burst:
+    time_s: float
+    node: int
+    lines: tuple[tuple[str, int], ...]
+
+
+def executed_lines(steps: Iterable[Step], violation_s: float | None) -> ExecutedLines:
+    """What is kept of the steps of a run.
+
+    Args:
+        steps: in the order in which they were executed.
+        violation_s: the first violation, if there was one.
+    """
+    bursts = [*_bursts(steps)]
+    kept = _around(bursts, violation_s)
+    files: dict[str, int] = {}
+    texts: dict[str, int] = {}
+    nodes: dict[int, list[str]] = {}
+    for burst in kept:
+        number = texts.setdefault(_text(burst.lines, files), len(texts))
+        nodes.setdefault(burst.node, []).append(f"{round(burst.time_s, 4):g} {number}")
+    is_cut = len(kept) < len(bursts)
+    return ExecutedLines(
+        files=tuple(files),
+        bursts=tuple(texts),
+        nodes=tuple(" ".join(nodes[node]) for node in sorted(nodes)),
+        from_s=round(kept[0].time_s, 3) if is_cut else 0.0,
+        until_s=round(kept[-1].time_s, 3) if is_cut else None,
+    )
+
+
+def _bursts(steps: Iterable[Step]) -> Iterator[_Burst]:
+    for (time_s, node), group in groupby(steps, key=lambda step: (step.time_s, step.node)):
+        lines = [(step.file, step.line) for step in group]
+        yield _Burst(time_s, node, tuple(lines[-MOST_LINES:]))
+
+
+def _around(bursts: Sequence[_Burst], violation_s: float | None) -> Sequence[_Burst]:
+    """As many as are kept: those up to some time after the violation, else the last ones."""
+    if len(bursts) <= MOST_BURSTS:
+        return bursts
+    end = len(bursts)
+    if violation_s is not None:
+        end = sum(burst.time_s <= violation_s + AFTER_S for burst in bursts)
+    return bursts[max(0, end - MOST_BURSTS) : max(end, MOST_BURSTS)]
+
+
+def _text(lines: Sequence[tuple[str, int]], files: dict[str, int]) -> str:
+    parts, last = [], ""
+    for file, line in lines:
+        parts.append(str(line) if file == last else f"{files.setdefault(file, len(files))}:{line}")
+        last = file
+    return " ".join(parts)
+
+
+class LineTracing:
+    """Traces failures of one process.
+
+    Args:
+        settings: of the session's runs.
+        code: under test.
+    """
+
+    def __init__(self, settings: RunSettings, code: CodeMap) -> None:
+        self._settings = settings
+        self._code = code
+        self._traced: Counter[str] = Counter()
+
+    def trace(self, result: CaseResult) -> ExecutedLines:
+        """Run what gave this result once more, traced."""
+        failed = result.failed or ("",)
+        if all(self._traced[name] >= TRACED_EACH for name in failed):
+            return ExecutedLines(
+                note=f"not traced: {TRACED_EACH} failures of {' and '.join(failed) or 'an assertion'} had been traced "
+                "in this process; run this test alone to see its lines"
+            )
+        self.count(failed)
+        return self._in_fork(result) if hasattr(os, "fork") else self._here(result)
+
+    def count(self, failed: Iterable[str]) -> None:
+        """A failure of these requirements was traced."""
+        self._traced.update(failed)
+
+    def _in_fork(self, result: CaseResult) -> ExecutedLines:
+        process = fork()
+        if isinstance(process, InFork):
+            message = b"null"
+            with suppress(BaseException):  # whatever it is: what stands above is for the process that was forked
+                message = msgspec.json.encode(self._here(result))
+            process.send_and_end(message)
+        try:
+            lines = msgspec.json.decode(process.message(), type=ExecutedLines | None)
+            return lines or ExecutedLines(note="not traced: it was interrupted")
+        except ForkError as error:
+            return ExecutedLines(note=f"not traced: the process that traced it {error}")
+        finally:
+            process.close()
+
+    def _here(self, result: CaseResult) -> ExecutedLines:
+        tracing = Tracing(self._code)
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                again = execute(self._settings.measured_by(tracing), result.test, begun=tracing.begun)
+        except Exception as error:
+            return ExecutedLines(note=f"not traced: {type(error).__name__}: {error}")
+        lines = executed_lines(tracing.steps(), first_violation_s(result))
+        if again.record.sha256 == result.record.sha256:
+            return lines
+        return msgspec.structs.replace(lines, note="the traced run differs from this one: compare with care")
+
+
+def first_violation_s(result: CaseResult) -> float | None:
+    """When a run violated a requirement first (s); None where it did not."""
+    times = (violation.time_s for verdict in result.verdicts for violation in verdict.violations)
+    return min(times, default=None)
