@@ -16,15 +16,18 @@ KINDS = ("statements", "branches", "plans", "assertions", "cross")
 MAX_SHARDS = 9_999
 """Most parts that suites are run in: reports are asked which of them are missing. Chosen: a suite has fewer tests."""
 
-KNOWN = "REQUIREMENT [while CONDITION] [until YYYY-MM-DD]: reason"
+KNOWN = "REQUIREMENT [of CAUSE,...] [while CONDITION] [until YYYY-MM-DD]: reason"
 MAY_BE_NC = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"
 """The forms of a line with an exemption."""
 
 _BEFORE_COLON = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^\]]*\]|[^:])*""")
 _HEAD = re.compile(
-    r"(?P<requirement>\S+)(?:\s+in\s+(?P<in>\S+))?(?:\s+while\s+(?P<while>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z",
+    r"(?P<requirement>\S+)(?:\s+in\s+(?P<in>\S+))?(?:\s+of\s+(?P<of>\S+))?"
+    r"(?:\s+while\s+(?P<while>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z",
     re.DOTALL,
 )
+
+_CAUSE = re.compile(r"[0-9a-f]{8}")
 
 
 class ThresholdError(InputError, ValueError):
@@ -75,6 +78,7 @@ class Exemption:
         condition: text of a condition; a violation is tolerated where it holds at the time of the violation. Empty for
             everywhere.
         suites: where it is tolerated; empty for all.
+        causes: ids of the causes for which it is tolerated; empty where none is named.
     """
 
     requirement: str
@@ -82,6 +86,7 @@ class Exemption:
     until: datetime.date | None = None
     condition: str = ""
     suites: tuple[str, ...] = ()
+    causes: tuple[str, ...] = ()
 
     def expired(self, today: datetime.date) -> bool:
         """Whether its last day is over."""
@@ -89,8 +94,9 @@ class Exemption:
 
     @property
     def text(self) -> str:
-        """The reason, with the condition if there is one."""
-        return known_text(self.reason, self.condition)
+        """The reason, with causes and the condition if there are any."""
+        of = f"of {','.join(self.causes)} " if self.causes else ""
+        return f"{of}{known_text(self.reason, self.condition)}"
 
 
 def known_text(reason: str, condition: str) -> str:
@@ -129,12 +135,24 @@ def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
     head, colon, after = _split(line.strip())
     match = _HEAD.match(head)
     reason = after.strip() or reason
-    refused = match is not None and any(match[name] and f"[{name} " not in form for name in ("in", "while", "until"))
+    refused = match is not None and any(
+        match[name] and f"[{name} " not in form for name in ("in", "of", "while", "until")
+    )
     if match is None or refused or not reason or (colon and not after.strip()):
         raise ExemptionError(f"{line!r}: expected 'REQUIREMENT: reason' or '{form}'")
     until = None if match["until"] is None else _day(match["until"], line)
     suites = tuple(filter(None, (match["in"] or "").split(",")))
-    return Exemption(match["requirement"], reason, until, match["while"] or "", suites)
+    return Exemption(match["requirement"], reason, until, match["while"] or "", suites, _causes(match["of"], line))
+
+
+def _causes(text: str | None, line: str) -> tuple[str, ...]:
+    causes = tuple(filter(None, (text or "").split(",")))
+    wrong = next((name for name in causes if not _CAUSE.fullmatch(name)), None)
+    if wrong is not None:
+        raise ExemptionError(
+            f"{line!r}: {wrong!r} is no id of a cause; expected eight of 0-9 and a-f, as reports have it"
+        )
+    return causes
 
 
 def _split(line: str) -> tuple[str, str, str]:

@@ -223,15 +223,19 @@ def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict
     name = f"--hri-{option.replace('_', '-')}"
     for value in config.getoption(f"hri_{option}") or ():
         # Several names are separated by commas; conditions and reasons may have commas of their own.
-        for text in [value] if re.search(r":|\s(?:in|while|until)\s", value) else value.split(","):
+        for text in [value] if re.search(r":|\s(?:in|of|while|until)\s", value) else value.split(","):
             try:
                 exemption = parse_exemption(text, form, reason=f"named with {name}")
             except ExemptionError as error:
                 raise usage_error(f"{name}={error}") from None
             before = exemptions.get(exemption.requirement)
-            if before is None or (before.condition, before.suites) != (exemption.condition, exemption.suites):
+            if before is None or _where(before) != _where(exemption):
                 exemptions[exemption.requirement] = exemption
     return exemptions
+
+
+def _where(exemption: Exemption) -> tuple[object, ...]:
+    return exemption.condition, exemption.suites, exemption.causes
 
 
 def session_day(config: pytest.Config) -> datetime.date:

@@ -120,7 +120,10 @@ def test_the_command_line_wins_over_the_ini(lamps: pytest.Pytester) -> None:
     assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2").ret == 0
 
 
-FORM = "expected 'REQUIREMENT: reason' or 'REQUIREMENT [[]while CONDITION[]] [[]until YYYY-MM-DD[]]: reason'"
+FORM = (
+    "expected 'REQUIREMENT: reason' or "
+    "'REQUIREMENT [[]of CAUSE,...[]] [[]while CONDITION[]] [[]until YYYY-MM-DD[]]: reason'"
+)
 
 
 @pytest.mark.parametrize(

@@ -245,13 +245,13 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
     )
-    requirement, state, said = group.first
+    _, state, _ = group.first
     confirmed = {
         failure.nodeid for failure in group.failures if (failure.nodeid, failure.requirement) in evidence.confirmed
     }
     shortest = next((test for test in tests if test.nodeid in confirmed), tests[0])
     return Cause(
-        id=digest("cause", group.change, requirement, state, *([said] if said else []))[:8],
+        id=id_of(group),
         requirements=group.requirements,
         tests=tuple(dict.fromkeys(test.id for test in tests)),
         change=group.change,
@@ -266,6 +266,12 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
         confirmed=len(confirmed),
         is_known=group.is_known,
     )
+
+
+def id_of(group: Group) -> str:
+    """The id of a cause, by its failures: the same in each session."""
+    requirement, state, said = group.first
+    return digest("cause", group.change, requirement, state, *([said] if said else []))[:8]
 
 
 def _as_begun(test: TestResult) -> tuple[str, ...]:
