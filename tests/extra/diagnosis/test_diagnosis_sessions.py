@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from tests import json_schema
@@ -81,6 +83,8 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     page = (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert "passes without the disturbance surge" in page
     assert "The same test with enter cellar instead of enter hall passes" in page
+    violated = next(event for event in wish["decision"]["failing"] if event["text"] == "R2 is violated")
+    assert re.search(rf'href="#test/[^"]+@{violated["time_s"]:.3f}">{violated["time_s"]:.3f} s</a>', page)
 
 
 @pytest.mark.slow
