@@ -37,6 +37,9 @@ def test_a_session_that_is_stopped_says_that_it_has_no_causes(
     result = surging.runpytest_inprocess(*SUITE, *options)
     result.stdout.fnmatch_lines(["no causes: the session ended before its last test (-x, --maxfail, Ctrl-C)*"])
     assert "causes" not in report(surging.path)
+    failed = next(test["replay"] for test in report(surging.path)["tests"] if test["outcome"] == "failed")
+    replayed = surging.runpytest_inprocess(f"--hri-replay={failed}", "--hri-strict", "--hri-report=again")
+    replayed.stdout.fnmatch_lines(["1 test fails for 1 cause", f"  {SURGE}: 1 of 1 test was run without it"])
     quiet = surging.runpytest_inprocess(*SUITE, *options, "--hri-diagnose=0")
     assert "no causes" not in quiet.stdout.str()
 
