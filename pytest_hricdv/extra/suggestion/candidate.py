@@ -9,6 +9,19 @@ from typing import Literal
 Form = Literal["response", "precedence", "bound", "at event", "relation", "absence"]
 """What it is of the patterns: see docs/patterns.md."""
 
+STATE_DISCOUNT, EDGE_DISCOUNT = 0.4, 0.2
+"""What is said of the code's own state, or of a number that leaves 0, is worth less than the world (chosen)."""
+
+
+SIGNALS_DISCOUNT = 0.2
+"""What only signals say is often how the world works, and not what the robot has to do (chosen)."""
+
+MESSAGE_BONUS = 0.15
+"""What is asked for at a message is easier to judge for people than at a change of a signal (chosen)."""
+
+_WEIGHTS = {"relation": 1.0, "absence": 0.9, "response": 0.8, "at event": 0.8, "precedence": 0.7, "bound": 0.6}
+"""What a form is worth to people who read many (chosen)."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -40,6 +53,14 @@ class Candidate:
     def formula(self) -> str:
         """Of the language of requirements."""
         return f"always({self.antecedent} -> {self.response})"
+
+    @property
+    def worth(self) -> float:
+        """How much it says by itself, whatever faults it notices."""
+        edge = "> 0" in self.antecedent or "> 0" in self.response
+        discount = STATE_DISCOUNT * self.of_state + EDGE_DISCOUNT * edge
+        discount += SIGNALS_DISCOUNT * ("on(" not in self.formula) - MESSAGE_BONUS * self.antecedent.startswith("on(")
+        return _WEIGHTS[self.form] * self.surprise - discount
 
 
 LEAST_SUPPORT = 3

@@ -29,12 +29,14 @@ class Evidence:
     Args:
         runs: without a fault.
         faulty: of each fault that changes any, the runs that it changes.
-        requirements: that there are already.
+        requirements: that there are already, and are taken into account.
+        compared: that suggestions are only compared with.
     """
 
     runs: Runs
     faulty: tuple[tuple[StoredRun, ...], ...] = ()
     requirements: tuple[Requirement, ...] = ()
+    compared: tuple[Requirement, ...] = ()
 
     @property
     def taken(self) -> int:
@@ -71,7 +73,7 @@ class Learnt:
         runs, taken = self.evidence.runs, self.evidence.taken
         shares = {condition.text: condition.share for condition in (*signal_conditions(runs), *state_conditions(runs))}
         rated = weaker_bounds(_with_joined(self.rated, runs, taken), shares)
-        return ranked(rated, taken, _known(self.evidence))
+        return ranked(rated, taken, known(self.evidence.requirements, self.evidence))
 
     def without(self, runs: Sequence[StoredRun]) -> Learnt:
         """Those that these runs do not refute."""
@@ -98,8 +100,10 @@ def learnt(evidence: Evidence) -> Learnt:
     faults = dict(killed)
     place = 0
     for number, changed in enumerate(evidence.faulty):
+        is_taken = evidence.taken >> number & 1
         for run in changed:
-            if run.has_record:
+            # Of a fault that is noticed anyway, one run tells enough.
+            if run.has_record and not (is_taken and run is not changed[0]):
                 for formula, verdict in judging.verdicts(run.log(), satisfied).items():
                     if verdict.verdict == "Failed":
                         killed[formula] |= 1 << place
@@ -137,11 +141,28 @@ def _with_joined(rated: Sequence[Rated], runs: Runs, taken: int) -> list[Rated]:
     ]
 
 
-def _known(evidence: Evidence) -> list[Rated]:
-    """The requirements that there are, as what is shown already."""
+ALIKE = 0.5
+"""A suggestion is like a requirement where it fails in so many of the runs in which this fails (chosen)."""
+
+
+def alike(rated: Rated, evidence: Evidence) -> tuple[str, ...]:
+    """The requirements that a suggestion is like: of those that some fault violates, and that are about the same."""
+    subjects = rated.candidate.subjects
+    return tuple(
+        requirement
+        for other in known(evidence.compared, evidence)
+        if other.killed
+        and not subjects.isdisjoint(other.candidate.subjects)
+        and (rated.killed & other.killed).bit_count() >= ALIKE * other.killed.bit_count()
+        and (requirement := other.parsed.requirement.id)
+    )
+
+
+def known(requirements: Sequence[Requirement], evidence: Evidence) -> list[Rated]:
+    """Requirements that there are, as what is shown already."""
     places = [run for changed in evidence.faulty for run in changed]
     made = []
-    for requirement in evidence.requirements:
+    for requirement in requirements:
         names = {name.partition(".")[0] for name in names_read(requirement.formula)}
         subjects = frozenset(names | {*topics_read(requirement.formula)})
         texts = str(requirement.formula.antecedent), str(requirement.formula.response)

@@ -22,6 +22,12 @@ MOST_EVENTS = 60
 MOST_A_RUN = 200
 """What happens more often in a run is noise of a number, and no event (chosen)."""
 
+MOST_OF_MESSAGE, MOST_OF_OTHER = 14, 5
+"""So many candidates of a message that arrives, and of another antecedent, are judged (chosen)."""
+
+MOST_CANDIDATES = 320
+"""So many are judged: one takes some 3 ms for a run of the table, which a hundred faults have two of (chosen)."""
+
 
 @dataclass(frozen=True)
 class Parsed:
@@ -46,7 +52,23 @@ def candidates(runs: Runs) -> list[Parsed]:
     ):
         if candidate.support >= LEAST_SUPPORT:
             made.setdefault(candidate.formula, candidate)
-    return [one for candidate in made.values() if (one := parsed(candidate, runs)) is not None]
+    return [one for candidate in _worthy([*made.values()]) if (one := parsed(candidate, runs)) is not None]
+
+
+def _worthy(made: Sequence[Candidate]) -> list[Candidate]:
+    """The most worthy ones of each antecedent, and of those the most worthy: each is judged on each run."""
+    kept: list[Candidate] = []
+    count: dict[str, int] = {}
+    for candidate in sorted(made, key=lambda one: (-one.worth, one.formula)):
+        count[candidate.antecedent] = count.get(candidate.antecedent, 0) + 1
+        if count[candidate.antecedent] <= (MOST_OF_MESSAGE if _is_broad(candidate.antecedent) else MOST_OF_OTHER):
+            kept.append(candidate)
+    return kept[:MOST_CANDIDATES]
+
+
+def _is_broad(antecedent: str) -> bool:
+    """Whether it is just that a message arrives."""
+    return antecedent.startswith("on(") and "&" not in antecedent
 
 
 def _kept(events: Sequence[Event], runs: int) -> list[Event]:

@@ -54,6 +54,8 @@ class SuggestionPart(Part[SuggestionOptions]):
         )
         if options.asked and reader.named("shard") is not None:
             raise usage_error("--hri-suggest and --hri-shard: give one of them; suggestions rest on whole suites")
+        if reader.named("suggest") and not reader.text("suite"):
+            raise usage_error("--hri-suggest: expected a suite to learn of, as --hri-suite=rl (suggest --suite=rl)")
         return options
 
     def check(self, context: RunContext) -> None:

@@ -23,16 +23,6 @@ MOST_ALIKE = 2
 MOST_PARTS = 3
 """Conditions of one event are one requirement, of so many parts at most, so that people can read it (chosen)."""
 
-STATE_DISCOUNT, EDGE_DISCOUNT = 0.4, 0.2
-"""What is said of the code's own state, or of a number that leaves 0, is worth less than the world (chosen)."""
-
-
-SIGNALS_DISCOUNT = 0.2
-"""What only signals say is often how the world works, and not what the robot has to do (chosen)."""
-
-MESSAGE_BONUS = 0.15
-"""What is asked for at a message is easier to judge for people than at a change of a signal (chosen)."""
-
 
 @dataclass(frozen=True)
 class Rated:
@@ -62,17 +52,6 @@ class Rated:
         """What is rated."""
         return self.parsed.candidate
 
-    @property
-    def worth(self) -> float:
-        """How much it says by itself, whatever faults it notices."""
-        candidate = self.candidate
-        edge = "> 0" in candidate.antecedent or "> 0" in candidate.response
-        weight = {"relation": 1.0, "absence": 0.9, "response": 0.8, "at event": 0.8, "precedence": 0.7, "bound": 0.6}
-        discount = STATE_DISCOUNT * candidate.of_state + EDGE_DISCOUNT * edge
-        discount -= MESSAGE_BONUS * candidate.antecedent.startswith("on(")
-        discount += SIGNALS_DISCOUNT * ("on(" not in candidate.formula)
-        return weight[candidate.form] * candidate.surprise - discount
-
 
 def ranked(rated: Sequence[Rated], taken: int = 0, known: Sequence[Rated] = ()) -> list[Rated]:
     """In the order in which they are shown, without what is redundant.
@@ -82,11 +61,11 @@ def ranked(rated: Sequence[Rated], taken: int = 0, known: Sequence[Rated] = ()) 
         taken: faults that requirements notice already, as bits.
         known: these requirements.
     """
-    left = sorted(rated, key=lambda one: (-one.worth, len(one.candidate.formula), one.candidate.formula))
+    left = sorted(rated, key=lambda one: (-one.candidate.worth, len(one.candidate.formula), one.candidate.formula))
     shown: list[Rated] = []
     noticed = taken
     while left:
-        best = max(left, key=lambda one: ((one.faults & ~noticed).bit_count(), bool(one.new), one.worth))
+        best = max(left, key=lambda one: ((one.faults & ~noticed).bit_count(), bool(one.new), one.candidate.worth))
         left.remove(best)
         if (best.faults & ~noticed) or not _is_redundant(best, [*known, *shown]):
             shown.append(best)

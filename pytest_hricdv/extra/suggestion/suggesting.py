@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pytest_hricdv.execution.case import HriCase, formulas
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.suggestion import faults as seeded
-from pytest_hricdv.extra.suggestion.learning import Evidence, Learnt, learnt, unmoved
+from pytest_hricdv.extra.suggestion.learning import Evidence, Learnt, alike, learnt, unmoved
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.extra.suggestion.ranking import Rated
 from pytest_hricdv.extra.suggestion.recordings import Fault, RecordingError, Recordings, further_tests
@@ -141,10 +141,10 @@ class Suggesting:
         self, runs: Sequence[StoredRun], of_faults: Mapping[Fault, list[StoredRun]], own: Mapping[str, StoredRun]
     ) -> Evidence:
         testbench, settings = self.session.context.collection.testbench, self.settings
-        requirements = () if settings.anew else formulas(self.session.context.requirements)
+        every = formulas(self.session.context.requirements)
         faulty = [*of_faults.values()]
         runs_of = Runs.of(runs, testbench.vocabulary(), testbench.model.who_acts, testbench.state, unmoved(own, faulty))
-        return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), requirements)
+        return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), () if settings.anew else every, every)
 
     def _refuting(self, best: Sequence[Rated], cases: Sequence[HriCase], most: int) -> list[ConcreteTest]:
         """Tests to refute the best candidates: those that came nearest to it, with other parameters."""
@@ -178,6 +178,7 @@ class Suggesting:
                     new=rated.new.bit_count(),
                     added=(rated.faults & ~noticed).bit_count(),
                     further=kept.further.get(candidate.formula, 0),
+                    like=alike(rated, kept.evidence),
                 )
             )
             noticed |= rated.faults

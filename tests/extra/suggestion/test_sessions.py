@@ -28,6 +28,12 @@ def test_a_date_that_is_none_is_refused(tmp_path: Path, date: str) -> None:
         load_requirements(file, Vocabulary(signals={"b": bool}, messages={"a": {}}))
 
 
+def test_suggestions_without_a_suite_are_refused_before_the_first_test(pytester: pytest.Pytester) -> None:
+    result = pytester.runpytest_inprocess("--hri-suggest")
+    result.stderr.fnmatch_lines(["ERROR: --hri-suggest: expected a suite to learn of, as --hri-suite=rl *"])
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+
+
 @pytest.mark.slow
 def test_the_coffee_robot_has_suggestions_which_are_the_same_again(pytester: pytest.Pytester) -> None:
     write_files(

@@ -1,0 +1,1 @@
+"""What is suggested from runs of three testbenches, for docs/suggestions.md."""
