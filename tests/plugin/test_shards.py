@@ -182,7 +182,7 @@ def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_
 def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -> None:
     change(lamps.path, "conftest.py", "LIMIT_S = 60.0\n", "LIMIT_S = 60.0\nCRASH = True\n")
     condition = 'CRASH and any(action.command.endswith("= 10") for action in run.test.actions)'
-    crash = f'    if {condition}:\n        __import__("os")._exit(3)\n'
+    crash = f'    if {condition}:\n        __import__("os").kill(__import__("os").getpid(), 9)\n'
     change(lamps.path, "conftest.py", "    from lamps import guide\n", f"{crash}    from lamps import guide\n")
     lamps.runpytest_inprocess("--hri-suite=by-hand", *A_WORKER, "--hri-report=crashed")
     alone = command("merge", "crashed")
