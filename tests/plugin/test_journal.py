@@ -327,10 +327,11 @@ def test_the_earlier_report_is_out_of_the_way_before_the_first_test(lamps: pytes
 
 @pytest.mark.slow
 def test_the_next_session_says_that_the_one_before_died_and_keeps_its_journal(lamps: pytest.Pytester) -> None:
-    dimmed(lamps, '__import__("os")._exit(0)')
-    assert run(lamps).ret == 0  # nothing in the process can tell; the journal does
+    killed = '__import__("os").kill(__import__("os").getpid(), 9)'
+    dimmed(lamps, killed)
+    assert run(lamps).ret == -signal.SIGKILL  # nothing in the process can tell; the journal does
     assert command("gate", "hri-report").returncode == 2
-    change(lamps.path, "lamps/guide.py", '__import__("os")._exit(0)', "return 10.0")
+    change(lamps.path, "lamps/guide.py", killed, "return 10.0")
     result = run(lamps, "-q")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["hricdv: the session that began at * did not come to its end: * --hri-resume *"])

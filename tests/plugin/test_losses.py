@@ -176,7 +176,7 @@ def test_a_test_whose_fixture_fails_was_not_run(lamps: pytest.Pytester) -> None:
 
 @pytest.mark.slow
 def test_a_crashed_worker_loses_its_test_only_and_the_report_says_so(lamps: pytest.Pytester) -> None:
-    write_dimmed(lamps, '__import__("os")._exit(3)')
+    write_dimmed(lamps, '__import__("os").kill(__import__("os").getpid(), 9)')
     result = lamps.runpytest_subprocess(SUITE, *A_WORKER)
     assert result.ret == 1
     written = report(lamps.path)
