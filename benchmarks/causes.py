@@ -32,6 +32,8 @@ from studies.localization.projects import PROJECTS, Project
 from studies.localization.sessions import prepared, ran
 from studies.session import machine
 
+DIAGNOSED = diagnosing.diagnosed
+
 COST = "diagnosis-s.txt"
 """In a testbench's folder: processor time (s) of the last session's diagnosis."""
 
@@ -69,7 +71,7 @@ def _print_grouping(report: Report, options: argparse.Namespace) -> None:
 def _print_shares(project: Project, folder: Path) -> None:
     """Of a session without a fault, and of one with a fault."""
     prepared(project, folder)
-    diagnosing.diagnosed = _timed(diagnosing.diagnosed, folder / COST)
+    diagnosing.diagnosed = _timed(DIAGNOSED, folder / COST)
     faults = (fault for fault in planted(project.name, project.map(folder)))
     print(f"{project.name}, without a fault: {_share(project, folder, None)}", flush=True)
     for fault in faults:
