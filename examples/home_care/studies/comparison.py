@@ -24,16 +24,13 @@ from people.dog import AS_PUBLISHED, DOG_VARIABLE
 
 from studies.page import Comparison
 from studies.published import DATA, PublishedError, PublishedTest, first_orders, lines, read
-from studies.results import Run, runs_of
+from studies.results import UNHEARD, Run, runs_of
 
 HERE = Path(__file__).parent
 PROJECT = HERE.parent
 AS_IT_IS, AS_IT_WAS = "as it is", "as it was"
 FAULTS = "CAREBOT_FAULTS"
 """The testbench reads the published faults to switch on from this environment variable."""
-
-UNHEARD = "disturb order_lost"
-"""The line by which the robot does not hear the next order."""
 
 RAN = (0, 1)
 """Exit statuses of pytest after which there is a report: all passed, or some failed."""

@@ -26,9 +26,9 @@ ALL_FIFTY: Mapping[str, tuple[float, float, tuple[tuple[int, int, int], ...]]] =
 
 CAUSES = {
     "A1": {
-        NC: "Nothing was taken that could be delivered. In the original, the first order is said 5 s after the start, "
-        "and is often not heard; as it is, it always is. As it was, there is more: the stop test ends drives beside "
-        "the fridge, and the gripper closes on nothing. In the original food is a flag that is set all the same.",
+        NC: "Nothing was taken that could be delivered, as neither `feed` nor `clean` was heard. In the original, the "
+        "first order is said 5 s after the start, and is often not heard; as it is, it always is; as it was, it is "
+        "unheard as often as there, of few tests by chance more or less.",
         FAILED: "Food not delivered within 300 s: none of the runs here. In the original, the robot stands for as long "
         "as anybody is near its laser, and the dog comes near; most of these runs failed A3, too.",
     },
@@ -139,10 +139,17 @@ class Comparison:
         return [METHODS.get(method, method), *(f"{held:.1f} %" for held in shares), f"{unmoved} of {runs} runs"]
 
     def _confirmed(self) -> str:
-        name, runs = next(iter(self.runs.items()))
-        food = {(test.method, test.number): any(step in FOOD for step in test.steps) for test in self.tests}
-        held = sum((run.verdicts[0] != VERDICTS[NC]) == food[run.method, run.number] for run in runs)
-        return f"In {held} of {len(runs)} runs {name}, A1 was checked if and only if one of them was ordered.\n"
+        """In how many runs A1 was checked where it is to be."""
+        steps = {(test.method, test.number): test.steps for test in self.tests}
+        said = []
+        for name, runs in self.runs.items():
+            heard = [steps[run.method, run.number][run.is_unheard :] for run in runs]
+            held = sum(
+                (run.verdicts[0] != VERDICTS[NC]) == any(step in FOOD for step in orders)
+                for run, orders in zip(runs, heard, strict=True)
+            )
+            said.append(f"{held} of {len(runs)} runs {name}")
+        return f"In {', and in '.join(said)}, A1 was checked if and only if one of them was ordered and heard.\n"
 
     def _summary_row(self, method: str) -> list[str]:
         held = self.results(method)

@@ -7,15 +7,22 @@ from dataclasses import dataclass
 
 from studies.published import REQUIREMENTS, VERDICTS, PublishedTest
 
+UNHEARD = "disturb order_lost"
+"""The line by which the robot does not hear the next order."""
+
 
 @dataclass(frozen=True)
 class Run:
-    """A run here: of which published test, its verdicts of A1 to A4, and its coverage of statements in %."""
+    """A run here: of which published test, its verdicts of A1 to A4, and its coverage of statements in %.
+
+    `is_unheard`: whether the robot did not hear the first order.
+    """
 
     method: str
     number: int
     verdicts: tuple[str, ...]
     coverage: float
+    is_unheard: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,9 @@ def runs_of(report: Mapping[str, list[dict[str, object]]]) -> list[Run]:
         assert isinstance(held, dict)
         assert isinstance(code, dict)
         verdicts = tuple(held[name]["verdict"] for name in REQUIREMENTS)
-        runs.append(Run(method, int(number), verdicts, float(code["percent"])))
+        lines = test["abstract"]
+        assert isinstance(lines, list)
+        runs.append(Run(method, int(number), verdicts, float(code["percent"]), lines[:1] == [UNHEARD]))
     return runs
 
 

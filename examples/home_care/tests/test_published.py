@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from people.ranges import COMMANDS, PUBLISHED_S, WholeSeconds
-from studies.comparison import UNHEARD, sampled, suite_text
+from studies.comparison import sampled, suite_text
 from studies.published import (
     Counts,
     PublishedError,
@@ -20,7 +20,7 @@ from studies.published import (
     suites,
     summary,
 )
-from studies.results import Run, agreement, published_result, result
+from studies.results import UNHEARD, Run, agreement, published_result, result, runs_of
 
 from pytest_hricdv.generate.suite_files import parse_tests
 from studies.page import Comparison, unchecked
@@ -144,6 +144,23 @@ def test_a1_is_unchecked_where_no_food_is_heard_of() -> None:
     tests = [PublishedTest("pr", number, held) for number, held in enumerate(steps)]
     assert unchecked(tests, 0.0) == 25.0
     assert unchecked(tests, 0.4) == 35.0
+
+
+def test_the_page_says_whether_a1_is_checked_where_food_was_ordered_and_heard() -> None:
+    feed, sink = PublishedTest("pr", 1, ("feed", "sink")), PublishedTest("pr", 2, ("sink",))
+    checked, unchecked_ = ("Passed",) * 4, ("NC",) * 4
+    runs = [Run("pr", 1, checked, 80.0), Run("pr", 1, unchecked_, 80.0, True), Run("pr", 2, checked, 80.0)]
+    text = Comparison([feed, sink], [feed, sink], 1, {"as it is": runs[1:], "as it was": runs}, {}, "").text()
+    assert "In 1 of 2 runs as it is, and in 2 of 3 runs as it was, A1 was checked if and only if" in text
+
+
+def test_which_runs_had_an_unheard_order_is_read_off_their_lines() -> None:
+    held = {name: {"verdict": "NC"} for name in ("A1", "A2", "A3", "A4")}
+    tests = [
+        {"name": "published pr 3", "requirements": held, "code": {"percent": 71.0}, "abstract": lines_}
+        for lines_ in ([UNHEARD, "feed"], ["feed", UNHEARD])
+    ]
+    assert [run.is_unheard for run in runs_of({"tests": tests})] == [True, False]
 
 
 def test_a_sample_has_as_many_tests_of_each_method_and_all_if_there_are_no_more() -> None:
