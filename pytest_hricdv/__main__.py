@@ -15,9 +15,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.message import InputError, visible
 from pytest_hricdv.extra.suggestion import command as suggest
-from pytest_hricdv.skeleton.skeleton import Skeleton, SkeletonError, name_like
+from pytest_hricdv.skeleton.skeleton import Skeleton, name_like
 
 OK, USAGE = 0, 2
 
@@ -34,11 +34,13 @@ def _init(options: argparse.Namespace) -> int:
 
         return update(options.folder, write=options.write)
     try:
+        if options.source:
+            return _draft(options)
         robot = options.robot or name_like(options.folder.resolve().name)
         skeleton = Skeleton(robot, options.people or options.person)
         for name in skeleton.write(options.folder):
             print(visible(str(options.folder / name)))
-    except SkeletonError as error:
+    except InputError as error:
         print(visible(f"error: init: {error}"), file=sys.stderr)
         return USAGE
     where = "" if options.folder == Path() else f"cd {options.folder}; "
@@ -47,6 +49,18 @@ def _init(options: argparse.Namespace) -> int:
     print(
         visible(f"then: replace {robot}.py with your code, world.py with your simulator, and models/ with your people")
     )
+    return OK
+
+
+def _draft(options: argparse.Namespace) -> int:
+    from pytest_hricdv.extra.draft.command import draft
+
+    for line in draft(options.source, options.folder, options.robot or "", options.person, not options.no_run):
+        print(visible(line), flush=True)
+    where = "" if options.folder == Path() else f"cd {options.folder}; "
+    print()
+    print(visible(f"now:  {where}pytest"))
+    print(visible("then: its README lists the lines to edit next; TODO marks what the code does not say"))
     return OK
 
 
@@ -65,6 +79,13 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument(
         "--people", metavar="NAME,NAME", default="", help="names of several people's agents, who act side by side"
     )
+    init.add_argument(
+        "--from",
+        dest="source",
+        metavar="PACKAGE[:FUNCTION]",
+        help="draft it from code: its messages, states and waits, as a project that runs (docs/draft.md)",
+    )
+    init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")
     init.add_argument(
         "--update",
         action="store_true",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.constants import is_enum
 from pytest_hricdv.extra.draft.findings import Entry, Operation, Port
 from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES, form_of
 from pytest_hricdv.extra.draft.naming import unit_of
+from pytest_hricdv.extra.draft.neutral import neutral
 from pytest_hricdv.extra.draft.sources import DraftError, Function, Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, default_of, parameter_names
 
@@ -187,7 +188,9 @@ class EntryFinder:
                 operations = tuple(self._of_attribute(scope.node, name, 0))
                 written = ast.unparse(statement.annotation)
                 role = self._role(name, written, default, operations, scope.module)
-                yield Port(name, role, written, default, operations, scope.module.place(statement), _side(operations))
+                made = neutral(self._sources, scope.module, statement.annotation) or ("", ())
+                place = scope.module.place(statement)
+                yield Port(name, role, written, default, operations, place, _side(operations), False, *made)
 
     def _port(self, scope: Scope, name: str) -> Port:
         function = scope.node
@@ -198,13 +201,14 @@ class EntryFinder:
         written = ast.unparse(part.annotation).strip("'\"") if part.annotation is not None else ""
         default = default_of(function, name)
         text = ast.unparse(default) if default is not None else ""
-        unique = {(o.kind, o.name): o for o in reversed(list(self._operations(scope, name, 0)))}
-        operations = tuple(
-            self._typed(operation, part.annotation, scope.module) for operation in reversed(unique.values())
-        )
+        unique: dict[str, Operation] = {}
+        for operation in self._operations(scope, name, 0):
+            unique[operation.name] = _merged(unique.get(operation.name), operation)
+        operations = tuple(self._typed(operation, part.annotation, scope.module) for operation in unique.values())
         role = self._role(name, written, text, operations, scope.module)
         keyword = part in function.args.kwonlyargs
-        return Port(name, role, written, text, operations, scope.module.place(part), _side(operations), keyword)
+        made = neutral(self._sources, scope.module, part.annotation) or ("", ())
+        return Port(name, role, written, text, operations, scope.module.place(part), _side(operations), keyword, *made)
 
     def _typed(self, operation: Operation, annotation: ast.expr | None, module: Module) -> Operation:
         """The same with what the class of the annotation says that it returns."""
@@ -219,9 +223,11 @@ class EntryFinder:
                 kind = "attribute" if is_property else operation.kind
                 names = tuple(parameter_names(statement)[1:])
                 place = own.module.place(statement)
-                return Operation(
-                    operation.name, "attribute" if kind == "attribute" else "method", names, returns, place, is_async
-                )
+                is_read = kind == "attribute"
+                made = neutral(self._sources, own.module, statement.returns)
+                text, needs = made or ("", ())
+                return Operation(operation.name, "attribute" if is_read else "method", names, returns, place, is_async,
+                                 compared=operation.compared, made=text, needs=needs)  # fmt: skip
             if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
                 returns, place = ast.unparse(statement.annotation), own.module.place(statement)
                 return Operation(operation.name, "attribute", (), returns, place,
@@ -332,9 +338,22 @@ class EntryFinder:
             above = self._parents.get(id(parent))
             is_async = isinstance(above, ast.Await)
             returns = self._used_as(above if is_async and above is not None else parent, node.attr)
-            return Operation(node.attr, "method", tuple(names), returns, place, is_async)
+            value = above if is_async and above is not None else parent
+            compared = self._compared(value, module)
+            return Operation(node.attr, "method", tuple(names), returns, place, is_async, compared=compared)
         is_set = isinstance(node.ctx, ast.Store)
-        return Operation(node.attr, "attribute", (), self._used_as(node, node.attr), place, is_set=is_set)
+        compared, returns = self._compared(node, module), self._used_as(node, node.attr)
+        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared)
+
+    def _compared(self, node: ast.AST, module: Module) -> tuple[float, ...]:
+        """The numbers that a value is compared with where it stands."""
+        parent = self._parents.get(id(node))
+        if not isinstance(parent, ast.Compare):
+            return ()
+        scope = next((at for _, at, other in self._flow.nodes if other is parent), None)
+        parts = [part for part in (parent.left, *parent.comparators) if part is not node]
+        values = [value for part in parts for value in self._flow.constants(part, module, scope)]
+        return tuple(float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool))
 
     def _used_as(self, node: ast.AST, name: str) -> str:
         """The kind of a value, by its use: "bool", "float", "text"; empty where it says none."""
@@ -373,6 +392,21 @@ class EntryFinder:
             parents = {id(child): node for _, _, node in self._flow.nodes for child in ast.iter_child_nodes(node)}
             self.__dict__["_parent_of"] = parents
         return parents
+
+
+def _merged(before: Operation | None, operation: Operation) -> Operation:
+    """Two uses of the same operation as one."""
+    if before is None:
+        return operation
+    return replace(
+        before,
+        kind="method" if "method" in (before.kind, operation.kind) else "attribute",
+        returns=before.returns or operation.returns,
+        arguments=max(before.arguments, operation.arguments, key=len),
+        is_async=before.is_async or operation.is_async,
+        is_set=before.is_set or operation.is_set,
+        compared=tuple(dict.fromkeys(before.compared + operation.compared)),
+    )
 
 
 def _parsed(text: str) -> ast.expr | None:

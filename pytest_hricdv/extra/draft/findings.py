@@ -192,6 +192,8 @@ class Operation:
     """What the code does with a port: a method that it calls, or an attribute that it reads or sets.
 
     `returns` is the source text of the annotation, or "bool", "float", "text", concluded from the use; empty: unknown.
+    `compared` are the numbers that the code compares it with, where they are constants; `made` is the source text of
+    a neutral value of what it returns, where its type says one, and `needs` the names in it, as (module, name).
     """
 
     name: str
@@ -201,6 +203,9 @@ class Operation:
     place: Place
     is_async: bool = False
     is_set: bool = False
+    compared: tuple[float, ...] = ()
+    made: str = ""
+    needs: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -217,6 +222,8 @@ class Port:
         place: of the parameter.
         direction: of a queue: heard or said; empty where it is not known.
         keyword: whether it can be handed over by name only.
+        made: source text of a neutral value of its type, where this says one.
+        needs: the names in it, as (module, name).
     """
 
     name: str
@@ -227,6 +234,8 @@ class Port:
     place: Place
     direction: str = ""
     keyword: bool = False
+    made: str = ""
+    needs: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,50 @@
+"""`python -m pytest_hricdv init --from PACKAGE[:FUNCTION]`: a draft of a testbench, made of code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.drafted import Draft, robot_name
+from pytest_hricdv.extra.draft.findings import Findings
+from pytest_hricdv.extra.draft.project import check, write
+from pytest_hricdv.extra.draft.trial import Trial, tried
+
+
+def draft(package: str, folder: Path, robot: str, person: str, runs: bool = True) -> Iterator[str]:
+    """Read the code, run a draft where nothing outside is touched, and write it; yields lines for the terminal.
+
+    Raises:
+        DraftError: there is no such code, or a file of the draft exists.
+    """
+    findings = analyse(package)
+    made = Draft(findings, robot or robot_name(findings), person, folder.resolve())
+    check(made, folder)
+    yield from _found(findings)
+    if runs:
+        made, trials = tried(made)
+        yield from _came_of(trials)
+    for name in write(made, folder):
+        yield str(folder / name)
+
+
+def _found(findings: Findings) -> Iterator[str]:
+    machine = findings.machines[0] if findings.machines else None
+    yield (
+        f"read: {len(findings.heard)} messages heard, {len(findings.said)} said, "
+        f"{len(machine.states) if machine else 0} states, {len(machine.transitions) if machine else 0} transitions, "
+        f"{len(findings.waits)} waits"
+    )
+    for problem in findings.problems:
+        yield f"{problem.place}: {problem.text}" if problem.place is not None else problem.text
+
+
+def _came_of(trials: tuple[Trial, ...]) -> Iterator[str]:
+    for trial in trials:
+        for effect in trial.effects:
+            yield f"{effect.place}: {effect.text}"
+        if trial.error:
+            yield f"first runs: {' '.join(trial.error.split())}"
+        else:
+            yield f"first runs: {trial.tests} tests, {trial.passed} of them passed before requirements were settled"

@@ -1,0 +1,256 @@
+"""What a draft is made of: the names, values and times of all its files, computed once from the findings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.findings import Entry, Findings, Message, MessageField, Operation, Place, Port
+from pytest_hricdv.extra.draft.naming import word
+from pytest_hricdv.skeleton.skeleton import name_like
+
+MANNERS = ("in_time", "too_early", "too_late", "twice")
+"""How a person does something; *never* is a belief without a command."""
+
+MOST_KINDS = 8
+"""So many messages of one class a person can choose from (chosen: three switches)."""
+
+LATE_S = 30.0
+"""How long a person waits at least who is too late, where the code has no time-out (chosen)."""
+
+MOST_LATE_S = 300.0
+"""Longer time-outs are not waited for: a run would take long (chosen)."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A message as a person says it.
+
+    Args:
+        name: the word in the model, and in commands; empty where there is one only.
+        values: source text of each field that has a value of its own.
+        place: where the value is in the code.
+    """
+
+    name: str
+    values: tuple[tuple[str, str], ...]
+    place: Place
+
+
+@dataclass(frozen=True)
+class Thing:
+    """Something that the robot can hear."""
+
+    message: Message
+    name: str
+    kinds: tuple[Kind, ...]
+    numbers: tuple[MessageField, ...]
+
+    @property
+    def commands(self) -> tuple[tuple[str, Kind], ...]:
+        """The name of each command, with what it says."""
+        return tuple((f"{self.name}_{kind.name}".strip("_"), kind) for kind in self.kinds)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A value that the code reads at a port.
+
+    Args:
+        port: name of the port.
+        operation: the method or attribute.
+        name: of the attribute of the world, and of the signal.
+        kind: "bool" or "float".
+        low: range of the lower values (bool: none).
+        high: range of the higher ones.
+        is_certain: whether the code compares it with a number, from which the ranges are made.
+    """
+
+    port: str
+    operation: Operation
+    name: str
+    kind: str
+    low: tuple[float, float] = (0.0, 1.0)
+    high: tuple[float, float] = (1.0, 2.0)
+    is_certain: bool = False
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A signal that the world records, with its kind and where the value is said."""
+
+    name: str
+    kind: str
+    topic: str
+    field: str
+    place: Place
+
+
+@dataclass(frozen=True)
+class Draft:
+    """The names and values of a draft's files.
+
+    Args:
+        findings: what was found.
+        robot: name of the project and of the robot.
+        person: name of the person's agent.
+        folder: where it is written.
+        takes_time: whether each call of a device takes some simulated time; else a loop without a wait would not end.
+        dropped: subjects of requirements that did not hold in the first runs.
+    """
+
+    findings: Findings
+    robot: str
+    person: str
+    folder: Path
+    takes_time: bool = False
+    dropped: tuple[str, ...] = ()
+
+    @property
+    def entry(self) -> Entry | None:
+        """What is called."""
+        return self.findings.entry
+
+    @property
+    def ports(self) -> tuple[Port, ...]:
+        """All parameters of the entry, those of its method last."""
+        return (*self.entry.ports, *self.entry.method_ports) if self.entry is not None else ()
+
+    @property
+    def devices(self) -> tuple[Port, ...]:
+        """The ports that are stand-ins of hardware."""
+        return tuple(port for port in self.ports if port.role == "device" and not port.default)
+
+    @property
+    def parameters(self) -> tuple[Port, ...]:
+        """Numbers that are drawn for each run."""
+        return tuple(
+            port
+            for port in self.ports
+            if port.role == "parameter" and not port.default and port.annotation in ("", "float", "int")
+        )
+
+    @cached_property
+    def things(self) -> tuple[Thing, ...]:
+        """What a person can say."""
+        return tuple(_thing(message) for message in self.findings.heard if message.form != "call")
+
+    @cached_property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """What the code reads at its devices."""
+        sensors = []
+        for port in self.devices:
+            for operation in port.operations:
+                kind = {"bool": "bool", "float": "float", "int": "float"}.get(operation.returns, "")
+                if kind and not operation.is_set:
+                    sensors.append(_sensor(port, operation, kind))
+        return tuple(sensors)
+
+    @cached_property
+    def signals(self) -> tuple[Signal, ...]:
+        """One for each field that the robot says."""
+        return tuple(
+            Signal(f"said_{message.topic}_{part.name}", part.kind, message.topic, part.name, part.place)
+            for message in self.findings.said
+            for part in message.fields
+            if part.kind
+        )
+
+    @property
+    def messages(self) -> tuple[Message, ...]:
+        """All messages of the bus, by their names."""
+        return tuple(sorted(self.findings.messages, key=lambda message: message.name))
+
+    @cached_property
+    def answers(self) -> tuple[Message, ...]:
+        """What the robot says to people: all but its states, unless it says nothing else."""
+        states = self.findings.state.partition(".")[0]
+        others = tuple(message for message in self.findings.said if message.topic != states)
+        return others or self.findings.said
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The states that the code tells."""
+        machine = next((machine for machine in self.findings.machines if machine.told), None)
+        return tuple(state.name for state in machine.states) if machine is not None else ()
+
+    @property
+    def transitions(self) -> tuple[tuple[str, str, Place], ...]:
+        """From state to state, without those that lead nowhere else."""
+        machine = next((machine for machine in self.findings.machines if machine.told), None)
+        moves = machine.transitions if machine is not None else ()
+        return tuple((move.source, move.target, move.place) for move in moves if move.source != move.target)
+
+    @property
+    def late_s(self) -> tuple[float, Place | None]:
+        """The longest time-out of the code, with its place; None for a chosen one."""
+        waits = [(wait.seconds, wait.place) for wait in self.findings.waits if wait.bounded and wait.seconds]
+        waits += [(c.value, c.place) for c in self.findings.constants if c.unit == "s"]
+        fit = [(seconds, place) for seconds, place in waits if seconds is not None and seconds <= MOST_LATE_S]
+        longest = max(fit, key=lambda wait: wait[0], default=None)
+        return (longest[0], longest[1]) if longest is not None and longest[0] >= 1.0 else (LATE_S, None)
+
+    @property
+    def is_async(self) -> bool:
+        """Whether the robot is a coroutine."""
+        return self.entry is not None and self.entry.is_async
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Modules that get a stand-in."""
+        return tuple(
+            problem.text.split("`")[1]
+            for problem in self.findings.problems
+            if problem.kind in ("missing module", "hardware") and "`" in problem.text
+        )
+
+
+def robot_name(findings: Findings) -> str:
+    """A name for the project: that of the entry's module, or of the package."""
+    return name_like(findings.package.rstrip("/").rpartition("/")[2].removesuffix(".py").rpartition(".")[2])
+
+
+def _thing(message: Message) -> Thing:
+    choices: list[list[tuple[str, str, str, Place]]] = []
+    numbers = []
+    for part in message.fields:
+        if part.kind == "str":
+            texts = [(word(v.text), part.name, _source(part, v.text), v.place) for v in part.values]
+            choices.append(texts or [("", part.name, '"text"', part.place)])
+        elif part.kind == "bool":
+            options = [("with_" + word(part.name), part.name, "True", part.place)]
+            choices.append([*options, ("no_" + word(part.name), part.name, "False", part.place)])
+        elif part.kind == "float":
+            numbers.append(part)
+    kinds: list[Kind] = []
+    for combination in product(*choices):
+        name = "_".join(choice[0] for choice in combination if choice[0])
+        values = tuple((choice[1], choice[2]) for choice in combination)
+        place = combination[0][3] if combination else message.place
+        if all(kind.name != name for kind in kinds):
+            kinds.append(Kind(name, values, place))
+    return Thing(message, word(message.topic), tuple(kinds[:MOST_KINDS]), tuple(numbers))
+
+
+def _source(part: MessageField, text: str) -> str:
+    """How a value is written: as a text, or as the member of an enumeration."""
+    if (
+        part.by_type
+        and not part.type.startswith(("Literal", "typing.Literal", "t.Literal"))
+        and part.type.isidentifier()
+    ):
+        return f"_member({part.type}, {text!r})"
+    return repr(text).replace("'", '"') if '"' not in text and "'" not in text else repr(text)
+
+
+def _sensor(port: Port, operation: Operation, kind: str) -> Sensor:
+    name = f"{port.name}_{operation.name}"
+    if kind == "float" and operation.compared:
+        low, high = min(operation.compared), max(operation.compared)
+        width = abs(low) or 1.0
+        return Sensor(
+            port.name, operation, name, kind, (low - width, low - width / 4), (high + width / 4, high + width), True
+        )
+    return Sensor(port.name, operation, name, kind)

@@ -1,0 +1,391 @@
+"""The ports of a draft: what the code is handed in place of its hardware, its bus and its queues."""
+
+from __future__ import annotations
+
+import re
+
+from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.findings import Operation, Port
+from pytest_hricdv.extra.draft.naming import camel
+
+_ANYTHING = '''
+
+class Anything:
+    """In place of what is not known: it has each attribute, can be called, and says nothing."""
+
+    def __getattr__(self, name: str) -> Anything:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return Anything()
+
+    def __call__(self, *_: Any, **__: Any) -> Anything:
+        return Anything()
+
+    def __await__(self) -> Iterator[Any]:
+        return iter(())
+
+    def __getitem__(self, _: Any) -> Anything:
+        return Anything()
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    def __len__(self) -> int:
+        return 0
+
+    def __bool__(self) -> bool:
+        return False
+
+    def __float__(self) -> float:
+        return 0.0
+
+    def __int__(self) -> int:
+        return 0
+
+    def __index__(self) -> int:
+        return 0
+
+    def _number(self, *_: Any) -> float:
+        return 0.0
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _number
+    __truediv__ = __neg__ = __abs__ = __or__ = __and__ = _number
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(other > 0)
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(other < 0)
+
+    def __le__(self, other: Any) -> bool:
+        return bool(other >= 0)
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(other <= 0)
+'''
+
+_MISSING = '''
+
+class Missing(ModuleType):
+    """In place of a module that is not installed here."""
+
+    __path__: list[str] = []  # so that it has submodules
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return type(name, (Anything,), {}) if name[:1].isupper() and not name.isupper() else Anything()
+
+
+class MissingModules(MetaPathFinder, Loader):
+    """Finds the modules that are not installed, and hands out stand-ins."""
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """For these modules only."""
+        return ModuleSpec(fullname, self, is_package=True) if fullname.partition(".")[0] in MISSING else None
+
+    def create_module(self, spec: ModuleSpec) -> Missing:
+        """A stand-in."""
+        return Missing(spec.name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        """There is nothing to execute."""
+
+
+def stand_in_for_missing_modules() -> None:
+    """Let the code be imported, without what is not installed."""
+    if not any(isinstance(finder, MissingModules) for finder in sys.meta_path):
+        sys.meta_path.insert(0, MissingModules())
+'''
+
+_SYNC_QUEUES = '''
+
+class Inbox:
+    """A queue that the code takes from: what a person says goes into it."""
+
+    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = lambda message: message) -> None:
+        self._kernel, self._taken = run.kernel, taken
+        self._heard = [run.bus.port("robot").subscribe(kind) for kind in kinds]
+
+    def get(self, block: bool = True, timeout: float | None = None) -> Any:
+        """The oldest message; raises queue.Empty like a queue."""
+        ends_s = self._kernel.now_s + (REST_OF_RUN_S if timeout is None else timeout) if block else self._kernel.now_s
+        while True:
+            for heard in self._heard:
+                message = heard.poll()
+                if message is not None:
+                    return self._taken(message)
+            left_s = ends_s - self._kernel.now_s
+            if left_s <= 0.0:
+                raise queue.Empty
+            if len(self._heard) == 1:
+                message = self._heard[0].wait(left_s)
+                if message is not None:
+                    return self._taken(message)
+            else:
+                self._kernel.sleep(min(LOOKS_EACH_S, left_s))
+
+    def get_nowait(self) -> Any:
+        """The same without waiting."""
+        return self.get(block=False)
+
+    def task_done(self) -> None:
+        """Nobody waits for it."""
+'''
+
+_ASYNC_QUEUES = '''
+
+class Inbox:
+    """A queue of an event loop that the code takes from: what a person says goes into it."""
+
+    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = lambda message: message) -> None:
+        self._queue: asyncio.Queue[Any] = asyncio.Queue()
+        self._loop, self._taken = asyncio.get_running_loop(), taken
+        for kind in kinds:
+            heard = run.bus.port("robot").subscribe(kind)
+            run.kernel.spawn(f"robot hears {kind.__name__}", partial(self._hear, heard))
+
+    def _hear(self, heard: Any) -> None:
+        while not self._loop.is_closed():
+            message = heard.wait(REST_OF_RUN_S)
+            if message is not None and not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(self._queue.put_nowait, self._taken(message))
+
+    async def get(self) -> Any:
+        """The oldest message; waits for one where there is none."""
+        return await self._queue.get()
+
+    def get_nowait(self) -> Any:
+        """The same without waiting; raises asyncio.QueueEmpty."""
+        return self._queue.get_nowait()
+
+    def empty(self) -> bool:
+        """Whether there is none."""
+        return self._queue.empty()
+
+    def qsize(self) -> int:
+        """How many there are."""
+        return self._queue.qsize()
+
+    def task_done(self) -> None:
+        """Nobody waits for it."""
+
+    def __aiter__(self) -> Inbox:
+        return self
+
+    async def __anext__(self) -> Any:
+        return await self.get()
+'''
+
+_OUTBOX = '''
+
+class Outbox:
+    """A queue, or a function, that the code hands messages to: the robot says them."""
+
+    def __init__(self, run: Run, said: Callable[..., Any] = lambda message: message) -> None:
+        self._port, self._said = run.bus.port("robot"), said
+
+    def __call__(self, *arguments: Any) -> None:
+        """Say it."""
+        message = self._said(*arguments)
+        if message is not None:
+            self._port.publish(message)
+
+    put_nowait = __call__
+
+    {put}
+        """Say it; it never waits."""
+        self(message)
+'''
+
+_ASYNC_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._port = run.bus.port("robot")
+
+    def publish(self, message: Any) -> None:
+        """Say it."""
+        self._port.publish(message)
+
+    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any] | None = None) -> Inbox:
+        """An inbox for messages of this class; with a callback, this is called for each."""
+        inbox = Inbox(self._run, kind)
+        if callback is not None:
+            self._calling = asyncio.ensure_future(self._call(inbox, callback))
+        return inbox
+
+    async def _call(self, inbox: Inbox, callback: Callable[[Any], Any]) -> None:
+        while True:
+            made = callback(await inbox.get())
+            if asyncio.iscoroutine(made):
+                await made
+'''
+
+_CALLBACK_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test: it calls back."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._port = run.bus.port("robot")
+
+    def publish(self, message: Any) -> None:
+        """Say it."""
+        self._port.publish(message)
+
+    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any]) -> None:
+        """Call back for each message of this class, in a node of its own, as the thread of a middleware does."""
+        heard = self._port.subscribe(kind)
+
+        def hear() -> None:
+            while True:
+                message = heard.wait(REST_OF_RUN_S)
+                if message is not None:
+                    callback(message)
+
+        self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(hear))
+'''
+
+
+def ports(draft: Draft) -> str:
+    """The module of the ports; without what this robot does not need."""
+    parts = []
+    roles = {port.role for port in draft.ports}
+    if draft.missing or any(_is_unknown(operation) for port in draft.devices for operation in port.operations):
+        parts.append(_ANYTHING)
+    if draft.missing:
+        parts.append(_MISSING)
+    how = bus_kind(draft)
+    if "queue" in roles or how == "async":
+        parts.append(_ASYNC_QUEUES if draft.is_async else _SYNC_QUEUES)
+    if roles & {"queue", "publish"}:
+        put = (
+            "async def put(self, message: Any) -> None:"
+            if draft.is_async
+            else ("def put(self, message: Any, *_: Any, **__: Any) -> None:")
+        )
+        parts.append(_OUTBOX.replace("{put}", put))
+    if how in ("async", "callback"):
+        parts.append(_ASYNC_BUS if how == "async" else _CALLBACK_BUS)
+    parts += [_device(draft, port) for port in draft.devices]
+    body = "".join(parts)
+    return _head(draft, body) + body
+
+
+def bus_kind(draft: Draft) -> str:
+    """Which bus the code has: "" for none, "own" for one like that of the plugin, "async", "callback"."""
+    bus = next((port for port in draft.ports if port.role == "bus"), None)
+    if bus is None:
+        return ""
+    if draft.is_async:
+        return "async"
+    subscribe = next((operation for operation in bus.operations if operation.name == "subscribe"), None)
+    return "callback" if subscribe is not None and len(subscribe.arguments) > 1 else "own"
+
+
+def device_class(port: Port) -> str:
+    """The name of a stand-in."""
+    return camel(port.name.strip("_"))
+
+
+def _head(draft: Draft, body: str) -> str:
+    lines = [
+        '"""What the code is handed in the place of its hardware, its bus and its queues. Replace it part by part."""',
+        "",
+    ]
+    lines += ["from __future__ import annotations", ""]
+    modules = ("asyncio", "queue", "sys")
+    lines += [f"import {name}" for name in modules if re.search(rf"(?<![\w.]){name}\.", body)]
+    names = [name for name in ("Callable", "Iterator") if name in body]
+    lines += [f"from collections.abc import {', '.join(names)}"] if names else []
+    lines += ["from functools import partial"] if "partial(" in body else []
+    if draft.missing:
+        lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec",
+                  "from types import ModuleType"]  # fmt: skip
+    typed = [name for name in ("Any", "Self") if re.search(rf"\b{name}\b", body)]
+    lines += [f"from typing import {', '.join(typed)}"] if typed else []
+    own = []
+    if "Run" in body:
+        own.append("from pytest_hricdv.testbench import Run")
+    if "World" in body:
+        own.append("from world import World")
+    lines += [*([""] if own else []), *own]
+    if draft.missing:
+        names_ = ", ".join(f'"{name}"' for name in dict.fromkeys(name.partition(".")[0] for name in draft.missing))
+        lines += ["", f"MISSING = ({names_},)"]
+    if "REST_OF_RUN_S" in body:
+        lines += ["", "REST_OF_RUN_S = 10_000.0  # longer than any run"]
+    if "LOOKS_EACH_S" in body:
+        lines += ["LOOKS_EACH_S = 0.02"]
+    if "STEP_S" in body:
+        lines += [
+            "",
+            "STEP_S = 0.01  # so long each call of a device takes: a loop that only asks devices would not end",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _is_unknown(operation: Operation) -> bool:
+    return (
+        not operation.is_set
+        and not operation.made
+        and operation.returns not in ("bool", "float", "int", "text", "str", "None")
+    )
+
+
+def _device(draft: Draft, port: Port) -> str:
+    """The stand-in of a port."""
+    lines = [
+        "",
+        "",
+        f"class {device_class(port)}:",
+        f'    """Stand-in of `{port.name}` ({port.place}). TODO: what does it do, and what does it say?"""',
+        "",
+        "    def __init__(self, world: World) -> None:",
+        "        self._world = world",
+    ]
+    sensors = {sensor.operation.name: sensor for sensor in draft.sensors if sensor.port == port.name}
+    lines += [
+        f"        self.{o.name}: Any = None  # {o.place}" for o in port.operations if o.kind == "attribute" and o.is_set
+    ]
+    for operation in port.operations:
+        if (operation.kind == "attribute" and operation.is_set) or operation.name.startswith("__"):
+            continue
+        value = (
+            f'self._world.senses["{sensors[operation.name].name}"]' if operation.name in sensors else _value(operation)
+        )
+        lines.append("")
+        if operation.kind == "attribute":
+            lines += ["    @property", f"    def {operation.name}(self) -> Any:", f'        """{operation.place}"""']
+        else:
+            a = "async " if operation.is_async else ""
+            lines += [
+                f"    {a}def {operation.name}(self, *_: Any, **__: Any) -> Any:",
+                f'        """{operation.place}"""',
+            ]
+            if draft.takes_time and not operation.is_async:
+                lines.append("        self._world.sleep(STEP_S)")
+            if operation.name not in sensors:
+                lines.append(f'        self._world.record("{port.name}_did", "{operation.name}")')
+        lines += [f"        from {module} import {name}" for module, name in operation.needs]
+        lines.append(f"        return {value}" + ("" if operation.name in sensors else "  # TODO"))
+    return "\n".join(lines) + "\n"
+
+
+def _value(operation: Operation) -> str:
+    if operation.made:
+        return operation.made
+    if operation.returns in ("text", "str"):
+        return '""'
+    return "Anything()" if _is_unknown(operation) else "None"

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.__main__ import main
+from pytest_hricdv.bdi.__main__ import main as bdi
+from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.project import files
+from tests.extra.draft import robots
+
+ROBOTS = ("MATCH", "CHAIN", "TRANSITIONS", "GUARDS", "SMACH", "TREE")
+
+
+def drafted(tmp_path: Path, source: str) -> tuple[Draft, dict[str, str]]:
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    draft = Draft(analyse("robot_code", tmp_path), "robot_code", "person", tmp_path.resolve())
+    return draft, dict(files(draft))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_each_file_of_a_draft_can_be_read(name: str, tmp_path: Path) -> None:
+    _, texts = drafted(tmp_path, getattr(robots, name))
+    for file, text in texts.items():
+        assert text.endswith("\n")
+        if file.endswith(".py"):
+            ast.parse(text)
+            assert not [line for line in text.splitlines() if line != line.rstrip()]
+    tomllib.loads(texts["requirements.toml"])
+
+
+def test_the_linter_finds_nothing_in_a_drafted_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, texts = drafted(tmp_path, robots.MATCH)
+    for file, text in texts.items():
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    assert bdi(["lint", str(tmp_path / "models" / "robot_code.mas2j")]) == 0
+    assert "nothing found" in capsys.readouterr().err
+
+
+def test_what_is_in_a_draft_has_the_place_that_it_comes_from(tmp_path: Path) -> None:
+    _, texts = drafted(tmp_path, robots.MATCH)
+    conftest = texts["conftest.py"]
+    assert '    "offering",  # robot_code.py:11' in conftest
+    assert '            ("idle", "fetching"),  # robot_code.py:' in conftest
+    assert '"command_lost": Lost("command")' in conftest
+    assert 'cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})}' in conftest
+    for manner in ("in_time", "too_early", "too_late", "twice", "never"):
+        assert f"@command_{manner} " in texts["models/person.asl"]
+    assert "@be_offering +!be_offering" in texts["models/robot.asl"]
+    assert "`gripper`" in texts["README.md"]
+
+
+def test_a_file_that_exists_is_not_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
+    (tmp_path / "world.py").write_text("mine", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "--from", "robot_code", "--no-run"]) == 2
+    assert "world.py exists: nothing was written" in capsys.readouterr().err
+    assert not (tmp_path / "conftest.py").exists()
+
+
+@pytest.mark.parametrize("asked", ["nothing_here", "robot_code:nobody"])
+def test_code_that_is_not_there_is_one_sentence(
+    asked: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "draft", "--from", asked]) == 2
+    assert capsys.readouterr().err.startswith(f"error: init: --from={asked}: no ")
+
+
+@pytest.mark.slow
+def test_a_draft_is_green_at_once_and_covers_the_code(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code"]
+    made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    assert "2 messages heard, 1 said, 4 states, 6 transitions" in made.stdout
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q"], cwd=tmp_path / "draft", capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout
+    assert "tests: 30 passed" in done.stdout
+    assert "statements            100.0 %" in done.stdout
