@@ -55,6 +55,7 @@ _SCRIPTS = (
     "lane_plots",
     "run_events",
     "run_window",
+    "run_beside",
     "run",
     "behaviour",
     "test",

@@ -35,6 +35,7 @@ from pytest_hricdv.results.behaviour import BehaviourChanges
 from pytest_hricdv.results.difference import Difference
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import ReportOrigin, RerunOption
+from pytest_hricdv.results.run_timeline import Timeline as Timeline
 from pytest_hricdv.results.section import extended, further_engines, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/2"
@@ -59,26 +60,6 @@ class ConcreteParameters(PlainRecord, frozen=True, kw_only=True):
 
     actions: tuple[ActionParameters, ...]
     run: Mapping[str, Number]
-
-
-class Timeline(PlainRecord, frozen=True, kw_only=True):
-    """What happened in a run, thinned to what a picture can show.
-
-    Args:
-        end_s: when the run ended.
-        messages: time (s), sender, topic and the fields as JSON, separated by tabs.
-        signals: name -> "time value time value ...", each value from its time (s) on.
-        triggers: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
-        checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit by bit, before they were thinned.
-        texts: signals that are texts: name -> (time, text), each from its time (s) on.
-    """
-
-    end_s: NotNegative
-    messages: Names
-    signals: Mapping[str, str]
-    triggers: Mapping[str, str]
-    checksums: Mapping[str, str] = {}
-    texts: Mapping[str, tuple[tuple[NotNegative, str], ...]] = {}
 
 
 class ReplayComparison(PlainRecord, frozen=True, kw_only=True):

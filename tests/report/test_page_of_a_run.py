@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,36 @@ def test_the_code_is_shown_where_it_stands_at_the_cursor(watched: Watched, tmp_p
     assert code.locator("[aria-current=true]").inner_text() == "line(9)"
     page.keyboard.press("v")
     assert "its lines were kept from 0.00 s to 20.0 s only" in code.inner_text()
+    watched.assert_quiet()
+
+
+def test_the_nearest_passing_run_is_beside_it_and_what_differs_is_marked(watched: Watched, tmp_path: Path) -> None:
+    report, (test, other, *_) = _failing()
+    for failing in (test, other):
+        failing["outcome"] = "failed"
+    timeline = deepcopy(test["timeline"])
+    timeline["messages"][3] = '3\trobot\tstate\t{"name":"Give up"}'
+    timeline["triggers"]["R3"] = "1-2 41.25-51.5"
+    neighbour = {"timeline": timeline, "abstract": test["abstract"], "begun": [[0.5, 0]]}
+    decision = {
+        "words": "without the action 2",
+        "kind": "action",
+        "test": test["id"],
+        "runs": 3,
+        "neighbour": neighbour,
+    }
+    report["causes"] = [{"id": "0a", "requirements": ["R3"], "tests": [test["id"], other["id"]], "decision": decision}]
+    page = watched.open(report, tmp_path, _address(test))
+    page.wait_for_selector("#test .timeline svg")
+    beside = page.locator("#test .other").inner_text()
+    assert "The nearest run that passes: without the action 2" in beside
+    assert "here state Done (3.00 s), there state Give up (3.00 s)" in beside
+    assert page.locator("#test .values .differs th").all_inner_texts() == ["state", "R3"]
+    page.get_by_role("button", name="at 3.00 s").click()
+    assert _cursor(page) == 3.0
+    watched.show(_address(other))
+    page.get_by_text("What decides was looked for in").get_by_role("link").click()
+    page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=test["id"])
     watched.assert_quiet()
 
 

@@ -60,6 +60,8 @@ class Deciding:
     run: Run
     budget: int
     used: int = 0
+    neighbour: ConcreteTest | None = field(default=None, init=False)
+    """The test that passes, once it is known."""
     _unchecked: Tried | None = field(default=None, init=False)
     """The first variation that passes because it does not check the requirement any more."""
 
@@ -152,6 +154,7 @@ class Deciding:
 
     def _decision(self, passing: Tried, words: str) -> Decision:
         variation, result = passing
+        self.neighbour = variation.test
         parting = parted(self.failing, result)
         return Decision(
             words=words,

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from msgspec.structs import replace
+
 from pytest_hricdv.extra.diagnosis.deciding import Deciding, Tried
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group
 from pytest_hricdv.extra.diagnosis.minimal import Minimal, shrunk
+from pytest_hricdv.extra.diagnosis.neighbour import Showing
 from pytest_hricdv.extra.diagnosis.records import Decision
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import Concretization
@@ -25,10 +28,12 @@ class Decisions:
     Args:
         experiments: that have been made; further runs are counted with theirs.
         spaces: node id -> the ranges of the test's parameters.
+        showing: runs a neighbour that passes once more, to be shown; such a run shows nothing new, and is not counted.
     """
 
     experiments: Experiments
     spaces: Mapping[str, Concretization]
+    showing: Showing = lambda test: None
     made: dict[tuple[str, str], Decision] = field(default_factory=dict)
     """Node id and requirement -> what decides."""
     minimal: dict[str, Minimal] = field(default_factory=dict)
@@ -77,6 +82,8 @@ class Decisions:
                 test, control, before = minimal.test, minimal.ran, iter(())
         deciding = Deciding(test, space, control, wanted & set(control.violated), experiments.ran, left)
         decision = deciding.decision(before)
+        if decision is not None and deciding.neighbour is not None:
+            decision = replace(decision, neighbour=self.showing(deciding.neighbour))
         if decision is not None:
             for requirement in wanted:
                 self.made[nodeid, requirement] = decision

@@ -19,6 +19,7 @@ from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, gro
 from pytest_hricdv.extra.diagnosis.hints import Hint
 from pytest_hricdv.extra.diagnosis.locating import MOST_PLACES, Locating, raised, words_of
 from pytest_hricdv.extra.diagnosis.minimal import kept
+from pytest_hricdv.extra.diagnosis.neighbour import showing
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.places import weighted
 from pytest_hricdv.extra.diagnosis.records import (
@@ -94,7 +95,8 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
     run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
     run = remembering(run, session.aggregation.journaling, NAME)
     experiments = Experiments(subject.groups, concrete, run, budget - options.for_repairs(budget))
-    decisions = Decisions(experiments, {name: case.ranges for name, case in cases.items()})
+    spaces = {name: case.ranges for name, case in cases.items()}
+    decisions = Decisions(experiments, spaces, showing(session.rerunning, session.context.code))
     groups = experiments.groups(enough=FIRST_TESTS)
     located = [Located(ranked_places(subject, group, _traces(experiments, group))) for group in groups]
     _keep(session, *_by_now(session, subject, experiments, decisions, groups, located))

@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import Count, Names, NotNegative, Percent, PlainRecord, ReplayName, TestId
+from pytest_hricdv.results.run_timeline import Timeline
 from pytest_hricdv.results.section import FileNames, Section, TestSection
 
 DiagnosisEnd = Literal["done", "runs", "interrupted"]
@@ -43,6 +44,45 @@ class ShownEvent(PlainRecord, frozen=True, kw_only=True):
     text: str
 
 
+class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
+    """Which lines of the code under test a run executed when.
+
+    A burst is what one node of the code executes without simulated time passing. Most bursts come again and again, so
+    each is written once.
+
+    Args:
+        files: of the code, by whose numbers from 0 bursts name them.
+        bursts: lines in the order in which they were executed, as `0:12 13 17 1:5`: a file is named where it changes.
+        nodes: of each node of the code, `time burst time burst ...` (s, number of the burst from 0).
+        from_s: when what was kept begins (s); 0 where it is all.
+        until_s: when it ends; None where it is all.
+        note: what is wrong with it, or why there is none; empty for nothing.
+    """
+
+    files: Names = ()
+    bursts: Names = ()
+    nodes: Names = ()
+    from_s: NotNegative = 0.0
+    until_s: NotNegative | None = None
+    note: str = ""
+
+
+class Neighbour(PlainRecord, frozen=True, kw_only=True):
+    """The run of the nearest neighbour that passes, to be shown beside the one that fails.
+
+    Args:
+        timeline: of it.
+        abstract: its actions, a line each.
+        begun: when actions began (s), and which, by their numbers from 0, in the order of time.
+        lines: of the code that it executed.
+    """
+
+    timeline: Timeline
+    abstract: Names = ()
+    begun: tuple[tuple[NotNegative, Count], ...] = ()
+    lines: ExecutedLines | None = None
+
+
 class Decision(PlainRecord, frozen=True, kw_only=True):
     """What decides between failing and passing: a failing test, and its nearest neighbour that passes.
 
@@ -55,6 +95,7 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
         passing: the same of the neighbour.
         parts_at: which of these events is the first that differs, from 0; None where none does.
         concrete: the actions of the neighbour, with their parameters.
+        neighbour: its run; None where it was not run once more to be shown.
     """
 
     words: str
@@ -65,6 +106,7 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
     passing: tuple[ShownEvent, ...] = ()
     parts_at: Count | None = None
     concrete: Names = ()
+    neighbour: Neighbour | None = None
 
 
 class Probability(PlainRecord, frozen=True, kw_only=True):
@@ -118,29 +160,6 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     confirmed: Count = 0
     is_known: bool = False
     probability: Probability | None = None
-
-
-class ExecutedLines(PlainRecord, frozen=True, kw_only=True):
-    """Which lines of the code under test a run executed when.
-
-    A burst is what one node of the code executes without simulated time passing. Most bursts come again and again, so
-    each is written once.
-
-    Args:
-        files: of the code, by whose numbers from 0 bursts name them.
-        bursts: lines in the order in which they were executed, as `0:12 13 17 1:5`: a file is named where it changes.
-        nodes: of each node of the code, `time burst time burst ...` (s, number of the burst from 0).
-        from_s: when what was kept begins (s); 0 where it is all.
-        until_s: when it ends; None where it is all.
-        note: what is wrong with it, or why there is none; empty for nothing.
-    """
-
-    files: Names = ()
-    bursts: Names = ()
-    nodes: Names = ()
-    from_s: NotNegative = 0.0
-    until_s: NotNegative | None = None
-    note: str = ""
 
 
 class Experiment(PlainRecord, frozen=True, kw_only=True):

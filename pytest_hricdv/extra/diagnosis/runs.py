@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 import msgspec
+from msgspec import Struct
 
 from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
 from pytest_hricdv.coverage.code_map import CodeMap
@@ -156,6 +157,11 @@ def remembering_repairs(run: RunChanged, journaling: Journaling, part: str) -> R
 
 def forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
     """What a fork gives; None where it came to no end."""
+    return _DECODER.decode(in_fork(rerunning, work))
+
+
+def in_fork(rerunning: Rerunning, work: Callable[[], Struct | None]) -> bytes:
+    """What a fork gives, as JSON; null where it came to no end."""
     process = fork()
     if isinstance(process, InFork):
         message = b"null"
@@ -164,9 +170,9 @@ def forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
         process.send_and_end(message)
     try:
         with rerunning.let_through():
-            return _DECODER.decode(process.message())
+            return process.message()
     except ForkError:
-        return None
+        return b"null"
     finally:
         process.close()
 

@@ -11,6 +11,7 @@ from pytest_hricdv.extra.diagnosis.cause_lines import MOST_PLACES, cause_lines, 
 from pytest_hricdv.extra.diagnosis.options import ENOUGH_FOR_REPAIRS, LEAST_FOR_REPAIRS
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, Diagnosis
 from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
 from pytest_hricdv.results.baseline_diff import NEW_CAUSE
 from pytest_hricdv.results.model import Report, TestResult
@@ -23,7 +24,7 @@ class DiagnosisView(View):
     """Causes of failures."""
 
     name = "diagnosis"
-    scripts = ("code_panel",)
+    scripts = ("code_panel", "passing_neighbour")
 
     def causes(self, report: Report, columns: int | None) -> FailureCauses | None:
         """How many causes there are, then each of them."""
@@ -64,8 +65,13 @@ class DiagnosisView(View):
         )
 
     def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
-        """The lines that its run executed."""
-        return {"lines": to_builtins(LINES.of(test))}
+        """The lines that its run executed, and the nearest passing run."""
+        lines = LINES.of(test)
+        cause = next((cause for cause in CAUSES.of(report) if test.id in cause.tests), None)
+        return {
+            "lines": None if lines is None else to_builtins(lines),
+            "neighbour": None if cause is None or not test.fails else _neighbour(report, cause, test),
+        }
 
     def properties(self, report: Report) -> Iterator[tuple[str, object]]:
         """How many causes, and each of them in a line."""
@@ -78,6 +84,25 @@ class DiagnosisView(View):
 
 
 VIEW = DiagnosisView()
+
+
+def _neighbour(report: Report, cause: Cause, test: TestResult) -> dict[str, Any] | None:
+    """The run that passes, of the test that it is a neighbour of; of another test of the cause, where to find it."""
+    decision = cause.decision
+    if decision is None or decision.neighbour is None:
+        return None
+    owner = cause.minimal_of if cause.is_shrunk else decision.test
+    if test.id != owner:
+        of = next((other.nodeid for other in report.tests if other.id == owner), None)
+        return None if of is None else {"of": owner, "anchor": anchor(of), "words": decision.words}
+    return {
+        "words": decision.words,
+        "is_shrunk": cause.is_shrunk,
+        "abstract": decision.neighbour.abstract,
+        "begun": decision.neighbour.begun,
+        "timeline": to_builtins(decision.neighbour.timeline),
+        "lines": to_builtins(decision.neighbour.lines),
+    }
 
 
 def headline(causes: Sequence[Cause]) -> str:

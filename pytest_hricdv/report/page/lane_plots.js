@@ -27,13 +27,13 @@ function axisPlot(width, marginLeft, window) {
   }));
 }
 
-/** The plot of lanes. `failures`: {lane, name, time} of each violation; `window`: from when to when. */
+/** The plot of lanes. `failures`: {lane, name, time} of each violation; with `parts`, of where two runs part; `window`: from when to when. */
 function lanePlot(width, room, window, made, names, failures) {
   const shown = new Set(names), { bars, dots } = within({
     bars: made.bars.filter((bar) => shown.has(bar.lane)), dots: made.dots.filter((dot) => shown.has(dot.lane)),
   }, window);
   const pixels = (bar) => ((bar.to - bar.from) / (window[1] - window[0])) * (width - room - RIGHT);
-  const wrong = violationsWithin(failures, window);
+  const marked = violationsWithin(failures, window), wrong = marked.filter((each) => !each.parts), parts = marked.filter((each) => each.parts);
   const tip = { title: (each) => visible(each.tooltip), fill: "var(--card)" };
   return Plot.plot(plain(width, {
     ariaLabel: "Messages, states, switches and monitors over time", marginLeft: room, marginRight: RIGHT, marginTop: 4, marginBottom: 4, height: 8 + 24 * names.length,
@@ -41,6 +41,7 @@ function lanePlot(width, room, window, made, names, failures) {
     marks: [
       Plot.gridX(),
       Plot.ruleX(wrong, { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
+      Plot.ruleX(parts, { x: "time", stroke: "var(--link)", strokeDasharray: "2 3" }),
       Plot.barX(bars, { x1: "from", x2: "to", y: "lane", fill: "fill", stroke: "fill" }),
       Plot.text(bars.filter((bar) => bar.label), { x: (bar) => (bar.from + bar.to) / 2, y: "lane", text: (bar) => fitting(visible(bar.label), pixels(bar)), fill: "var(--ink)" }),
       Plot.dot(dots, { x: "time", y: "lane", symbol: "symbol", fill: "fill", r: 3.5, stroke: "var(--card)", strokeWidth: 0.7 }),
@@ -60,11 +61,11 @@ function pointsWithin(points, [begin, end]) {
   return [...(first ? [[begin, first[1]]] : []), ...inside, ...(ending ? [[end, ending[1]]] : [])];
 }
 
-/** A signal over time, with the `limits` ({text, value}) that requirements compare it with. */
-function signalPlot(width, marginLeft, window, { name, points }, limits, failures) {
-  const measured = points.filter(([, value]) => value !== null), drawnPoints = pointsWithin(points, window);
+/** A signal over time, with the `limits` ({text, value}) that requirements compare it with; `others` are its points in another run. */
+function signalPlot(width, marginLeft, window, { name, points }, limits, failures, others = []) {
+  const measured = points.filter(([, value]) => value !== null), drawnPoints = pointsWithin(points, window), otherPoints = pointsWithin(others, window);
   const unit = DATA.units[name], label = visible(name) + (unit ? " (" + visible(unit) + ")" : "");
-  const values = [...(drawnPoints.some(([, value]) => value !== null) ? drawnPoints : points).flatMap(([, value]) => (value === null ? [] : [value])), ...limits.map((limit) => limit.value)];
+  const values = [...(drawnPoints.some(([, value]) => value !== null) ? drawnPoints : points), ...otherPoints].flatMap(([, value]) => (value === null ? [] : [value])).concat(limits.map((limit) => limit.value));
   const low = Math.min(...values), high = Math.max(...values);
   // The axis of a constant signal needs some height, too.
   const domain = low === high ? [low - 0.5, high + 0.5] : [low, high];
@@ -76,6 +77,7 @@ function signalPlot(width, marginLeft, window, { name, points }, limits, failure
       Plot.ruleX(violationsWithin(failures, window), { x: "time", stroke: "var(--bad-mark)", strokeDasharray: "3 3" }),
       Plot.ruleY(limits, { y: "value", stroke: "var(--bad-mark)", strokeWidth: 1.5, strokeDasharray: "6 3" }),
       Plot.text(limits, { x: window[1], y: "value", text: "text", textAnchor: "end", dy: -6, fill: "var(--bad)" }),
+      Plot.line(otherPoints, { x: "0", y: "1", curve: "step-after", stroke: "var(--c2)", strokeWidth: 1.7, strokeDasharray: "5 3" }),
       Plot.line(drawnPoints, { x: "0", y: "1", curve: "step-after", stroke: "var(--c0)", strokeWidth: 1.7 }),
       Plot.tip(measured.filter(([time]) => time >= window[0] && time <= window[1]), Plot.pointerX({ x: "0", y: "1", title: (point) => seconds(point[0]) + ": " + point[1], fill: "var(--card)" })),
     ],
@@ -87,5 +89,5 @@ function timelineLegend(labelled) {
   const swatches = Object.entries(labelled).map(([lane, labels]) =>
     h("ul", { class: "legend" }, h("li", { class: "soft" }, lane + ":"), labels.map((label, n) => h("li", {}, h("i", { class: "swatch", style: "background:" + fillOf(n) }), label))));
   return [swatches, legend(Object.values(TRIGGERS).map(([outcome, colour]) => ["trigger " + outcome, colour, ""])),
-    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed upright line mark a violation, a dashed level line the limit of a requirement. A dot is a message, ◆ a disturbance, ■ an action of somebody, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept. Of more than " + MOST_MARKS + " marks of a kind as many are drawn.")];
+    h("p", { class: "soft small" }, "A requirement's bar begins where it is triggered and ends where it is decided; × and the dashed upright line mark a violation, a dashed level line the limit of a requirement, a dashed green curve the signal in the passing run. A dot is a message, ◆ a disturbance, ■ an action of somebody, a dark bar a switch that is on. A signal keeps its value until it changes; signals are shown with fewer points, their extremes are kept. Of more than " + MOST_MARKS + " marks of a kind as many are drawn.")];
 }

@@ -2,6 +2,8 @@
 
 // Panels beside the lanes, of optional parts: (found, run) => {element, at(time, by)}, or null.
 const RUN_PANELS = [];
+// What gives the run that is shown beside a test's: found => {title, note, run: {timeline, acted, abstract}}, or null.
+const RUNS_BESIDE = [];
 // The lanes' element takes the click this many pixels around an event for one on the event.
 const NEAR_PIXELS = 6;
 // Browsers allow few changes of the history a second, and a cursor that is dragged moves often.
@@ -17,7 +19,8 @@ class RunView {
     this.violations = [...new Set(this.failures.map((failure) => failure.time))].sort((a, b) => a - b);
     this.events = runEvents(this.made, this.failures);
     this.matter = mattering(found);
-    this.room = roomFor([...this.made.names, ...this.curves.map(() => "")]);
+    this.other = otherRun(found);
+    this.room = roomFor(this.made.names);
     this.element = this.build();
     this.window.zoomed.push(() => this.draw());
     this.window.moved.push((by) => this.mark(by));
@@ -64,8 +67,9 @@ class RunView {
     this.width = width;
     const names = this.names(), signals = this.signals(), hidden = this.made.names.length + this.curves.length - names.length - signals.length;
     this.axis.replaceChildren(axisPlot(width, this.room, shown));
-    this.rows.replaceChildren(lanePlot(width, this.room, shown, this.made, names, this.failures),
-      ...signals.map((curve) => signalPlot(width, this.room, shown, curve, limitsOf(curve.name, curve.points, this.found), this.failures)));
+    const signal = (curve) => signalPlot(width, this.room, shown, curve, limitsOf(curve.name, curve.points, this.found), this.failures, this.other?.points(curve.name));
+    this.rows.replaceChildren(lanePlot(width, this.room, shown, this.made, names, this.failures), ...signals.map(signal),
+      ...(this.other ? otherLanes(this, names, width) : []));
     this.more.hidden = !this.matter || (!this.all && !hidden);
     this.more.textContent = this.all ? "Only the lanes of what failed" : hidden + (hidden === 1 ? " more lane" : " more lanes");
     this.more.setAttribute("aria-expanded", String(this.all));
@@ -85,7 +89,7 @@ class RunView {
   }
 
   press(event) {
-    if (event.button !== 0 || !this.width) return;
+    if (event.button !== 0 || !this.width || event.target.closest("button, a, .other")) return;
     const drag = (moved) => this.window.move(this.timeAt(moved), "pointer");
     const end = () => { removeEventListener("pointermove", drag); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
     drag(event);
@@ -169,23 +173,33 @@ function happenedAt(run, happened) {
     others.length > 0 && h("details", { class: "small soft" }, h("summary", {}, plural(others.length, "event") + " of other lanes"), h("ul", { class: "happened" }, others.map(item)))].filter(Boolean);
 }
 
-/** What held at the cursor: state, switches, signals, requirements of open lanes. */
-function heldAt(run) {
-  const { made, window: { time } } = run, open = run.names(), rows = [];
-  for (const lane of open) {
-    const kind = made.kinds[lane], bar = kind === "requirement" ? null : barAt(made, lane, time);
+/** The state, switches, texts and signals of open lanes at the cursor: [name, value] each. */
+function valuesAt(run, made, pointsOf) {
+  const { time } = run.window, rows = [];
+  for (const lane of run.names()) {
+    const kind = run.made.kinds[lane], bar = kind === "requirement" ? null : barAt(made, lane, time);
     if (kind === "state" || kind === "text") rows.push([lane, bar ? bar.label : "-"]);
     if (kind === "switch") rows.push([lane, bar ? "on" : "off"]);
   }
-  for (const { name, points } of run.signals()) {
-    const value = valueAt(points, time), unit = DATA.units[name];
+  for (const { name } of run.signals()) {
+    const value = valueAt(pointsOf(name) ?? [], time), unit = DATA.units[name];
     rows.push([name, value === null ? "not measured" : value + (unit ? " " + unit : "")]);
   }
-  for (const lane of open.filter((name) => made.kinds[name] === "requirement")) {
+  return rows;
+}
+
+/** What held at the cursor, in the run and in the one beside it; what differs is marked. */
+function heldAt(run) {
+  const { made, other, window: { time } } = run;
+  const rows = valuesAt(run, made, (name) => run.curves.find((curve) => curve.name === name).points);
+  const others = other ? valuesAt(run, other.made, other.points) : [];
+  for (const lane of run.names().filter((name) => made.kinds[name] === "requirement")) {
     const violated = run.failures.find((failure) => failure.name === lane)?.time, { text, failed } = verdictAt(made, lane, violated, time);
     rows.push([lane, text, failed]);
+    if (other) others.push([lane, verdictAt(other.made, lane, undefined, time).text]);
   }
-  return h("dl", { class: "values small" }, rows.map(([name, value, failed]) => [h("dt", {}, name), h("dd", { class: failed ? "negative" : "" }, value)]));
+  const row = ([name, value, failed], n) => h("tr", { class: other && others[n][1] !== value ? "differs" : "" }, h("th", { scope: "row" }, name), h("td", { class: failed ? "negative" : "" }, value), other && h("td", {}, others[n][1]));
+  return h("table", { class: "values small" }, other && h("thead", {}, h("tr", {}, h("td"), h("th", { scope: "col" }, "this run"), h("th", { scope: "col" }, "passing run"))), h("tbody", {}, rows.map(row)));
 }
 
 const RUN_KEYS = {

@@ -66,6 +66,9 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     assert (written["diagnosis"]["budget"], written["diagnosis"]["ended"]) == (11, "done")
     assert surge["decision"]["kind"] == "disturbance"
     assert surge["decision"]["failing"][0]["text"] == "R2 is violated"
+    assert wish["decision"]["neighbour"]["abstract"][0] == "enter cellar"
+    assert "\tvisitor\twish\t" in wish["decision"]["neighbour"]["timeline"]["messages"][0]
+    assert surge["decision"]["neighbour"]["lines"]["nodes"]
     assert wish["decides"] == "passes with enter cellar instead of enter hall"
     sees = {name: [event["text"] for event in wish["decision"][name]] for name in ("failing", "passing")}
     assert sees == {

@@ -61,6 +61,13 @@ function nodesAt(lines, nodes, time) {
   }).filter(Boolean).sort((a, b) => b.time - a.time);
 }
 
+/** Where the code of the passing run stands at the same time. */
+function standsThere(there, here) {
+  const [file, line] = there.lines.at(-1), same = here && here.lines.at(-1).join(":") === file + ":" + line;
+  const text = (sourceOf(file)[line - 1] ?? "").trim();
+  return h("p", { class: same ? "small soft" : "small differs" }, "In the passing run it stands at ", h("span", { class: "mono" }, file + ":" + line), same ? ", too." : ": ", !same && h("code", {}, text));
+}
+
 function codePanel(found, run) {
   const { lines } = found;
   if (!lines) return null;
@@ -69,11 +76,13 @@ function codePanel(found, run) {
     place.append(h("p", { class: "soft small" }, lines.note));
     return { element, at: () => {} };
   }
+  const theirs = found.neighbour && found.neighbour.lines, theirNodes = theirs ? nodeBursts(theirs) : [];
   const nodes = nodeBursts(lines), from = lines.from_s ?? 0, until = lines.until_s ?? null;
   let shown = "";
   const at = (time) => {
     const cut = time < from || (until !== null && time > until);
-    const now = cut ? [] : nodesAt(lines, nodes, time), key = cut + JSON.stringify(now);
+    const now = cut ? [] : nodesAt(lines, nodes, time), there = theirs ? nodesAt(theirs, theirNodes, time)[0] : null;
+    const key = cut + JSON.stringify([now, there && there.lines]);
     if (key === shown) return;
     shown = key;
     const parts = now.map((node, n) => {
@@ -83,6 +92,7 @@ function codePanel(found, run) {
       const title = [h("span", { class: "mono" }, h("a", { href: "#code/" + encodeURIComponent(file) }, file + ":" + line)), name && [" in ", h("span", { class: "mono" }, name)], h("span", { class: "soft" }, ", since " + seconds(node.time))];
       return n ? h("details", { class: "small" }, h("summary", {}, title), codeAt(file, line, executed, sources)) : [h("p", { class: "small" }, title), codeAt(file, line, executed, sources)];
     });
+    if (there) parts.push(standsThere(there, now[0]));
     place.replaceChildren(...[parts.length ? parts : h("p", { class: "soft small" }, cut ? "The run was long: its lines were kept from " + seconds(from) + " to " + seconds(until) + " only." : "The code has not begun yet."), lines.note && h("p", { class: "soft small" }, lines.note)].flat(Infinity).filter(Boolean));
   };
   return { element, at };
