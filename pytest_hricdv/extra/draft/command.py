@@ -9,6 +9,7 @@ from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft, robot_name
 from pytest_hricdv.extra.draft.findings import Findings
 from pytest_hricdv.extra.draft.project import check, write
+from pytest_hricdv.extra.draft.running import with_transitions
 from pytest_hricdv.extra.draft.trial import Trial, tried
 
 
@@ -19,6 +20,7 @@ def draft(package: str, folder: Path, robot: str, person: str, runs: bool = True
         DraftError: there is no such code, or a file of the draft exists.
     """
     findings = analyse(package)
+    findings = with_transitions(findings) if runs else findings
     made = Draft(findings, robot or robot_name(findings), person, folder.resolve())
     check(made, folder)
     yield from _found(findings)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
 from typing import Any
 
 ROOT, NOTES = "HRICDV_DRAFT_ROOT", "HRICDV_DRAFT_NOTES"
@@ -31,10 +30,6 @@ REFUSED = {
 """Events of Python's audit -> what the code does."""
 
 
-_IS_NOTING = [False]
-"""To write a note is to open a file, which is looked at as well."""
-
-
 class RefusedError(PermissionError):
     """The code would have an effect outside of its process."""
 
@@ -44,7 +39,7 @@ def _place() -> str:
     root = os.environ[ROOT] + os.sep
     frame: Any = sys._getframe(2)
     while frame is not None:
-        file = frame.f_code.co_filename
+        file = os.path.realpath(frame.f_code.co_filename)  # pytest's pythonpath may have `..`
         if file.startswith(root) and f"{os.sep}site-packages{os.sep}" not in file:
             return f"{file.removeprefix(root)}:{frame.f_lineno}"
         frame = frame.f_back
@@ -55,16 +50,15 @@ def _look(event: str, arguments: tuple[Any, ...]) -> None:
     told = REFUSED.get(event, "")
     if event == "open" and isinstance(arguments[1], str) and any(letter in arguments[1] for letter in "wax+"):
         told = "writes a file"
-    if not told or _IS_NOTING[0]:
+    if not told:
         return
     place = _place()
     if place and "__pycache__" not in str(arguments[0]):
-        _IS_NOTING[0] = True
-        with Path(os.environ[NOTES]).open("a", encoding="utf-8") as notes:
-            notes.write(f"{place}\t{told}\n")
-        _IS_NOTING[0] = False
+        os.write(_NOTES, f"{place}\t{told}\n".encode())
         raise RefusedError(f"{place}: the code {told}; refused in the first runs of a draft")
 
 
 if ROOT in os.environ:
+    # Opened once: to open a file is looked at as well, and nodes of a run may not open any.
+    _NOTES = os.open(os.environ[NOTES], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     sys.addaudithook(_look)

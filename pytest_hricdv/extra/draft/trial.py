@@ -128,7 +128,13 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
     never = [name for name, count in triggers.items() if not count]
     errors = [test["failure"] for test in tests if test["outcome"] != "passed" and not _is_of_requirements(test)]
     passed = sum(test["outcome"] == "passed" for test in tests)
-    return Trial(len(tests), passed, (*failed, *never), errors[0].strip()[:600] if errors else "", effects)
+    return Trial(len(tests), passed, (*failed, *never), _sentence(errors[0]) if errors else "", effects)
+
+
+def _sentence(failure: str) -> str:
+    """What was raised, without the way to it."""
+    raised = [line[1:].strip() for line in failure.splitlines() if line.startswith("E ")]
+    return (raised[0] if raised else failure.strip().splitlines()[0])[:600]
 
 
 def _is_of_requirements(test: dict[str, Any]) -> bool:

@@ -6,6 +6,7 @@ import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.findings import Findings, Machine
+from pytest_hricdv.extra.draft.running import with_transitions
 from pytest_hricdv.extra.draft.sources import DraftError
 from tests.extra.draft import robots
 
@@ -138,3 +139,12 @@ def test_what_does_not_exist_is_one_sentence(tmp_path: Path, asked: str, said: s
     (tmp_path / "robot_code.py").write_text(robots.MATCH, encoding="utf-8")
     with pytest.raises(DraftError, match=said):
         analyse(asked, tmp_path)
+
+
+@pytest.mark.slow
+def test_transitions_that_a_function_computes_are_those_that_it_returns() -> None:
+    findings = with_transitions(analyse("carebot", ROOT / "examples" / "home_care"))
+    machine = findings.machines[0]
+    assert {"Ready>Fridge", "Fridge>Grab", "Recharge>Charging", "Ready>Off"} <= moves(machine)
+    assert len(machine.transitions) == 17
+    assert {move.how for move in machine.transitions} == {"run"}

@@ -13,6 +13,7 @@ from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.trial import run
 from tests.extra.draft import robots
 
 ROBOTS = ("MATCH", "CHAIN", "TRANSITIONS", "GUARDS", "SMACH", "TREE")
@@ -91,3 +92,13 @@ def test_a_draft_is_green_at_once_and_covers_the_code(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
     assert "tests: 30 passed" in done.stdout
     assert "statements            100.0 %" in done.stdout
+
+
+@pytest.mark.slow
+def test_what_the_code_does_outside_is_refused_and_said(tmp_path: Path) -> None:
+    effect = "import os\n" + robots.MATCH.replace("time.sleep(2.0)", "os.mkdir('effect'); time.sleep(2.0)")
+    draft, _ = drafted(tmp_path, effect)
+    trial = run(draft, "rl")
+    assert [problem.text for problem in trial.effects] == ["the code makes a folder: refused in the first runs"]
+    assert trial.effects[0].place is not None
+    assert trial.effects[0].place.file == "robot_code.py"
