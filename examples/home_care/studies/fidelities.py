@@ -136,8 +136,8 @@ def _differences(tests: Sequence[Mapping[str, Any]]) -> Iterator[Difference]:
                 yield Difference(test["id"], name, verdicts, margins)
 
 
-def page(compared: Fidelities) -> str:
-    """The page, in Markdown."""
+def page(compared: Fidelities, options: str = "") -> str:
+    """The page, in Markdown; `options` of the command that made it."""
     tests = sum(compared.suites.values())
     ran = ", ".join(f"{count} of `{suite}`" for suite, count in compared.suites.items())
     verdicts = tests * len(compared.agreements)
@@ -146,8 +146,9 @@ def page(compared: Fidelities) -> str:
     lines = [
         "# Two fidelities of the base",
         "",
-        "Written by `python -m studies.fidelities`: each test runs with the planar base, which moves as it is told",
-        "at once, and with that in MuJoCo, which has a mass, motors of limited force, and contacts that give way.",
+        f"Written by `python -m studies.fidelities{options}`: each test runs with the planar base, which moves as",
+        "it is told at once, and with that in MuJoCo, which has a mass, motors of limited force, and contacts that",
+        "give way.",
         "Margins are in the requirement's own unit (s, m, m/s, N).",
         "",
         f"Tests: {ran}. Verdicts that agree: {same:,} of {verdicts:,}. Orders that end alike: {ended} of {orders}.",
@@ -207,7 +208,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command; 0, or 2 where there is nothing to compare."""
     parser = argparse.ArgumentParser(prog="python -m studies.fidelities", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--suites", default="rl,pseudorandom", help="comma-separated (default: rl,pseudorandom)")
-    parser.add_argument("--tests", type=int, default=40, help="of each suite (default: 40)")
+    parser.add_argument("--tests", type=int, default=12, help="of each suite (default: 12)")
     parser.add_argument("--seed", type=int, default=0, help="of the suites (default: 0)")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--folder", type=Path, default=HERE, help="of the page (default: here)")
@@ -218,7 +219,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             keep = (parsed.keep or Path(scratch)).resolve()
             if not (keep / "report.json").exists():
                 _session(keep, parsed.suites, parsed.tests, parsed.seed, parsed.workers)
-            text = page(fidelities(json.loads((keep / "report.json").read_text(encoding="utf-8"))))
+            compared = fidelities(json.loads((keep / "report.json").read_text(encoding="utf-8")))
+            text = page(compared, f" --suites {parsed.suites} --tests {parsed.tests} --seed {parsed.seed}")
     except FidelityError as error:
         print(error, file=sys.stderr)
         return 2
