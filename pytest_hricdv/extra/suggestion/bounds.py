@@ -47,7 +47,7 @@ def _of_signal(runs: Runs, name: str, conditions: Sequence[Condition]) -> Iterat
         title = f"{_capital(name)} is at most {number(bound)}"
         seen = f"observed {number(round(most, 4))}"
         support = sum(value > 0.0 and before == 0.0 for _, values in series for before, value in _pairs(values))
-        yield Candidate("bound", title, moving, f"{name} <= {number(bound)}", frozenset({name}), support, seen, 0.5)
+        yield Candidate("bound", title, moving, f"{name} <= {number(bound)}", frozenset({name}), support, seen, 0.9)
     for condition in conditions:
         if condition.subject == name or condition.text.startswith("!"):
             continue

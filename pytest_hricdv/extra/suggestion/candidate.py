@@ -13,7 +13,7 @@ STATE_DISCOUNT, EDGE_DISCOUNT = 0.4, 0.2
 """What is said of the code's own state, or of a number that leaves 0, is worth less than the world (chosen)."""
 
 
-SIGNALS_DISCOUNT = 0.2
+SIGNALS_DISCOUNT = 0.35
 """What only signals say is often how the world works, and not what the robot has to do (chosen)."""
 
 MESSAGE_BONUS = 0.15
@@ -55,11 +55,18 @@ class Candidate:
         return f"always({self.antecedent} -> {self.response})"
 
     @property
+    def reaction(self) -> str:
+        """What it asks for, whenever: the response without its times; of conditions at an event, all of them."""
+        return self.response.partition("](")[2] or self.response
+
+    @property
     def worth(self) -> float:
         """How much it says by itself, whatever faults it notices."""
-        edge = "> 0" in self.antecedent or "> 0" in self.response
+        # A bound is about a number, and most are of signals.
+        edge = self.form != "bound" and ("> 0" in self.antecedent or "> 0" in self.response)
         discount = STATE_DISCOUNT * self.of_state + EDGE_DISCOUNT * edge
-        discount += SIGNALS_DISCOUNT * ("on(" not in self.formula) - MESSAGE_BONUS * self.antecedent.startswith("on(")
+        discount += SIGNALS_DISCOUNT * (self.form != "bound" and "on(" not in self.formula)
+        discount -= MESSAGE_BONUS * self.antecedent.startswith("on(")
         return _WEIGHTS[self.form] * self.surprise - discount
 
 

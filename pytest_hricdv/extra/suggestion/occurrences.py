@@ -10,6 +10,9 @@ from pytest_hricdv.extra.suggestion.views import Author, Condition, Event, Runs,
 LEAST_REST = 0.02
 """A number that is 0 for so much of the time has a rest, as a speed or a force has (chosen)."""
 
+LEAST_AT_PLACE = 0.05
+"""A change is one of a place where so many of it happen there (chosen)."""
+
 LEAST_SPLIT = 0.15
 """A condition tells messages apart where it holds at so many of them, and does not at as many (chosen)."""
 
@@ -17,7 +20,7 @@ LEAST_SPLIT = 0.15
 def events_of(runs: Runs) -> list[Event]:
     """All events that happened at least once; of one author's that always coincide, the first."""
     made: dict[tuple[bool, str, tuple[tuple[float, ...], ...]], Event] = {}
-    for event in (*_messages(runs), *_changes(runs), *_with_signals(runs)):
+    for event in (*_messages(runs), *_changes(runs), *_with_signals(runs), *_at_places(runs)):
         if event.count:
             made.setdefault((event.is_state, event.author, event.times), event)
     return [*made.values()]
@@ -88,6 +91,29 @@ def _changes(runs: Runs) -> Iterator[Event]:
         risen, fallen = tuple(rises for rises, _ in both), tuple(falls for _, falls in both)
         yield Event(f"rise({condition.text})", condition.subject, author, risen, words=f"begin of {condition.words}")
         yield Event(f"fall({condition.text})", condition.subject, author, fallen, words=f"end of {condition.words}")
+
+
+def _at_places(runs: Runs) -> Iterator[Event]:
+    """Changes of bools while a text has one of its values, and not others: a thing let go here, and let go there."""
+    conditions = signal_conditions(runs)
+    texts = [condition for condition in conditions if runs.vocabulary.signals[condition.subject] is str]
+    for changed in conditions:
+        if runs.vocabulary.signals[changed.subject] is not bool or changed.text.startswith("!"):
+            continue
+        both = [edges(spans, log) for spans, log in zip(changed.spans, runs.logs, strict=True)]
+        for word, name, place in (("rise", "begin", 0), ("fall", "end", 1)):
+            every = [pair[place] for pair in both]
+            total = sum(map(len, every))
+            for condition in texts:
+                times = tuple(
+                    tuple(time_s for time_s in run if condition.holds(number, time_s))
+                    for number, run in enumerate(every)
+                )
+                if LEAST_AT_PLACE <= sum(map(len, times)) / max(1, total) <= 1.0 - LEAST_AT_PLACE:
+                    text = f"{word}({changed.text}) & {condition.text}"
+                    words = f"{name} of {changed.words} with {condition.words}"
+                    author = runs.signal_author(changed.subject)
+                    yield Event(text, changed.subject, author, times, narrow=True, words=words)
 
 
 def _with_signals(runs: Runs) -> Iterator[Event]:

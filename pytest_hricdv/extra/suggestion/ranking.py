@@ -18,7 +18,8 @@ LEAST_SURPRISE = 0.25
 """A candidate that no fault violates has to exclude so much (chosen)."""
 
 MOST_ALIKE = 2
-"""So many candidates that no fault violates are shown of one event (chosen)."""
+"""Of candidates that notice nothing new, so many are shown that ask for one reaction, and of one event that asks for
+something; of those that notice something that others do, too, one more of an event (chosen)."""
 
 MOST_PARTS = 3
 """Conditions of one event are one requirement, of so many parts at most, so that people can read it (chosen)."""
@@ -76,17 +77,22 @@ def ranked(rated: Sequence[Rated], taken: int = 0, known: Sequence[Rated] = ()) 
 def _is_redundant(one: Rated, shown: Sequence[Rated]) -> bool:
     mine = one.candidate
     related = [other for other in shown if _are_related(mine, other.candidate)]
+    reacting = [other for other in shown if other.candidate.reaction == mine.reaction]
+    asking = [other for other in shown if other.candidate.antecedent == mine.antecedent]
+    if len(reacting) >= MOST_ALIKE or len(asking) > MOST_ALIKE:
+        return True
     if one.killed:
         return any(one.killed & ~other.killed == 0 for other in related)
     if mine.surprise < LEAST_SURPRISE or mine.of_state:
         return True
-    alike = [other for other in shown if other.candidate.antecedent == mine.antecedent]
-    return len(alike) >= MOST_ALIKE or any(other.candidate.subjects >= mine.subjects for other in related)
+    return len(asking) >= MOST_ALIKE or any(other.candidate.subjects >= mine.subjects for other in related)
 
 
 def _are_related(one: Candidate, other: Candidate) -> bool:
     """Whether they ask for something at the same event, or are about the same things."""
-    return one.antecedent == other.antecedent or one.response == other.response or one.subjects <= other.subjects
+    if one.antecedent == other.antecedent or one.response == other.response:
+        return True
+    return one.form == other.form and one.subjects <= other.subjects
 
 
 def joined(rated: Iterable[Rated]) -> list[tuple[Candidate, tuple[Rated, ...]]]:

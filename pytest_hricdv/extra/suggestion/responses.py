@@ -30,7 +30,7 @@ LEAST_PART = 0.05
 MUCH_SOONER = 0.5
 """Of some messages it is said again where it comes in half of the time (chosen)."""
 
-MOST_OF_ONE = 4
+MOST_OF_ONE = 6
 """So many reactions of a trigger are candidates (chosen)."""
 
 
@@ -70,7 +70,8 @@ def responses(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
         if not trigger.narrow:
             reactions = ((candidate.response.partition("](")[2].removesuffix(")"), s) for candidate, s in made)
             said.update({(trigger.subject, text): longest_s for text, longest_s in reactions})
-        made.sort(key=lambda pair: (pair[0].of_state, pair[1], pair[0].formula))
+        # Messages first: they are what somebody waits for.
+        made.sort(key=lambda pair: ("on(" not in pair[0].response, pair[1], pair[0].formula))
         plain = [candidate for candidate, _ in made if not candidate.of_state][:MOST_OF_ONE]
         yield from plain
         yield from [candidate for candidate, _ in made if candidate.of_state][: MOST_OF_ONE // 2]
@@ -96,7 +97,9 @@ def _response(runs: Runs, trigger: Event, reaction: Event) -> Iterator[tuple[Can
     if trigger.author != "person" and found.between > MOST_BETWEEN * len(found.delays_s):
         return
     base = _base(runs, reaction, longest_s)
-    if base > MOST_BASE and (found.prompt < len(found.delays_s) or trigger.narrow or longest_s > 60.0 * base):
+    # A message that is answered before the next one, each time: that it takes long makes it no accident.
+    is_round = found.prompt == len(found.delays_s) and not trigger.narrow and trigger.text.startswith("on(")
+    if base > MOST_BASE and not is_round:
         return
     spread_s = longest_s - shortest_s
     upper = max(AT_ONCE_S, above(longest_s, spread_s))
@@ -159,7 +162,7 @@ def _alternatives(runs: Runs, trigger: Event, events: Sequence[Event]) -> Iterat
     if trigger.narrow and trigger.is_state:
         return
     own = [event for event in events if not event.is_state and event.subject != trigger.subject]
-    broad = [event for event in own if not event.narrow]
+    broad = [event for event in own if not event.narrow and "> 0" not in event.text]
     cases = [
         (run, time_s, min(triggers[place + 1] if place + 1 < len(triggers) else log.end_s, log.end_s))
         for run, (log, triggers) in enumerate(zip(runs.logs, trigger.times, strict=True))
