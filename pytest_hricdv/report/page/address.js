@@ -14,7 +14,7 @@ function keepFilters(filters) {
 }
 
 // Where the browser's history was left: the place that a view was scrolled to goes with its entry.
-const places = { at: null, waits: 0 };
+const places = { at: null, waits: 0, shown: 0, fills: false };
 
 /** The boxes of the view in sight that scroll by themselves. */
 function boxes() {
@@ -22,7 +22,7 @@ function boxes() {
 }
 
 function keepPlace() {
-  if (location.hash === places.at) history.replaceState({ y: scrollY, boxes: boxes().map((box) => box.scrollTop) }, "");
+  if (location.hash === places.at && !places.fills) history.replaceState({ y: scrollY, boxes: boxes().map((box) => box.scrollTop) }, "");
 }
 
 function watchPlaces() {
@@ -35,9 +35,8 @@ function watchPlaces() {
   }, { passive: true, capture: true });
 }
 
-/** Scrolls to where this entry of the history was left; false where it is a new one. */
-function backAtPlace() {
-  const kept = history.state;
+/** Scrolls to where an entry of the history was left; false where it is a new one. */
+function backAtPlace(kept) {
   if (!kept || typeof kept.y !== "number") return false;
   scrollTo(0, kept.y);
   boxes().forEach((box, n) => {

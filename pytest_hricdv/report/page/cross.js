@@ -53,7 +53,7 @@ function heatPlot(width, product, suite, x, y) {
   const slanted = longest(x) * 7.5 > (width - marginLeft - 20) / columns, marginRight = slanted ? 20 + 4 * longest(x) : 20;
   const tooltip = (cell) => visible([kinds[x][0] + " " + cell.x, y === null ? "" : kinds[y][0] + " " + cell.y,
     cell.hit + " of " + cell.open + " possible hit, in " + cell.tests + " tests", ...cell.reasons].filter(Boolean).join("\n"));
-  return Plot.plot(plain(Math.max(width, marginLeft + 44 * columns + marginRight), {
+  return plotted(plain(Math.max(width, marginLeft + 44 * columns + marginRight), {
     ariaLabel: "Heat map of " + product.name, marginLeft, marginRight, marginTop: slanted ? 30 + 5 * longest(x) : 40,
     height: 60 + (slanted ? 5 * longest(x) : 0) + 34 * (y === null ? 1 : kinds[y][1].length), marginBottom: 10,
     style: { background: "none", fontSize: "12px", overflow: "visible", maxWidth: "none" }, padding: 0.06,
@@ -68,6 +68,13 @@ function heatPlot(width, product, suite, x, y) {
   }));
 }
 
+/** The heat map's cells as a table. */
+function heatTable(product, suite, x, y) {
+  const names = [y, x].filter((n) => n !== null).map((n) => product.coordinates[n][0]);
+  return tabled("Cells of " + product.name, [...names, "Hit", "Possible", "Tests"], () => heatCells(product, suite, x, y).map((cell) =>
+    [...(y === null ? [] : [cell.y]), cell.x, cell.hit, cell.open || [...cell.reasons].join("; "), cell.tests ? h("a", { href: cell.href }, cell.tests) : 0]));
+}
+
 function heatMap(product) {
   const names = product.coordinates.map(([name]) => name);
   const place = h("div", { class: "plot scroll" });
@@ -79,11 +86,13 @@ function heatMap(product) {
   const suite = choose("Suite", [["", "all suites"], ...DATA.suites.map((name, n) => [String(n), name])], "");
   const axes = names.map((name, n) => [String(n), name]);
   const across = choose("Across", axes, String(Math.min(1, names.length - 1))), down = choose("Down", axes, "0");
+  const table = h("div");
   let width = 0;
   const draw = () => {
     if (!width) return;
     const x = Number(across.value), y = across.value === down.value ? null : Number(down.value);
     place.replaceChildren(heatPlot(width, product, suite.value, x, y));
+    table.replaceChildren(heatTable(product, suite.value, x, y));
   };
   new ResizeObserver(() => {
     if (place.clientWidth !== width) { width = place.clientWidth; draw(); }
@@ -91,7 +100,7 @@ function heatMap(product) {
   return h("section", { class: "card" }, h("h3", {}, product.name),
     h("div", { class: "filter" }, DATA.suites.length > 1 && suite,
       names.length > 2 && [h("label", {}, "down ", down), h("label", {}, "across ", across)]),
-    place,
+    place, table,
     h("p", { class: "soft small" },
       names.length > 2 ? "Numbers: combinations hit of those possible, over all other coordinates. " : "Numbers: tests. ",
       "Outlined: not hit. –: impossible or illegal. !: illegal, and hit. ", product.proof),

@@ -21,7 +21,7 @@ function violationsWithin(failures, [begin, end]) {
 }
 
 function axisPlot(width, marginLeft, window) {
-  return Plot.plot(plain(width, {
+  return plotted(plain(width, {
     ariaHidden: "true", marginLeft, marginRight: RIGHT, marginTop: 4, marginBottom: 32, height: 38,
     x: { domain: window, label: "simulated time (s)" }, marks: [Plot.axisX({ anchor: "bottom" })],
   }));
@@ -35,7 +35,7 @@ function lanePlot(width, room, window, made, names, failures) {
   const pixels = (bar) => ((bar.to - bar.from) / (window[1] - window[0])) * (width - room - RIGHT);
   const marked = violationsWithin(failures, window), wrong = marked.filter((each) => !each.parts), parts = marked.filter((each) => each.parts);
   const tip = { title: (each) => visible(each.tooltip), fill: "var(--card)" };
-  return Plot.plot(plain(width, {
+  return plotted(plain(width, {
     ariaLabel: "Messages, states, switches and monitors over time", marginLeft: room, marginRight: RIGHT, marginTop: 4, marginBottom: 4, height: 8 + 24 * names.length,
     x: { domain: window, axis: null }, y: { domain: names, label: null, tickFormat: visible, tickSize: 0, type: "band", padding: 0.25 },
     marks: [
@@ -69,7 +69,7 @@ function signalPlot(width, marginLeft, window, { name, points }, limits, failure
   const low = Math.min(...values), high = Math.max(...values);
   // The axis of a constant signal needs some height, too.
   const domain = low === high ? [low - 0.5, high + 0.5] : [low, high];
-  return Plot.plot(plain(width, {
+  return plotted(plain(width, {
     ariaLabel: label, marginLeft, marginRight: RIGHT, marginTop: 22, marginBottom: 6, height: SIGNAL_HEIGHT,
     x: { domain: window, axis: null }, y: { label, grid: true, ticks: 3, domain, nice: low !== high },
     marks: [

@@ -36,7 +36,7 @@ function headingOf(view) {
 
 /** Moves the keyboard's place to what is shown now: to the link that was followed before, else to the view's heading. */
 function focusView(view, left) {
-  const link = left && [...view.querySelectorAll("a")].find((each) => each.hash === left && each.checkVisibility());
+  const link = left && [...view.querySelectorAll("a")].find((each) => each.hash.replace(/@.*/, "") === left.replace(/@.*/, "") && each.checkVisibility());
   const target = link || headingOf(view);
   if (!link) target.tabIndex = -1;
   target.focus({ preventScroll: true });
@@ -63,22 +63,31 @@ function fill(view, { parts, filters }) {
 }
 
 async function show(event) {
-  const address = addressed(), [view, part] = viewOf(address.path), left = places.at;
+  const address = addressed(), [view, part] = viewOf(address.path), left = places.at, mine = ++places.shown, kept = history.state, root = document.documentElement;
   places.at = location.hash;
+  places.fills = true;
+  root.style.overflowAnchor = "none"; // what grows above must not move the page
   for (const each of views) each.hidden = each !== view;
   markLinks(view);
   const filled = fill(view, address);
   document.title = nameOf(view) + " · " + TITLE;
-  const isBack = backAtPlace();
+  const isBack = backAtPlace(kept);
   if (!isBack) scrollTo(0, 0);
   if (event) focusView(view, isBack && left);
   if (filled) await filled;
-  if (places.at !== location.hash || location.hash.slice(1).split("?")[0] !== address.path) return;
+  if (mine !== places.shown) return; // meanwhile something else is
+  if (filled && event && !view.contains(document.activeElement)) focusView(view, null); // the heading is another one
   document.title = nameOf(view) + " · " + TITLE;
   if (view.id in showSources) showSources[view.id](address.parts.slice(1).join("/"));
   for (let at = part && part.closest("details"); at; at = at.parentElement.closest("details")) at.open = true;
-  if (isBack) requestAnimationFrame(backAtPlace);
-  else if (part) part.scrollIntoView();
+  if (!isBack && part) part.scrollIntoView();
+  // Plots get their heights a frame later.
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    if (mine !== places.shown) return;
+    if (isBack) backAtPlace(kept);
+    places.fills = false;
+    root.style.overflowAnchor = "";
+  }));
 }
 
 function chooseTheme(scheme) {

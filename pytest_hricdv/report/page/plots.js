@@ -22,6 +22,44 @@ function drawn(place, make) {
   draw();
 }
 
+/**
+ * A plot that a screen reader takes for one picture with a name. What is drawn in it is hidden from it, but for links,
+ * which get the names of their marks; a keyboard finds them in the table below the plot, where they are fewer steps away.
+ */
+function plotted(options) {
+  const svg = Plot.plot(options);
+  if (!options.ariaLabel) svg.setAttribute("aria-hidden", "true"); // an axis of other plots
+  else svg.setAttribute("role", svg.querySelector("a") ? "group" : "img");
+  for (const part of svg.querySelectorAll("g[aria-label]")) {
+    if (part.querySelector("a")) part.setAttribute("role", "group");
+    else part.setAttribute("aria-hidden", "true");
+  }
+  for (const link of svg.querySelectorAll("a")) {
+    const named = link.querySelector("[aria-label]"), title = link.querySelector("title");
+    link.setAttribute("aria-label", named ? named.getAttribute("aria-label") : title ? title.textContent : options.ariaLabel);
+    if (named) named.removeAttribute("aria-label");
+    link.setAttribute("tabindex", "-1");
+  }
+  return svg;
+}
+
+// Rows of the table of a plot: a curve has its shape in fewer.
+const MOST_TABLED = 60;
+
+/** The figures of a plot as a table, made when it is opened; `rows()` are lists of cells. */
+function tabled(caption, heads, rows) {
+  const box = h("div", { class: "scroll" });
+  const details = h("details", { class: "small tabled", ontoggle: () => {
+    if (!details.open || box.firstChild) return;
+    const all = rows(), step = Math.ceil(all.length / MOST_TABLED), shown = all.filter((_, n) => n % step === 0 || n === all.length - 1);
+    box.append(h("table", { "aria-label": caption },
+      h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col" }, head)))),
+      h("tbody", {}, shown.map((cells) => h("tr", {}, cells.map((cell) => h("td", {}, cell)))))));
+    if (shown.length < all.length) box.append(h("p", { class: "soft" }, "Each " + step + "th of " + all.length + " rows."));
+  } }, h("summary", {}, "As a table"), box);
+  return details;
+}
+
 /** Options that all plots share. */
 function plain(width, options) {
   return Object.assign({
@@ -51,7 +89,7 @@ function linePlot(place, series, x, y, label) {
     place.append(h("p", { class: "soft" }, "Nothing to plot: the report has no such data."));
     return;
   }
-  drawn(place, (width) => Plot.plot(plain(width, {
+  drawn(place, (width) => plotted(plain(width, {
     ariaLabel: label, x, y: { grid: true, ...y },
     marks: kept.flatMap((each) => [
       Plot.line(each.points, { x: "0", y: "1", stroke: colourOf(each.n), strokeDasharray: dashOf(each.n), strokeWidth: 2, curve: each.curve || "linear" }),
@@ -61,6 +99,7 @@ function linePlot(place, series, x, y, label) {
     ]),
   })));
   place.append(legend(kept.map((each) => [each.name, colourOf(each.n), dashOf(each.n), each.note])));
+  place.append(tabled(label, ["Line", x.label, y.label], () => kept.flatMap((each) => each.points.map(([at, value]) => [each.name, at, value]))));
 }
 
 /** Per cent from the multiple of ten below the lowest value: suites differ in the upper part. */

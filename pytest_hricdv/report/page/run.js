@@ -141,6 +141,8 @@ class RunView {
     clearTimeout(this.waits);
     this.waits = setTimeout(() => {
       if (openRun !== this || !this.element.clientWidth) return;
+      // Another test may have been asked for, and still be on its way.
+      if (testAt(unescaped(location.hash.replace(/^#test\//, ""))).test !== this.test) return;
       history.replaceState(history.state, "", "#test/" + this.test.anchor + "@" + Number(this.window.time.toFixed(3)));
       places.at = location.hash;
     }, KEPT_AFTER_MS);
