@@ -137,6 +137,25 @@ def test_the_nearest_passing_run_is_beside_it_and_what_differs_is_marked(watched
     watched.assert_quiet()
 
 
+def test_the_film_follows_the_cursor(watched: Watched, tmp_path: Path) -> None:
+    report, (test, *_) = _failing()
+    times_s = [number * 0.5 for number in range(121)]
+    test["film"] = {
+        "video": "films/a.mp4",
+        "strip": None,
+        "seconds": len(times_s) / 12,
+        "frames": len(times_s),
+        "note": "",
+        "times_s": times_s,
+    }
+    page = watched.open(report, tmp_path, f"{_address(test)}@3")
+    page.wait_for_selector("#test .timeline svg")
+    frame = "() => Math.floor(document.querySelector('#test video').currentTime * 12)"
+    assert page.evaluate(frame) == 6
+    page.keyboard.press("v")
+    assert page.evaluate(frame) == 103
+
+
 def test_a_click_moves_the_cursor_and_the_window_is_zoomed(watched: Watched, tmp_path: Path) -> None:
     report, (test, *_) = _failing()
     page = watched.open(report, tmp_path, f"test/{test['id']}")

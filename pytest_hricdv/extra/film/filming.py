@@ -117,6 +117,7 @@ class Filming:
             strip=f"{FOLDER}/{strip.name}",
             seconds=round(film.frames / FRAMES_PER_S, 2),
             frames=film.frames,
+            times_s=tuple(round(time_s, 3) for time_s in film_run.recorder.times_s),
             note="" if same else f"the replay differs from the run (record {again.record.sha256}): compare with care",
         )
 

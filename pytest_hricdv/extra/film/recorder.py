@@ -236,6 +236,8 @@ class FilmRecorder:
         self._size = (0, 0)
         self._picture: Image | None = None
         self._caption: Caption | None = None
+        self.times_s: list[float] = []
+        """Of each frame of the video, the simulated time (s)."""
 
     @property
     def next_us(self) -> int:
@@ -256,6 +258,7 @@ class FilmRecorder:
             frame = captioned(picture, caption)
             self._size = frame.size
             self._video.add(frame)
+            self.times_s.append(caption.time_s)
             self._picture, self._caption = picture, caption
 
     def end(self, time_us: int) -> None:
@@ -267,6 +270,7 @@ class FilmRecorder:
         self._size = last.size
         for _ in range(FRAMES_PER_S):  # a second to read it
             self._video.add(last)
+            self.times_s.append(time_us / US_PER_S)
 
     def strip(self) -> Image:
         """The key frames, from left to right and from top to bottom."""

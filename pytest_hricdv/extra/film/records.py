@@ -20,13 +20,20 @@ StripName = Annotated[str, Meta(pattern=r"^films/[A-Za-z0-9._-]+\.png\Z")]
 
 
 class FilmResult(PlainRecord, frozen=True, kw_only=True):
-    """The film of a failed test, with paths relative to the report; `note` says why there is none, or what is wrong."""
+    """The film of a failed test, with paths relative to the report.
+
+    Args:
+        seconds: how long it lasts.
+        note: why there is none, or what is wrong with it.
+        times_s: of each of its frames, the simulated time (s); empty in reports of older versions.
+    """
 
     video: VideoName | None
     strip: StripName | None
     seconds: NotNegative | None
     frames: Count
     note: str
+    times_s: tuple[NotNegative, ...] = ()
 
 
 def _renamed(film: FilmResult | None, names: FileNames) -> FilmResult | None:

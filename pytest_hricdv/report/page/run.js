@@ -1,6 +1,6 @@
 // A run on one screen: lanes and signals over a window of time, a cursor in it, and beside it what held there.
 
-// Panels beside the lanes, of optional parts: (found, run) => {element, at(time, by)}, or null.
+// Panels beside the lanes, of optional parts: (found, run) => {element, at(time, by), isFirst}, or null.
 const RUN_PANELS = [];
 // What gives the run that is shown beside a test's: found => {title, note, run: {timeline, acted, abstract}}, or null.
 const RUNS_BESIDE = [];
@@ -19,7 +19,7 @@ class RunView {
     this.violations = [...new Set(this.failures.map((failure) => failure.time))].sort((a, b) => a - b);
     this.events = runEvents(this.made, this.failures);
     this.matter = mattering(found);
-    this.other = otherRun(found);
+    this.other = otherRun(found, this.made.labelled);
     this.room = roomFor(this.made.names);
     this.element = this.build();
     this.window.zoomed.push(() => this.draw());
@@ -54,9 +54,10 @@ class RunView {
     this.panels = RUN_PANELS.map((panel) => panel(this.found, this)).filter(Boolean);
     this.at = h("div", { class: "at" });
     this.held = h("div", {});
+    const of = (isFirst) => this.panels.filter((panel) => Boolean(panel.isFirst) === isFirst).map((panel) => panel.element);
     return h("section", { class: "card run", "aria-label": "The run", "aria-live": "off" }, this.tools,
       h("div", { class: "screen" }, h("div", { class: "left" }, this.place, this.more),
-        h("div", { class: "beside-lanes", tabindex: "0", role: "region", "aria-label": "At the cursor" }, this.at, this.panels.map((panel) => panel.element), this.held)),
+        h("div", { class: "beside-lanes", tabindex: "0", role: "region", "aria-label": "At the cursor" }, of(true), this.at, of(false), this.held)),
       h("details", { class: "small" }, h("summary", {}, "What lanes, marks and colours mean; keys"), timelineLegend(this.made.labelled), keyList()));
   }
 

@@ -1,10 +1,10 @@
 // The run that is shown beside a test's own, below the same lanes and at the same cursor.
 
-/** The run beside a test's: its lanes, its curves, and where both part. Null where there is none. */
-function otherRun(found) {
+/** The run beside a test's: its lanes and curves; null where there is none. `labelled`: of the test's own lanes. */
+function otherRun(found, labelled) {
   const given = RUNS_BESIDE.map((of) => of(found)).find(Boolean);
   if (!given || !given.run) return null;
-  const made = lanes(given.run), curves = new Map(curvesOf(given.run.timeline).map(({ name, points }) => [name, points]));
+  const made = lanes(given.run, labelled), curves = new Map(curvesOf(given.run.timeline).map(({ name, points }) => [name, points]));
   return { ...given, made, points: (name) => curves.get(name), events: runEvents(made, []) };
 }
 

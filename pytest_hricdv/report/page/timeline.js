@@ -104,7 +104,9 @@ function laneOf(line, abstract) {
 
 /** The lanes of a run under construction: their marks, kinds and labels. */
 class Lanes {
-  constructor() {
+  /** `labelled`: lane -> labels of another run, whose colours this one is to have, too. */
+  constructor(labelled = {}) {
+    this.before = labelled;
     this.names = [];
     this.kinds = {};
     this.labelled = {};
@@ -120,7 +122,7 @@ class Lanes {
 
   /** Spans with a label each, of a state or another text. */
   addSpans(lane, kind, spans) {
-    const labels = [...new Set(spans.map((span) => span.label))];
+    const labels = [...new Set([...(this.before[lane] ?? []), ...spans.map((span) => span.label)])];
     if (!spans.length) return;
     this.add(lane, kind);
     this.labelled[lane] = labels;
@@ -160,9 +162,9 @@ class Lanes {
   }
 }
 
-/** The lanes of a run, from top to bottom: its state, who acts, messages, texts, switches, requirements. */
-function lanes({ timeline, acted, abstract, seen = [] }) {
-  const messages = parsedMessages(timeline), end = timeline.end_s, made = new Lanes();
+/** The lanes of a run, from top to bottom: its state, who acts, messages, texts, switches, requirements. `labelled`: see `Lanes`. */
+function lanes({ timeline, acted, abstract, seen = [] }, labelled = {}) {
+  const messages = parsedMessages(timeline), end = timeline.end_s, made = new Lanes(labelled);
   const states = DATA.state ? stateSpans(messages, end) : [];
   const stateTopic = states.length ? DATA.state.split(".")[0] : null;
   made.addSpans("state", "state", states);

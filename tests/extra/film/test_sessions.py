@@ -95,6 +95,8 @@ def test_failing_and_known_failing_tests_are_filmed_and_linked(
     film = made[BRIGHT]
     assert film["note"] == ""
     assert film["frames"] > 20
+    assert len(film["times_s"]) == film["frames"]
+    assert film["times_s"] == sorted(film["times_s"])
     assert film["seconds"] == pytest.approx(film["frames"] / 12, abs=0.01)
     with Image.open(folder / film["strip"]) as strip:
         assert strip.size == (3 * 640, 2 * (round(320 / 640 * 640) + 30))
