@@ -141,7 +141,8 @@ class RunView {
   keepTime() {
     clearTimeout(this.waits);
     this.waits = setTimeout(() => {
-      if (openRun !== this || !this.element.clientWidth) return;
+      // Where the address is another one than what is shown, somebody is on the way to another view.
+      if (openRun !== this || !this.element.clientWidth || places.at !== location.hash) return;
       // Another test may have been asked for, and still be on its way.
       if (testAt(unescaped(location.hash.replace(/^#test\//, ""))).test !== this.test) return;
       history.replaceState(history.state, "", "#test/" + this.test.anchor + "@" + Number(this.window.time.toFixed(3)));
