@@ -1,0 +1,68 @@
+"""Three people's jobs, done by a script that clicks: why it failed, what is not covered, can it be signed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.report import sample_sections
+from tests.report.test_page_navigation import with_parts
+from tests.report.test_sheet import ORIGIN, PAGES_OF_PDF
+from tests.report.watched import Watched
+
+pytestmark = pytest.mark.slow
+
+
+def failed_run() -> dict[str, Any]:
+    """A report with causes, holes, a plan and an origin."""
+    report = with_parts() | {"origin": ORIGIN, "rerun": {"suite": "rl", "options": []}}
+    return report | {"closing": sample_sections.CLOSING}
+
+
+class Clicks:
+    """Clicks on what can be seen, counted."""
+
+    def __init__(self, page: Any) -> None:
+        self.page, self.count = page, 0
+
+    def on(self, selector: str, text: str = "") -> None:
+        """The first visible element that matches."""
+        self.page.locator(f"{selector}:visible", has_text=text).first.click()
+        self.count += 1
+
+
+def test_the_cause_and_the_place_of_a_failure_take_at_most_three_clicks(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(failed_run(), tmp_path)
+    clicks = Clicks(page)
+    assert "controller/states.py:42" in page.locator("#summary .cause").first.inner_text()
+    clicks.on("#summary .cause a", "Cause 1")
+    page.wait_for_selector("#causes:not([hidden])")
+    assert "<b>without</b> the disturbance it passes" in page.locator("#causes").inner_text()
+    clicks.on("#causes a", "rl-one")
+    page.wait_for_selector("#test:not([hidden]) svg")
+    assert clicks.count <= 3
+    watched.assert_quiet()
+
+
+def test_the_largest_hole_and_the_command_that_aims_at_it_take_two_clicks(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(failed_run(), tmp_path)
+    clicks = Clicks(page)
+    clicks.on("header nav a", "Coverage")
+    clicks.on("#closure .hole summary")
+    hole = page.locator("#closure .hole").first
+    assert hole.locator(".command pre").first.inner_text().startswith("pytest ")
+    assert hole.locator("tbody tr").first.is_visible()
+    assert clicks.count == 2
+    watched.assert_quiet()
+
+
+def test_the_sheet_is_one_pdf_of_at_most_four_pages(watched: Watched, tmp_path: Path) -> None:
+    page = watched.open(failed_run(), tmp_path)
+    clicks = Clicks(page)
+    clicks.on("header nav a", "Sheet")
+    page.wait_for_selector("#sheet:not([hidden])")
+    pdf = page.pdf(path=tmp_path / "sheet.pdf", format="A4", prefer_css_page_size=True)
+    assert 1 <= len(PAGES_OF_PDF.findall(pdf)) <= 4
+    assert clicks.count == 1
