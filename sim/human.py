@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 from controller.ports import HumanReady, LegReady, Request, TurnDone
@@ -18,6 +19,13 @@ PATIENCE_S = 60.0
 TURN_PATIENCE_S = 150.0
 """How long a person waits for release or discard of an offered leg before the next request: longer than the robot's
 longest turn, in which its sensors give no reading for up to 100 s."""
+
+HOLDS_S = 15.0
+"""A person who has a leg, and hears nothing of the robot for so long, takes it away: a turn is reported within 15 s
+after the leg has left the robot's hand (R15). Who stood there with it was in the way of the next leg."""
+
+LOOKS_S = 2.5
+"""So often a person who waits notices whether a leg is in the own hand (chosen)."""
 
 REST_OF_RUN_S = 1000.0
 """Longer than any run."""
@@ -144,11 +152,17 @@ class Human:
     def await_turn_end(self) -> None:
         """Wait for the end of the announced turn, if there is one. A second time right after it does nothing."""
         self._handle_turn_ends()
-        deadline_s = self._kernel.now_s + TURN_PATIENCE_S
+        deadline_s, holds_since_s = self._kernel.now_s + TURN_PATIENCE_S, math.inf
         while self._awaited_turn and self._kernel.now_s < deadline_s:
-            end = self._ends.wait(deadline_s - self._kernel.now_s)
+            end = self._ends.wait(min(LOOKS_S, deadline_s - self._kernel.now_s))
             if end is not None:
                 self._turn_ended(end)
+            elif self._world.legs.carried is None:
+                holds_since_s = math.inf
+            else:
+                holds_since_s = min(holds_since_s, self._kernel.now_s)
+                if self._kernel.now_s - holds_since_s >= HOLDS_S:
+                    self._sit_back()
             self._handle_turn_ends()
         if self._awaited_turn:  # the robot's report was not heard: the person takes the turn for ended
             self._awaited_turn = 0

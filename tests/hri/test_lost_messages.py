@@ -13,6 +13,7 @@ from pytest_hricdv.generate.concrete import concretize
 from pytest_hricdv.testbench import Constant, Disturbance, Doubled, Late, Lost
 
 from . import bench
+from .disturbed import concrete, judged, unknown_violations
 
 
 def disturbed(disturbance: MessageDisturbance, *further: str) -> CaseResult:
@@ -64,3 +65,16 @@ def test_a_report_on_the_table_that_nobody_hears_is_given_all_the_same() -> None
     assert bench.times(result, "table_done")
     assert result.outcome.ended == "table done"
     assert not result.faults
+
+
+def test_a_person_who_does_not_hear_that_the_turn_is_over_takes_the_leg_away() -> None:
+    """Who stood there with it for 150 s was hit by the next leg, with more than 0.25 rad/s in the arm (R4)."""
+    *answered, ready = bench.leg()
+    again = ("asks_again", {"after_s": 31.3})
+    result = judged(concrete([*answered, "disturb end_lost", ready, again], sensing_timeout_s=30.0))
+    assert result.outcome.outcomes[0] == "released"
+    times_s, values = result.record.signals["leg_taken"]
+    (taken_s, put_down_s) = (time_s for time_s, value in zip(times_s, values, strict=True) if time_s)
+    assert 15.0 < put_down_s - taken_s < 20.0
+    assert len(result.outcome.outcomes) == 2
+    assert not unknown_violations(result)
