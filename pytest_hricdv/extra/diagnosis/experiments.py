@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, Evidence, Group
@@ -80,9 +80,9 @@ class Experiments:
 
     def groups(self, enough: float = math.inf) -> tuple[Group, ...]:
         """The groups, after experiments with all of their tests, or with `enough` of each."""
-        groups = self.grouping(self.evidence)
         if self.ended == "interrupted":
-            return groups
+            return self.grouping(self.evidence)
+        groups = self.grouping(replace(self.evidence, asks=True))
         self.ended = "done"
         try:
             while (wanted := self._next(groups)) is not None and self._confirmed(wanted[1]) < enough:
@@ -90,10 +90,10 @@ class Experiments:
                     self.ended = "runs"
                     break
                 self._try(*wanted)
-                groups = self.grouping(self.evidence)
+                groups = self.grouping(replace(self.evidence, asks=True))
         except KeyboardInterrupt:
             self.ended = "interrupted"
-        return groups
+        return self.grouping(self.evidence)
 
     def _next(self, groups: Sequence[Group]) -> tuple[str, Group] | None:
         """The test and the group of the next experiment: the group with fewest tests tried, the largest first."""

@@ -48,11 +48,15 @@ Kind = tuple[Change, str, str, str]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What experiments have shown of failures: their node id and requirement -> changes, or repairs of the code."""
+    """What experiments have shown of failures: their node id and requirement -> changes, or repairs of the code.
+
+    With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come.
+    """
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)
     refuted: Mapping[tuple[str, str], Collection[Change]] = field(default_factory=dict)
     mended: Mapping[tuple[str, str], Collection[str]] = field(default_factory=dict)
+    asks: bool = False
 
 
 @dataclass(frozen=True)
@@ -213,7 +217,8 @@ class _Association:
         without = len(failing) - both
         if others and both * others <= without * len(having):
             return 0.0
-        if self._of_kind[kind] <= having or _by_chance(both, len(having), len(failing), self._tests) < BESIDE_OTHERS:
+        is_sure = self._of_kind[kind] <= having or self._evidence.asks
+        if is_sure or _by_chance(both, len(having), len(failing), self._tests) < BESIDE_OTHERS:
             return ochiai(Counts(both, len(having) - both, len(failing)))
         return 0.0
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
@@ -38,6 +40,22 @@ def test_a_refuted_change_gives_way_to_the_next() -> None:
     assert experiments.ended == "done"
     assert experiments.confirmed == {("a", "R1"): "noise", ("b", "R1"): "noise"}
     assert experiments.refuted == {("a", "R1"): {"shut"}}  # and so it is no longer thought of b
+
+
+@pytest.mark.parametrize(("budget", "changes"), [(0, [""]), (9, ["", "shut"])])
+def test_what_may_go_with_failures_by_chance_is_tried(budget: int, changes: list[str]) -> None:
+    """Of five tests, two fail: one for a disturbance, one without. Without experiments, nothing tells them apart."""
+    tests = {"a": concrete("a", "disturb shut"), "b": concrete("b", "go")}
+    disturbances: dict[str, tuple[str, ...]] = {"a": ("shut",), "b": (), **{f"passing{n}": () for n in range(3)}}
+    failures = [Failure(name, "R1", "", "", 1.0, disturbances[name], is_known=False) for name in tests]
+
+    def grouping(evidence: Evidence) -> tuple[Group, ...]:
+        return grouped(disturbances, failures, Spectra(), evidence)
+
+    def run(test: ConcreteTest) -> Ran:
+        return Ran(violated=("R1",) if test.actions else ())
+
+    assert sorted(group.change for group in Experiments(grouping, tests, run, budget).groups()) == changes
 
 
 def test_the_budget_ends_them() -> None:
