@@ -30,6 +30,7 @@ PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
 SUITE = "--hri-suite=rl"
 WIDTH, HEIGHT = 1280, 840
 COLOURS = 128
+STILL = "() => [...document.querySelectorAll('#test video')].every(film => film.readyState > 1 && !film.seeking)"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
@@ -39,13 +40,16 @@ def main() -> None:
         folder = Path(name)
         report, printed = run(folder / "hri-report", "-n", "2", "--hri-strict")
         failing = report["causes"][0]["minimal_of"]
-        filmed, _ = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=0", "--hri-strict")
+        filmed, _ = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=8", "--hri-strict")
         (film,) = [test["film"]["video"] for test in filmed["tests"]]
         moving_picture(folder / "filmed" / film, first_cause(printed, folder), PICTURES / "run.gif")
         shot = folder / "report.png"
         screenshot(folder / "hri-report" / "index.html", shot)
         save(Image.open(shot), PICTURES / "report.png")
-    freshness.made(["run.gif", "report.png"])
+        shot = folder / "test.png"
+        screenshot(folder / "filmed" / "index.html", shot, f"test/{failing}")
+        save(Image.open(shot), PICTURES / "test.png")
+    freshness.made(["run.gif", "report.png", "test.png"])
 
 
 def run(folder: Path, *options: str) -> tuple[dict[str, Any], str]:
@@ -69,16 +73,19 @@ def first_cause(printed: str, folder: Path) -> list[str]:
     return [headline, *(line.replace(f"{folder}/", "") for line in cause[:end])]
 
 
-def screenshot(page: Path, target: Path) -> None:
-    """The top of a page, as a window of WIDTH x HEIGHT shows it."""
+def screenshot(page: Path, target: Path, address: str = "") -> None:
+    """The top of a page, as a window of WIDTH x HEIGHT shows it; `address` is of a view with a run."""
     from playwright.sync_api import sync_playwright
 
     browser_path = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=browser_path, args=["--no-sandbox"])
         view = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, reduced_motion="reduce")
-        view.goto(page.as_uri())
+        view.goto(f"{page.as_uri()}#{address}" if address else page.as_uri())
         view.wait_for_selector("html[data-ready]", state="attached")
+        if address:
+            view.wait_for_selector("#test .timeline svg")
+            view.wait_for_function(STILL)
         view.screenshot(path=target)
         browser.close()
 
