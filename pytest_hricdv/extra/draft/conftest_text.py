@@ -130,6 +130,7 @@ def _testbench(draft: Draft) -> list[str]:
     units += [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
               for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
     names = ", ".join(message.name for message in draft.messages)
+    covered = f'"{draft.person}", "robot"' if draft.things else f'"{draft.person}",'
     lines = [
         "",
         "",
@@ -143,7 +144,7 @@ def _testbench(draft: Draft) -> list[str]:
         "        model=Model(",
         f'            HERE / "models" / "{draft.robot}.mas2j",',
         f'            actor="{draft.person}",',
-        f'            covered=("{draft.person}", "robot"),',
+        f"            covered=({covered}),",
         "        ),",
         "        beliefs=BeliefSpace(",
         f"            start={_tuple(start_beliefs(draft))},",
@@ -361,6 +362,7 @@ def _person(draft: Draft) -> list[str]:
         ]
         branches.append(branch)
     lines += [line for branch in branches for line in branch]
+    lines += [] if draft.findings.said else ['        world.record("person_is_there", False)']
     lines += ['        run.kernel.stop("the person has left")']
     return [line for line in lines if line]
 
@@ -421,6 +423,7 @@ def _robot(draft: Draft) -> list[str]:
         lines += ["    def robot() -> None:", "        asyncio.run(program())"]
     else:
         lines = ["    def robot() -> None:", *body, f"        {called}"]
+    lines += [] if draft.findings.said else ['        world.record("robot_works", False)']
     return [*lines, '        run.kernel.stop("the robot has ended its work")']
 
 

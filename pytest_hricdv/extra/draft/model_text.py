@@ -10,7 +10,8 @@ NEVER = "never"
 
 def mas2j(draft: Draft) -> str:
     """The multi-agent system."""
-    return f"MAS {draft.robot} {{ agents: meta; {draft.person}; robot; }}\n"
+    robot_too = " robot;" if draft.things else ""
+    return f"MAS {draft.robot} {{ agents: meta; {draft.person};{robot_too} }}\n"
 
 
 def meta(draft: Draft) -> str:
@@ -69,7 +70,7 @@ def person(draft: Draft) -> str:
         *(f"!see_{word(sensor.name)}" for sensor in draft.sensors),
         *(f"!do_{thing.name}" for thing in draft.things),
     ]
-    body = "; ".join(steps) or "wait_answer"
+    body = "; ".join(steps if draft.things else [*steps, "wait_answer"])
     lines += ["", "@once  +!visit : one_round  <- !round.", "@again +!visit : two_rounds <- !round; !round.", ""]
     lines += [f"+!round <- {body}.", ""]
     for sensor in draft.sensors:

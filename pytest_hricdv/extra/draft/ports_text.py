@@ -188,13 +188,13 @@ _OUTBOX = '''
 class Outbox:
     """A queue, or a function, that the code hands messages to: the robot says them."""
 
-    def __init__(self, run: Run, said: Callable[..., Any] = lambda message: message) -> None:
+    def __init__(self, run: Run, said: Callable[..., Any] = lambda *arguments: arguments[-1]) -> None:
         self._port, self._said = run.bus.port("robot"), said
 
     def __call__(self, *arguments: Any) -> None:
-        """Say it."""
+        """Say it. TODO: what is of no class, such as a text, is not said: which message is it?"""
         message = self._said(*arguments)
-        if message is not None:
+        if is_dataclass(message):
             self._port.publish(message)
 
     put_nowait = __call__
@@ -309,6 +309,7 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"import {name}" for name in modules if re.search(rf"(?<![\w.]){name}\.", body)]
     names = [name for name in ("Callable", "Iterator") if name in body]
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []
+    lines += ["from dataclasses import is_dataclass"] if "is_dataclass(" in body else []
     lines += ["from functools import partial"] if "partial(" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec",
@@ -319,7 +320,7 @@ def _head(draft: Draft, body: str) -> str:
     if "Run" in body:
         own.append("from pytest_hricdv.testbench import Run")
     if "World" in body:
-        own.append("from world import World")
+        own += ["", "from world import World"] if own else ["from world import World"]
     lines += [*([""] if own else []), *own]
     if draft.missing:
         names_ = ", ".join(f'"{name}"' for name in dict.fromkeys(name.partition(".")[0] for name in draft.missing))

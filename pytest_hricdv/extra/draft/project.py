@@ -43,7 +43,8 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield f"models/{draft.robot}.mas2j", mas2j(draft)
     yield "models/meta.asl", meta(draft)
     yield f"models/{draft.person}.asl", person(draft)
-    yield "models/robot.asl", robot(draft)
+    if draft.things:
+        yield "models/robot.asl", robot(draft)
     yield "requirements.toml", requirements(draft)
     yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)

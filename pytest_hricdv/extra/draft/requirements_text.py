@@ -18,7 +18,7 @@ def requirement_ids(draft: Draft) -> dict[str, str]:
     """Subject of each requirement (`answer order`, `state moving`) -> its id."""
     subjects = [subject for subject, _, _ in _asked(draft)]
     subjects += [f"state {state}" for state in draft.states]
-    subjects += ["said"] if draft.findings.said else []
+    subjects += ["said"] if draft.findings.said else ["works", "ends"]
     return {subject: f"R{number}" for number, subject in enumerate(subjects, 1)}
 
 
@@ -51,6 +51,8 @@ def requirements(draft: Draft) -> str:
         lines += _requirement(ids[subject], title, formula, str(place), is_dropped, "how long may it last")
     if "said" in ids:
         lines += _flood(ids["said"], draft)
+    else:
+        lines += _silent(ids, draft)
     return "\n".join(lines) + "\n"
 
 
@@ -79,6 +81,15 @@ def _flood(name: str, draft: Draft) -> list[str]:
     title = f"Before {_words(message.topic)}, the robot has heard something"
     formula = f"always(on({message.topic}) -> once({heard}))"
     return _requirement(name, title, formula, str(message.place), "said" in draft.dropped, "may it come of itself")
+
+
+def _silent(ids: dict[str, str], draft: Draft) -> list[str]:
+    """What can be asked of a robot of which nobody knows what it says."""
+    works = "always(person_is_there -> robot_works)"
+    title, is_dropped = "The code works as long as the person is there", "works" in draft.dropped
+    lines = _requirement(ids["works"], title, works, draft.findings.package, is_dropped, "may it end before")
+    ends = "always(person_is_there -> eventually[0:900](not person_is_there | not robot_works))"
+    return lines + _requirement(ids["ends"], "A visit ends within 900 s", ends, "TODO: ask for more", False, "")
 
 
 def _requirement(name: str, title: str, formula: str, place: str, is_dropped: bool, question: str) -> list[str]:

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,12 @@ from pytest_hricdv.extra.draft.requirements_text import requirement_ids
 LIMIT_S = 100.0
 """So long the first runs may take (chosen: nobody waits for longer for a draft); then they are left out."""
 
+ENDING_S = 30.0
+"""So long a session that was told to end may take for its report (chosen)."""
+
+FIRST = 8
+"""Tests of the very first runs (chosen: one has each start and most manners)."""
+
 SUITES = ("rl", "closure")
 """The suites that are to be green."""
 
@@ -32,14 +38,16 @@ class Trial:
     Args:
         tests: how many there were.
         passed: of them.
-        failures: the requirements that failed in some, and those that none triggered; by their ids.
+        failed: the requirements that failed in some, by their ids.
+        never: those that none triggered.
         error: what the code raised or the testbench lacks, in a sentence; empty where all runs went through.
         effects: what the code would have done outside.
     """
 
     tests: int
     passed: int
-    failures: tuple[str, ...]
+    failed: tuple[str, ...]
+    never: tuple[str, ...]
     error: str
     effects: tuple[Problem, ...]
 
@@ -50,15 +58,17 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
     A draft whose runs go round without time passing is tried once more with devices that take time.
     """
     trials: list[Trial] = []
+    if "rl" in suites:  # few tests first: where much fails, all of them would take long
+        first = run(draft, "rl", FIRST)
+        draft = replace(draft, takes_time="no simulated time" in first.error)
+        draft = _without(draft, first.failed)
     for suite in suites:
         trial = run(draft, suite)
         if trial.error and "no simulated time" in trial.error and not draft.takes_time:
             draft = replace(draft, takes_time=True)
             trial = run(draft, suite)
         trials.append(trial)
-        subjects = {name: subject for subject, name in requirement_ids(draft).items()}
-        failed = tuple(subjects[name] for name in trial.failures if name in subjects)
-        draft = replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + failed)))
+        draft = _without(draft, (*trial.failed, *trial.never))
         if trial.error:
             break
     effects = tuple(dict.fromkeys(effect for trial in trials for effect in trial.effects))
@@ -66,8 +76,15 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
     return replace(draft, findings=replace(findings, problems=findings.problems + effects)), tuple(trials)
 
 
-def run(draft: Draft, suite: str) -> Trial:
-    """Run one suite of a draft."""
+def _without(draft: Draft, names: Sequence[str]) -> Draft:
+    """The draft, in which these requirements are questions."""
+    subjects = {name: subject for subject, name in requirement_ids(draft).items()}
+    dropped = tuple(subjects[name] for name in names if name in subjects)
+    return replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + dropped)))
+
+
+def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
+    """Run one suite of a draft, or so many of its tests."""
     with tempfile.TemporaryDirectory(prefix="hri-draft-") as name:
         folder = Path(name).resolve()
         write(replace(draft, folder=folder), folder)
@@ -80,24 +97,33 @@ def run(draft: Draft, suite: str) -> Trial:
         }
         command = [sys.executable, "-m", "pytest", "-q", "-p", guard.__name__, "-p", "no:cacheprovider",
                    f"--hri-suite={suite}", "--hri-audit=off"]  # fmt: skip
-        try:
-            done = subprocess.run(
-                command,
-                cwd=folder,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=LIMIT_S,
-            )
-        except subprocess.TimeoutExpired:
-            return Trial(
-                0, 0, (), f"suite {suite}: its runs took more than {LIMIT_S:g} s, and were ended", _effects(notes)
-            )
+        command += [] if tests is None else [f"--hri-tests={tests}"]
+        text, is_ended = _done(command, folder, environment)
         report = folder / "hri-report" / "report.json"
         if not report.exists():
-            return Trial(0, 0, (), _last_error(done.stdout + done.stderr), _effects(notes))
-        return _read(json.loads(report.read_text(encoding="utf-8")), _effects(notes))
+            return Trial(0, 0, (), (), _last_error(text), _effects(notes))
+        trial = _read(json.loads(report.read_text(encoding="utf-8")), _effects(notes))
+        if is_ended and not trial.error:
+            error = f"suite {suite}: after {LIMIT_S:g} s its runs were ended, at {trial.tests} tests: others may fail"
+            return replace(trial, never=(), error=error)
+        return trial
+
+
+def _done(command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> tuple[str, bool]:
+    """What a command says; and whether it was ended, as a session that still reports what it has."""
+    process = subprocess.Popen(
+        command, cwd=folder, env=environment, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    try:
+        return process.communicate(timeout=LIMIT_S)[0], False
+    except subprocess.TimeoutExpired:
+        process.terminate()
+    try:
+        return process.communicate(timeout=ENDING_S)[0], True
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.communicate()[0], True
 
 
 def _last_error(text: str) -> str:
@@ -126,9 +152,9 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
                 failed[name] = None
             triggers[name] = triggers.get(name, 0) + result["triggers"]
     never = [name for name, count in triggers.items() if not count]
-    errors = [test["failure"] for test in tests if test["outcome"] != "passed" and not _is_of_requirements(test)]
+    errors = [test["failure"] for test in tests if test["failure"] and not _is_of_requirements(test)]
     passed = sum(test["outcome"] == "passed" for test in tests)
-    return Trial(len(tests), passed, (*failed, *never), _sentence(errors[0]) if errors else "", effects)
+    return Trial(len(tests), passed, tuple(failed), tuple(never), _sentence(errors[0]) if errors else "", effects)
 
 
 def _sentence(failure: str) -> str:
