@@ -33,6 +33,8 @@ IDLE = (
 CAUSES = {
     "A2": IDLE,
     "N6": IDLE,
+    "N7": "The battery is just above its limit when the robot comes to its charger: with motors that take time it is "
+    "there a moment later, and just below.",
     "S3": "In MuJoCo the motors take 0.1 s to slow down: at the edge of the half second it may still be too fast.",
     "S4": "The planar force is that of the impact, or what the wheels push with. In MuJoCo both come together, up to "
     "120 N more.",
