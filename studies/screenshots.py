@@ -9,6 +9,7 @@ gives its path if it is not found.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -28,6 +29,9 @@ from studies.moving_picture import moving_picture
 
 PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
 SUITE = "--hri-suite=rl"
+VIEWS = {"report.png": "", "tests.png": "tests", "closure.png": "closure", "sheet.png": "sheet"}
+"""Picture -> the address of the view that it shows."""
+
 WIDTH, HEIGHT = 1280, 840
 COLOURS = 128
 STILL = "() => [...document.querySelectorAll('#test video')].every(film => film.readyState > 1 && !film.seeking)"
@@ -43,13 +47,10 @@ def main() -> None:
         filmed, _ = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=8", "--hri-strict")
         (film,) = [test["film"]["video"] for test in filmed["tests"]]
         moving_picture(folder / "filmed" / film, first_cause(printed, folder), PICTURES / "run.gif")
-        shot = folder / "report.png"
-        screenshot(folder / "hri-report" / "index.html", shot)
-        save(Image.open(shot), PICTURES / "report.png")
-        shot = folder / "test.png"
-        screenshot(folder / "filmed" / "index.html", shot, f"test/{failing}")
-        save(Image.open(shot), PICTURES / "test.png")
-    freshness.made(["run.gif", "report.png", "test.png"])
+        for picture, view in VIEWS.items():
+            screenshot(folder / "hri-report" / "index.html", PICTURES / picture, view)
+        screenshot(folder / "filmed" / "index.html", PICTURES / "test.png", f"test/{failing}")
+    freshness.made(["run.gif", "test.png", *VIEWS])
 
 
 def run(folder: Path, *options: str) -> tuple[dict[str, Any], str]:
@@ -74,7 +75,7 @@ def first_cause(printed: str, folder: Path) -> list[str]:
 
 
 def screenshot(page: Path, target: Path, address: str = "") -> None:
-    """The top of a page, as a window of WIDTH x HEIGHT shows it; `address` is of a view with a run."""
+    """The top of a page's view with an address (empty: its first), as a window of WIDTH x HEIGHT shows it."""
     from playwright.sync_api import sync_playwright
 
     browser_path = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -83,10 +84,10 @@ def screenshot(page: Path, target: Path, address: str = "") -> None:
         view = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, reduced_motion="reduce")
         view.goto(f"{page.as_uri()}#{address}" if address else page.as_uri())
         view.wait_for_selector("html[data-ready]", state="attached")
-        if address:
+        if address.startswith("test/"):
             view.wait_for_selector("#test .timeline svg")
             view.wait_for_function(STILL)
-        view.screenshot(path=target)
+        save(Image.open(io.BytesIO(view.screenshot())), target)
         browser.close()
 
 
