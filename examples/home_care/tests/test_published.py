@@ -156,7 +156,7 @@ def test_the_page_says_whether_a1_is_checked_where_food_was_ordered_and_heard() 
 
 def test_which_runs_had_an_unheard_order_is_read_off_their_lines() -> None:
     held = {name: {"verdict": "NC"} for name in ("A1", "A2", "A3", "A4")}
-    tests = [
+    tests: list[dict[str, object]] = [
         {"name": "published pr 3", "requirements": held, "code": {"percent": 71.0}, "abstract": lines_}
         for lines_ in ([UNHEARD, "feed"], ["feed", UNHEARD])
     ]
