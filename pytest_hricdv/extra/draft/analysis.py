@@ -21,6 +21,8 @@ from pytest_hricdv.extra.draft.findings import (
 )
 from pytest_hricdv.extra.draft.machines import LibraryMachines
 from pytest_hricdv.extra.draft.messages import MessageFinder
+from pytest_hricdv.extra.draft.ros_findings import Endpoint
+from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
 from pytest_hricdv.extra.draft.sources import find
 from pytest_hricdv.extra.draft.state_walk import written_machines
 from pytest_hricdv.extra.draft.tables import table_machines
@@ -68,6 +70,7 @@ def analyse(package: str, start: Path | None = None) -> Findings:
         parameters=tuple(parameters(sources, flow)),
         entry=entry,
         problems=problems(sources, flow),
+        ros=ros_nodes(sources, flow),
     )
     return replace(findings, questions=tuple(_questions(findings)))
 
@@ -151,9 +154,11 @@ def _is_of(values: set[str], states: set[str]) -> bool:
 
 
 def _questions(findings: Findings) -> Iterator[Question]:
-    if not findings.heard:
+    for endpoint in findings.ros.endpoints:
+        yield from _endpoint_question(endpoint)
+    if not findings.heard and not any(not endpoint.is_said for endpoint in findings.ros.endpoints):
         yield Question("Nothing was found that the code hears: what makes it act?", "messages", None)
-    if not findings.said:
+    if not findings.said and not any(endpoint.is_said for endpoint in findings.ros.endpoints):
         yield Question("Nothing was found that the code says: how does one see what it does?", "messages", None)
     for message in findings.messages:
         for part in message.fields:
@@ -174,6 +179,13 @@ def _questions(findings: Findings) -> Iterator[Question]:
         if not machine.transitions and machine.kind != "py_trees":
             yield Question(f"Which state of `{machine.name}` follows which?", "transitions", machine.place)
     yield from _entry_questions(findings.entry)
+
+
+def _endpoint_question(endpoint: Endpoint) -> Iterator[Question]:
+    lacks = [word for word, value in (("name", endpoint.name), ("type", endpoint.type)) if not value]
+    if lacks:
+        text = f"Which {' and which '.join(lacks)} has this {endpoint.kind}"
+        yield Question(f"{text}{f', {endpoint.name}' if endpoint.name else ''}?", endpoint.kind, endpoint.place)
 
 
 def _entry_questions(entry: Entry | None) -> Iterator[Question]:

@@ -9,8 +9,14 @@ from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft, robot_name
 from pytest_hricdv.extra.draft.findings import Findings
 from pytest_hricdv.extra.draft.project import check, write
+from pytest_hricdv.extra.draft.ros_findings import ros_lines
 from pytest_hricdv.extra.draft.running import with_transitions
 from pytest_hricdv.extra.draft.trial import Trial, tried
+
+NO_NODES = (
+    "--from drafts no testbench for nodes of ROS 2: what they say and hear is listed here, and docs/ros2.md says how "
+    "they are tested"
+)
 
 
 def draft(package: str, folder: Path, robot: str, person: str, runs: bool = True) -> Iterator[str]:
@@ -38,6 +44,9 @@ def _found(findings: Findings) -> Iterator[str]:
         f"{len(machine.states) if machine else 0} states, {len(machine.transitions) if machine else 0} transitions, "
         f"{len(findings.waits)} waits"
     )
+    if findings.ros.nodes or findings.ros.endpoints:
+        yield from ros_lines(findings.ros)
+        yield NO_NODES
     for problem in findings.problems:
         yield f"{problem.place}: {problem.text}" if problem.place is not None else problem.text
 

@@ -7,8 +7,11 @@ keeps the code from being run as it is a `Problem`. Both are sentences for peopl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
+
+from pytest_hricdv.extra.draft.place import Place as Place
+from pytest_hricdv.extra.draft.ros_findings import RosNodes
 
 How = Literal["analysis", "run"]
 """Read in the source, or seen when the code ran."""
@@ -17,17 +20,6 @@ Certainty = Literal["certain", "likely"]
 
 Direction = Literal["said", "heard", "both"]
 """Seen from the code: what it says, what it hears."""
-
-
-@dataclass(frozen=True, order=True)
-class Place:
-    """A line of the code: its file, relative to the folder that the package is in, and the line from 1."""
-
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}"
 
 
 @dataclass(frozen=True)
@@ -301,6 +293,7 @@ class Findings:
         entry: what to call; None where nothing was found.
         questions: what could not be found.
         problems: what was in the way.
+        ros: nodes of ROS 2, with what they say and hear.
     """
 
     package: str
@@ -315,6 +308,7 @@ class Findings:
     entry: Entry | None = None
     questions: tuple[Question, ...] = ()
     problems: tuple[Problem, ...] = ()
+    ros: RosNodes = field(default_factory=RosNodes)
 
     @property
     def said(self) -> tuple[Message, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.ros_findings import ros_lines
 
 MOST = 10
 """Lines to edit that are listed."""
@@ -35,6 +36,7 @@ def readme(draft: Draft) -> str:
         f"| calls that wait | {len(findings.waits)} | virtual: {', '.join(findings.virtual) or 'none'} |",
         f"| numbers with units | {len(findings.constants)} | |",
         "",
+        *_nodes(draft),
         "## The next lines to edit",
         "",
         "The first ones bring most.",
@@ -50,6 +52,14 @@ def readme(draft: Draft) -> str:
         lines += ["", "## All questions", ""]
         lines += [f"- {f'`{q.place}`: ' if q.place is not None else ''}{q.text}" for q in questions]
     return "\n".join(lines) + "\n"
+
+
+def _nodes(draft: Draft) -> list[str]:
+    """What nodes of ROS 2 say and hear."""
+    nodes = draft.findings.ros
+    if not nodes.nodes and not nodes.endpoints:
+        return []
+    return ["## Nodes of ROS 2", "", *(f"- {line}" for line in ros_lines(nodes)), ""]
 
 
 def _edits(draft: Draft) -> Iterator[str]:

@@ -9,6 +9,7 @@ from pytest_hricdv.extra.draft.constants import UnknownValueError, evaluate
 from pytest_hricdv.extra.draft.findings import Constant, Parameter, Wait
 from pytest_hricdv.extra.draft.messages import form_of
 from pytest_hricdv.extra.draft.naming import unit_of
+from pytest_hricdv.extra.draft.ros_nodes import ros_parameters
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow
 
@@ -126,10 +127,5 @@ def parameters(sources: Sources, flow: ValueFlow) -> Iterator[Parameter]:
                 name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
                 written, place = ast.unparse(statement.annotation), scope.module.place(statement)
                 yield Parameter(name, scope.node.name, written, default, unit_of(name), place)
-    for module, at, node in flow.nodes:
-        if isinstance(node, ast.Call) and dotted_name(node.func).endswith(".declare_parameter") and node.args:
-            first = node.args[0]
-            if isinstance(first, ast.Constant) and isinstance(first.value, str):
-                default = ast.unparse(node.args[1]) if len(node.args) > 1 else ""
-                owner = at.owner.name if at is not None and at.owner is not None else ""
-                yield Parameter(first.value, owner, "", default, unit_of(first.value), module.place(node))
+    for declared in ros_parameters(flow):
+        yield Parameter(declared.name, declared.owner, "", declared.default, unit_of(declared.name), declared.place)

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.__main__ import main
+from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.findings import Findings
+from tests.extra.draft import ros_robots
+
+
+def read(tmp_path: Path, source: str) -> Findings:
+    (tmp_path / "node_code.py").write_text(source, encoding="utf-8")
+    return analyse("node_code", tmp_path)
+
+
+ENDPOINTS = {
+    "ARM": {
+        "publisher /arm/moving std_msgs/msg/Bool of arm, called: ",
+        "publisher /arm/done std_msgs/msg/Empty of arm, called: ",
+        "subscription /request std_msgs/msg/Empty of arm, called: self.on_request",
+        "subscription /somebody_near std_msgs/msg/Bool of arm, called: self.on_person",
+    },
+    "DOOR": {
+        "publisher /home/door/state std_msgs/msg/String of door, called: ",
+        "subscription /home/commands std_msgs/msg/String of door, called: on_command",
+        "service /home/lock std_srvs/srv/SetBool of door, called: on_lock",
+    },
+    "TRANSPORT": {
+        "client /grip std_srvs/srv/Trigger of transport, called: ",
+        "action server /fetch transport_msgs/action/Fetch of transport, called: self.fetch",
+        "action client /navigate_to_pose nav2_msgs/action/NavigateToPose of transport, called: ",
+        "publisher   of transport, called: ",
+    },
+}
+
+
+@pytest.mark.parametrize("name", ENDPOINTS)
+def test_topics_services_and_actions_are_those_of_the_source(name: str, tmp_path: Path) -> None:
+    endpoints = read(tmp_path, getattr(ros_robots, name)).ros.endpoints
+    assert {f"{e.kind} {e.name} {e.type} of {e.node}, called: {e.callback}" for e in endpoints} == ENDPOINTS[name]
+
+
+def test_parameters_and_timers_have_their_defaults_and_places(tmp_path: Path) -> None:
+    arm = read(tmp_path, ros_robots.ARM).ros
+    assert [(p.name, p.default, str(p.place)) for p in arm.parameters] == [("period_s", "0.1", "node_code.py:11")]
+    assert [(t.callback, str(t.place)) for t in arm.timers] == [("self.step", "node_code.py:18")]
+    door = read(tmp_path, ros_robots.DOOR).ros
+    assert {(p.name, p.default) for p in door.parameters} == {
+        ("limits.open_s", "5.0"),
+        ("limits.name", "'front'"),
+        ("command_topic", "'commands'"),
+    }
+
+
+def test_what_the_source_does_not_name_is_a_question_with_its_place(tmp_path: Path) -> None:
+    questions = read(tmp_path, ros_robots.TRANSPORT).questions
+    asked = [(str(q.place), q.text) for q in questions if q.about == "publisher"]
+    assert asked == [("node_code.py:21", "Which name and which type has this publisher?")]
+
+
+def test_code_without_rclpy_has_no_nodes(tmp_path: Path) -> None:
+    source = "class Bus:\n    def create_publisher(self, kind, topic): ...\n\nBus().create_publisher(int, 'x')\n"
+    assert read(tmp_path, source).ros.endpoints == ()
+
+
+def test_the_terminal_says_what_nodes_say_and_hear_and_what_is_not_drafted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "node_code.py").write_text(ros_robots.ARM, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "draft", "--from", "node_code", "--no-run"]) == 0
+    said = capsys.readouterr().out
+    assert "nodes of ROS 2: 1 (arm)" in said
+    assert "node_code.py:16: topics heard: /request (std_msgs/msg/Empty) -> self.on_request" in said
+    assert "node_code.py:11: parameter: period_s, default 0.1" in said
+    assert "docs/ros2.md" in said
+    assert "/arm/done (std_msgs/msg/Empty)" in (tmp_path / "draft" / "README.md").read_text(encoding="utf-8")
