@@ -21,6 +21,7 @@ from pytest_hricdv.extra.draft.findings import (
 )
 from pytest_hricdv.extra.draft.machines import LibraryMachines
 from pytest_hricdv.extra.draft.messages import MessageFinder
+from pytest_hricdv.extra.draft.plain import PlainFinder
 from pytest_hricdv.extra.draft.ros_findings import Endpoint
 from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
 from pytest_hricdv.extra.draft.sources import find
@@ -49,7 +50,11 @@ def analyse(package: str, start: Path | None = None) -> Findings:
     name, _, entry_name = package.partition(":")
     sources = find(name, (start or Path.cwd()).resolve())
     flow = ValueFlow(sources)
-    messages = MessageFinder(sources, flow).messages()
+    entry = EntryFinder(sources, flow).entry(entry_name)
+    finder = MessageFinder(sources, flow)
+    messages = finder.messages()
+    plain = PlainFinder(sources, flow, finder, entry).found()
+    messages += tuple(message for message in plain.messages if _is_new(message, messages))
     machines = (
         *LibraryMachines(sources, flow).machines(),
         *table_machines(sources, flow),
@@ -57,7 +62,6 @@ def analyse(package: str, start: Path | None = None) -> Findings:
     )
     machines = _told(_unique(machines), messages, flow)
     messages = _with_states(messages, machines)
-    entry = EntryFinder(sources, flow).entry(entry_name)
     findings = Findings(
         package=name,
         root=str(sources.root),
@@ -71,8 +75,14 @@ def analyse(package: str, start: Path | None = None) -> Findings:
         entry=entry,
         problems=problems(sources, flow),
         ros=ros_nodes(sources, flow),
+        channels=plain.channels,
     )
-    return replace(findings, questions=tuple(_questions(findings)))
+    return replace(findings, questions=(*_questions(findings), *plain.questions))
+
+
+def _is_new(message: Message, messages: Sequence[Message]) -> bool:
+    """Whether a message without a class does not come where one of a class does."""
+    return all(other.channel != message.channel for other in messages)
 
 
 def _unique(machines: Sequence[Machine]) -> list[Machine]:

@@ -47,6 +47,11 @@ def _found(findings: Findings) -> Iterator[str]:
     if findings.ros.nodes or findings.ros.endpoints:
         yield from ros_lines(findings.ros)
         yield NO_NODES
+    elif not findings.messages:
+        yield (
+            f"nothing was found that {findings.package} hears or says: its tests are nearly empty until "
+            "conftest.py says what makes it act; the README lists what could not be read"
+        )
     for problem in findings.problems:
         yield f"{problem.place}: {problem.text}" if problem.place is not None else problem.text
 

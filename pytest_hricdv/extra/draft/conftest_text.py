@@ -42,6 +42,7 @@ def conftest(draft: Draft) -> str:
         *(["import asyncio"] if "asyncio." in body else []),
         *(["from collections.abc import Mapping"] if "Mapping[" in body else []),
         *(["from functools import partial"] if "partial(" in body else []),
+        *(["from importlib import import_module"] if "import_module(" in body else []),
         "from pathlib import Path",
         *(["from typing import Any"] if "Any" in body else []),
         "",
@@ -92,7 +93,7 @@ def _constants(draft: Draft) -> list[str]:
     return lines
 
 
-OWN = ("messages", "ports", "world")
+OWN = ("ports", "world")
 """Modules of the draft."""
 
 
@@ -111,7 +112,7 @@ def _import(draft: Draft, needs: Iterable[tuple[str, str]]) -> list[str]:
 
 
 def _classes(messages: Iterable[Message]) -> list[tuple[str, str]]:
-    return [(message.module or "messages", message.name) for message in messages]
+    return [(message.module or "ports", message.name) for message in messages]
 
 
 def _stand_in(draft: Draft) -> list[str]:
@@ -271,7 +272,7 @@ def _says(draft: Draft) -> list[str]:
 def _needs(draft: Draft) -> list[tuple[str, str]]:
     needs = _classes(thing.message for thing in draft.things)
     for thing in draft.things:
-        needs += [(thing.message.module, part.type) for part in thing.message.fields
+        needs += [(thing.message.module or "ports", part.type) for part in thing.message.fields
                   if part.by_type and part.type.isidentifier() and part.kind == "str"
                   and any("_member(" in text for kind in thing.kinds for _, text in kind.values)]  # fmt: skip
     return needs
@@ -406,8 +407,12 @@ def _robot(draft: Draft) -> list[str]:
     needs = [(entry.module, entry.name)]
     needs += [("ports", device_class(port)) for port in draft.devices]
     roles = {port.role for port in draft.ports if not port.default}
-    needs += [("ports", "Outbox")] if roles & {"publish", "queue"} else []
-    needs += [("ports", "Inbox")] if any(p.role == "queue" and p.direction != "said" for p in draft.ports) else []
+    channels = draft.findings.channels
+    is_said = any(channel.direction == "said" for channel in channels)
+    needs += [("ports", "Outbox")] if roles & {"publish", "queue"} or is_said else []
+    is_heard = any(p.role == "queue" and p.direction != "said" for p in draft.ports)
+    needs += [("ports", "Inbox")] if is_heard or any(channel.direction == "heard" for channel in channels) else []
+    needs += _classes(message for message in draft.plain if message.form != "state")
     needs += [need for port in draft.ports if port.role in ("settings", "parameter") for need in port.needs]
     queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
     needs += _classes(thing.message for port in queues for thing in _things_of(draft, port))
@@ -416,7 +421,7 @@ def _robot(draft: Draft) -> list[str]:
     making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"
     handed = ", ".join(_handed(draft, port) for port in entry.method_ports if _is_handed(port))
     called = f"made.{entry.method}({handed})" if entry.method else making
-    made = [f"made = {making}"] if entry.method else []
+    made = [*_variables(draft), *([f"made = {making}"] if entry.method else []), *_attributes(draft)]
     body = [f"        {line}" for line in [*imports, "", f"make: Any = {entry.name}", *made]]
     if entry.is_async:
         lines = ["    async def program() -> None:", *body, f"        await {called}", ""]
@@ -425,6 +430,35 @@ def _robot(draft: Draft) -> list[str]:
         lines = ["    def robot() -> None:", *body, f"        {called}"]
     lines += [] if draft.findings.said else ['        world.record("robot_works", False)']
     return [*lines, '        run.kernel.stop("the robot has ended its work")']
+
+
+def _variables(draft: Draft) -> list[str]:
+    """Queues of the code's modules that are those of the test."""
+    lines = []
+    for channel in draft.findings.channels:
+        if channel.variables:
+            lines.append(f"{channel.name}_: Any = {_end(draft, channel.name, channel.direction)}  # {channel.place}")
+            for module, name in channel.variables:
+                lines += [f"import_module({json.dumps(module)}).__dict__[{json.dumps(name)}] = {channel.name}_"]
+    return lines
+
+
+def _attributes(draft: Draft) -> list[str]:
+    """Queues that the robot makes itself, likewise."""
+    return [
+        f"made.{channel.attribute} = {_end(draft, channel.name, channel.direction)}  # {channel.place}"
+        for channel in draft.findings.channels
+        if channel.attribute
+    ]
+
+
+def _end(draft: Draft, name: str, direction: str) -> str:
+    """The queue of the test for what comes or goes by a name."""
+    if direction == "heard":
+        things = [thing.message.name for thing in draft.things if thing.message.channel in ("", name)]
+        return f"Inbox({', '.join(['run', *things])})"
+    kinds = [m.name for m in draft.plain if m.channel in ("", name) and m.direction != "heard" and m.form != "state"]
+    return f"Outbox({', '.join(['run', *kinds])})"
 
 
 def _is_handed(port: Port) -> bool:
@@ -439,9 +473,9 @@ def _handed(draft: Draft, port: Port) -> str:
     if port.role == "clock":
         return name + "run.kernel"
     if port.role == "publish":
-        return name + "Outbox(run)"
+        return name + _end(draft, port.name.strip("_"), "said")
     if port.role == "queue":
-        return name + ("Outbox(run)" if port.direction == "said" else _inbox(draft, port))
+        return name + _end(draft, port.name.strip("_"), "said" if port.direction == "said" else "heard")
     if port.role == "device":
         return name + f"{device_class(port)}(world)"
     if port in draft.parameters:
@@ -458,7 +492,3 @@ def _things_of(draft: Draft, port: Port) -> list[Thing]:
 def _tuple(names: Iterable[str]) -> str:
     listed = [json.dumps(name, ensure_ascii=False) for name in names]
     return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"
-
-
-def _inbox(draft: Draft, port: Port) -> str:
-    return f"Inbox({', '.join(['run', *(thing.message.name for thing in _things_of(draft, port))])})"

@@ -15,7 +15,7 @@ MANNERS = ("in_time", "too_early", "too_late", "twice")
 """How a person does something; *never* is a belief without a command."""
 
 MOST_KINDS = 8
-"""So many messages of one class a person can choose from (chosen: three switches)."""
+"""If messages of one class have more combinations of values, not all of them are drafted (chosen: three switches)."""
 
 LATE_S = 30.0
 """How long a person waits at least who is too late, where the code has no time-out (chosen)."""
@@ -198,6 +198,11 @@ class Draft:
         return self.entry is not None and self.entry.is_async
 
     @property
+    def plain(self) -> tuple[Message, ...]:
+        """Messages for which the code has no class: the draft's ports have one."""
+        return tuple(message for message in self.findings.messages if not message.module)
+
+    @property
     def missing(self) -> tuple[str, ...]:
         """Modules that get a stand-in."""
         return tuple(
@@ -225,13 +230,22 @@ def _thing(message: Message) -> Thing:
         elif part.kind == "float":
             numbers.append(part)
     kinds: list[Kind] = []
-    for combination in product(*choices):
+    for combination in _combined(choices):
         name = "_".join(choice[0] for choice in combination if choice[0])
         values = tuple((choice[1], choice[2]) for choice in combination)
         place = combination[0][3] if combination else message.place
         if all(kind.name != name for kind in kinds):
             kinds.append(Kind(name, values, place))
-    return Thing(message, word(message.topic), tuple(kinds[:MOST_KINDS]), tuple(numbers))
+    return Thing(message, word(message.topic), tuple(kinds), tuple(numbers))
+
+
+def _combined(choices: list[list[tuple[str, str, str, Place]]]) -> list[tuple[tuple[str, str, str, Place], ...]]:
+    """All combinations, or where these are too many, some in which each choice is."""
+    combinations = list(product(*choices))
+    if len(combinations) <= MOST_KINDS:
+        return combinations
+    longest = max(len(choice) for choice in choices)
+    return [tuple(choice[row % len(choice)] for choice in choices) for row in range(longest)]
 
 
 def _source(part: MessageField, text: str) -> str:

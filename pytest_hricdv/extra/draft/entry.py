@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.constants import is_enum
 from pytest_hricdv.extra.draft.findings import Entry, Operation, Port
-from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES, form_of
+from pytest_hricdv.extra.draft.messages import QUEUES, SAYS, SUBSCRIBES, form_of
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.neutral import neutral
-from pytest_hricdv.extra.draft.sources import DraftError, Function, Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.sources import DraftError, Function, Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, default_of, parameter_names
 
 METHODS = ("run", "work", "serve", "main", "live", "loop", "main_loop", "run_forever", "spin", "execute", "start",
@@ -118,6 +118,7 @@ class EntryFinder:
                 assert not isinstance(method.node, ast.ClassDef)
                 score += 0.5 * min(self._speaks(method.node), 2)
             score += self._from_outside(scope) + (0 if begin is None else self._port_score(begin))
+            score += 3.5 * self._makes_queue(scope.node)
             yield Candidate(score, scope, methods.get(chosen))
 
     def _score(self, scope: Scope, function: Function) -> float:
@@ -128,6 +129,17 @@ class EntryFinder:
         names = [name for name in parameter_names(scope.node) if name != "self"]
         roles = [self._port(scope, name).role for name in names]
         return 3.0 * any(role in ("bus", "publish", "queue", "reader") for role in roles)
+
+    def _makes_queue(self, owner: ast.ClassDef) -> bool:
+        """Whether a class makes a queue of its own that it takes from: what puts into it is outside of the robot."""
+        for (name, attribute), assigned in self._flow.attributes.items():
+            for where, value in assigned if name == owner.name else ():
+                if isinstance(value, ast.Call) and imported_name(where.module, value.func) in QUEUES:
+                    calls = [*self._flow.calls.get("get", ()), *self._flow.calls.get("get_nowait", ())]
+                    takes = [dotted_name(call.node.func) for call in calls]
+                    if any(taken.startswith(f"self.{attribute}.") for taken in takes):
+                        return True
+        return False
 
     def _from_outside(self, scope: Scope) -> float:
         """More where nothing of the code calls it, most where its main program does."""

@@ -70,9 +70,11 @@ class Message:
         fields: in their order.
         place: of the definition; where there is no class, of the first use.
         uses: where it is said or heard.
-        form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum", "text" (a plain text),
-            "dict", "call" (a method that somebody outside calls), or of ROS 2 "topic", "service", "action".
+        form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum", "call" (a method that
+            somebody outside calls); without a class "text", "number", "dict", "tuple", "json" (a dict in a text),
+            "state" (an attribute that is looked at); of ROS 2 "topic", "service", "action".
         channel: how it comes or goes: the name of a queue, the text of a topic; empty for a bus of classes.
+        paths: where the code has no class for it, the keys and numbers that lead to each field in what it has.
     """
 
     name: str
@@ -86,6 +88,26 @@ class Message:
     channel: str = ""
     how: How = "analysis"
     certainty: Certainty = "certain"
+    paths: tuple[tuple[str | int, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A queue that the code makes itself, in whose place a draft puts one of the test.
+
+    Args:
+        name: of the attribute, or of the variable of a module, without underscores before it.
+        direction: heard or said.
+        place: of its first use.
+        attribute: the name as it is written, of an attribute of what the entry makes; empty for a variable.
+        variables: (module, name) of each variable that is the queue; empty for an attribute.
+    """
+
+    name: str
+    direction: Direction
+    place: Place
+    attribute: str = ""
+    variables: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -294,6 +316,7 @@ class Findings:
         questions: what could not be found.
         problems: what was in the way.
         ros: nodes of ROS 2, with what they say and hear.
+        channels: queues that the code makes itself, and through which messages come and go.
     """
 
     package: str
@@ -309,6 +332,7 @@ class Findings:
     questions: tuple[Question, ...] = ()
     problems: tuple[Problem, ...] = ()
     ros: RosNodes = field(default_factory=RosNodes)
+    channels: tuple[Channel, ...] = ()
 
     @property
     def said(self) -> tuple[Message, ...]:

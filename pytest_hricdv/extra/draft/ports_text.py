@@ -7,6 +7,7 @@ import re
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.naming import camel
+from pytest_hricdv.extra.draft.plain_text import plain_classes
 
 _ANYTHING = '''
 
@@ -109,18 +110,23 @@ _SYNC_QUEUES = '''
 class Inbox:
     """A queue that the code takes from: what a person says goes into it."""
 
-    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = lambda message: message) -> None:
+    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = {taken}) -> None:
         self._kernel, self._taken = run.kernel, taken
         self._heard = [run.bus.port("robot").subscribe(kind) for kind in kinds]
+        self._next: list[Any] = []
+
+    def _look(self) -> bool:
+        """Whether there is a message."""
+        for heard in self._heard:
+            message = None if self._next else heard.poll()
+            if message is not None:
+                self._next.append(self._taken(message))
+        return bool(self._next)
 
     def get(self, block: bool = True, timeout: float | None = None) -> Any:
         """The oldest message; raises queue.Empty like a queue."""
         ends_s = self._kernel.now_s + (REST_OF_RUN_S if timeout is None else timeout) if block else self._kernel.now_s
-        while True:
-            for heard in self._heard:
-                message = heard.poll()
-                if message is not None:
-                    return self._taken(message)
+        while not self._look():
             left_s = ends_s - self._kernel.now_s
             if left_s <= 0.0:
                 raise queue.Empty
@@ -130,12 +136,28 @@ class Inbox:
                     return self._taken(message)
             else:
                 self._kernel.sleep(min(LOOKS_EACH_S, left_s))
+        return self._next.pop(0)
 
     def get_nowait(self) -> Any:
         """The same without waiting."""
         return self.get(block=False)
 
+    def empty(self) -> bool:
+        """Whether there is none."""
+        return not self._look()
+
+    def qsize(self) -> int:
+        """One where there is any."""
+        return int(self._look())
+
+    def full(self) -> bool:
+        """It takes all."""
+        return False
+
     def task_done(self) -> None:
+        """Nobody waits for it."""
+
+    def join(self) -> None:
         """Nobody waits for it."""
 '''
 
@@ -144,7 +166,7 @@ _ASYNC_QUEUES = '''
 class Inbox:
     """A queue of an event loop that the code takes from: what a person says goes into it."""
 
-    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = lambda message: message) -> None:
+    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = {taken}) -> None:
         self._queue: asyncio.Queue[Any] = asyncio.Queue()
         self._loop, self._taken = asyncio.get_running_loop(), taken
         for kind in kinds:
@@ -188,12 +210,12 @@ _OUTBOX = '''
 class Outbox:
     """A queue, or a function, that the code hands messages to: the robot says them."""
 
-    def __init__(self, run: Run, said: Callable[..., Any] = lambda *arguments: arguments[-1]) -> None:
-        self._port, self._said = run.bus.port("robot"), said
+    def __init__(self, run: Run{kinds}) -> None:
+        self._port = run.bus.port("robot"){remember}
 
     def __call__(self, *arguments: Any) -> None:
-        """Say it. TODO: what is of no class, such as a text, is not said: which message is it?"""
-        message = self._said(*arguments)
+        """Say it. TODO: what is of none of these classes is not said: which message is it?"""
+        message = {message}
         if is_dataclass(message):
             self._port.publish(message)
 
@@ -201,7 +223,19 @@ class Outbox:
 
     {put}
         """Say it; it never waits."""
-        self(message)
+        self({value})
+
+    def empty(self) -> bool:
+        """All that is said is taken at once."""
+        return True
+
+    def qsize(self) -> int:
+        """Nothing waits in it."""
+        return 0
+
+    def full(self) -> bool:
+        """It takes all."""
+        return False
 '''
 
 _ASYNC_BUS = '''
@@ -267,20 +301,40 @@ def ports(draft: Draft) -> str:
     if draft.missing:
         parts.append(_MISSING)
     how = bus_kind(draft)
-    if "queue" in roles or how == "async":
-        parts.append(_ASYNC_QUEUES if draft.is_async else _SYNC_QUEUES)
-    if roles & {"queue", "publish"}:
-        put = (
-            "async def put(self, message: Any) -> None:"
-            if draft.is_async
-            else ("def put(self, message: Any, *_: Any, **__: Any) -> None:")
-        )
-        parts.append(_OUTBOX.replace("{put}", put))
+    is_plain = bool(draft.plain)
+    parts.append(plain_classes(draft))
+    if "queue" in roles or how == "async" or draft.findings.channels:
+        taken = "to_plain" if is_plain else "lambda message: message"
+        parts.append((_ASYNC_QUEUES if draft.is_async else _SYNC_QUEUES).replace("{taken}", taken))
+    if roles & {"queue", "publish"} or draft.findings.channels:
+        parts.append(_outbox(draft))
     if how in ("async", "callback"):
         parts.append(_ASYNC_BUS if how == "async" else _CALLBACK_BUS)
     parts += [_device(draft, port) for port in draft.devices]
     body = "".join(parts)
     return _head(draft, body) + body
+
+
+def _outbox(draft: Draft) -> str:
+    """The class of what is said into; of messages without a class where there are some."""
+    is_plain = bool(draft.plain)
+    put = "async def put(self, message: Any) -> None:" if draft.is_async else (
+        "def put(self, message: Any, *_: Any, **__: Any) -> None:"
+    )  # fmt: skip
+    message = "arguments[-1]"
+    if is_plain:
+        message += " if is_dataclass(arguments[-1]) else of_plain(arguments[-1], self._kinds)"
+    replaced = {
+        "{kinds}": ", *kinds: type[Any]" if is_plain else "",
+        "{remember}": "\n        self._kinds = kinds" if is_plain else "",
+        "{message}": message,
+        "{put}": put,
+        "{value}": "message",
+    }
+    text = _OUTBOX
+    for mark, content in replaced.items():
+        text = text.replace(mark, content)
+    return text
 
 
 def bus_kind(draft: Draft) -> str:
@@ -305,18 +359,20 @@ def _head(draft: Draft, body: str) -> str:
         "",
     ]
     lines += ["from __future__ import annotations", ""]
-    modules = ("asyncio", "queue", "sys")
+    modules = ("asyncio", "json", "queue", "sys")
     lines += [f"import {name}" for name in modules if re.search(rf"(?<![\w.]){name}\.", body)]
     names = [name for name in ("Callable", "Iterator") if name in body]
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []
-    lines += ["from dataclasses import is_dataclass"] if "is_dataclass(" in body else []
+    made = [name for name in ("dataclass", "fields", "is_dataclass") if re.search(rf"\b{name}(\(|$)|@{name}\(", body)]
+    lines += [f"from dataclasses import {', '.join(made)}"] if made else []
+    lines += ["from enum import Enum"] if "Enum)" in body else []
     lines += ["from functools import partial"] if "partial(" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec",
                   "from types import ModuleType"]  # fmt: skip
-    typed = [name for name in ("Any", "Self") if re.search(rf"\b{name}\b", body)]
+    typed = [name for name in ("Any", "ClassVar", "Self") if re.search(rf"\b{name}\b", body)]
     lines += [f"from typing import {', '.join(typed)}"] if typed else []
-    own = []
+    own = ["from pytest_hricdv.runtime import text_of"] if "text_of(" in body else []
     if "Run" in body:
         own.append("from pytest_hricdv.testbench import Run")
     if "World" in body:

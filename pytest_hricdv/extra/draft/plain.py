@@ -1,0 +1,291 @@
+"""Messages without a class: what goes through queues as texts, numbers, dicts and tuples."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from pytest_hricdv.extra.draft.findings import (
+    Certainty,
+    Channel,
+    Direction,
+    Entry,
+    FoundValue,
+    Message,
+    MessageField,
+    Place,
+    Question,
+)
+from pytest_hricdv.extra.draft.messages import QUEUES, MessageFinder
+from pytest_hricdv.extra.draft.naming import camel, snake, unit_of, word
+from pytest_hricdv.extra.draft.plain_values import PlainReader, PlainValue, fields_of
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, imported_name
+from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
+
+TAKES = ("get", "get_nowait")
+PUTS = ("put", "put_nowait")
+
+TYPES = {"str": "str", "float": "float", "bool": "bool"}
+DEFAULTS = {"str": '""', "float": "0.0", "bool": "False"}
+
+
+@dataclass(frozen=True)
+class Holder:
+    """A queue, by what holds it.
+
+    `kind` is "port" (a parameter of the entry), "attribute" (of the entry's class), "variable" (of a module), "local"
+    (of a function) or "other" (an attribute of another class); `owner` is the class or module.
+    """
+
+    kind: str
+    owner: str
+    name: str
+
+
+@dataclass(frozen=True)
+class End:
+    """A place where the code takes from a queue, or puts into it; `variable` is its name as the module has it."""
+
+    holder: Holder
+    is_taken: bool
+    node: ast.AST
+    put: ast.expr | None
+    module: Module
+    scope: Scope | None
+    variable: str
+
+    @property
+    def place(self) -> Place:
+        """Where it is."""
+        return self.module.place(self.node)
+
+
+@dataclass(frozen=True)
+class Plain:
+    """All that is said and heard without a class."""
+
+    messages: tuple[Message, ...]
+    channels: tuple[Channel, ...]
+    questions: tuple[Question, ...]
+
+
+class PlainFinder:
+    """Finds messages without a class."""
+
+    def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageFinder, entry: Entry | None) -> None:
+        self._sources, self._flow, self._classes, self._entry = sources, flow, classes, entry
+        self._reader = PlainReader(sources, flow)
+        ports = (*entry.ports, *entry.method_ports) if entry is not None else ()
+        self._ports = {(port.place, port.name): port for port in ports}
+
+    def found(self) -> Plain:
+        """Messages, the queues that are no ports, and what could not be read."""
+        messages: list[Message] = []
+        channels: list[Channel] = []
+        questions: list[Question] = []
+        by_holder: dict[Holder, list[End]] = {}
+        for end in self._ends():
+            by_holder.setdefault(end.holder, []).append(end)
+        for holder, ends in by_holder.items():
+            direction, own = self._side(ends)
+            if not direction:
+                continue
+            if holder.kind in ("local", "other"):
+                questions.append(_unreachable(holder, own[0].place, direction))
+                continue
+            value = self._value(direction, ends)
+            if not self._has_class(own, value):
+                messages += _messages(holder, direction, value, own)
+                if not value.is_known:
+                    questions.append(_unknown(holder, direction, own[0].place))
+            if holder.kind != "port":
+                channels.append(_channel(holder, direction, own))
+        return Plain(tuple(messages), tuple(channels), tuple(questions))
+
+    # --- ends of queues
+
+    def _ends(self) -> Iterator[End]:
+        for module, scope, node in self._flow.nodes:
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in TAKES + PUTS:
+                is_taken = node.func.attr in TAKES
+                put = None if is_taken else next(iter(node.args), None)
+                if is_taken and node.args and not isinstance(getattr(node.args[0], "value", None), bool):
+                    continue  # `get("key")` of a dict
+                yield from self._end(node.func.value, is_taken, node, put, module, scope)
+            elif isinstance(node, ast.AsyncFor | ast.For):
+                taken = node.iter
+                if isinstance(taken, ast.Call) and getattr(taken.func, "id", "") == "iter" and len(taken.args) == 2:
+                    taken = taken.args[0].value if isinstance(taken.args[0], ast.Attribute) else taken
+                yield from self._end(taken, True, node, None, module, scope)
+
+    def _end(
+        self, queue: ast.expr, is_taken: bool, node: ast.AST, put: ast.expr | None, module: Module, scope: Scope | None
+    ) -> Iterator[End]:
+        holder = self._holder(queue, module, scope)
+        if holder is not None:
+            yield End(holder, is_taken, node, put, module, scope, queue.id if isinstance(queue, ast.Name) else "")
+
+    def _holder(self, queue: ast.expr, module: Module, scope: Scope | None) -> Holder | None:
+        """Which queue it is; None where it is none."""
+        attribute, local = None, None
+        for node, where, at in self._flow.expressions(queue, module, scope):
+            if isinstance(node, ast.Name):
+                port = self._port(node.id, at)
+                if port:
+                    return Holder("port", "", port)
+                variable = self._variable(node.id, where, at)
+                if variable is not None:
+                    return variable
+                local = local or node.id
+            elif isinstance(node, ast.Attribute):
+                owner = self._flow.owner_of(node.value, where, at)
+                attribute = attribute or (owner.name if owner is not None else "", node.attr)
+            elif isinstance(node, ast.Call) and imported_name(where, node.func) in QUEUES:
+                if attribute is not None:
+                    is_of_entry = self._entry is not None and attribute[0] == self._entry.name
+                    return Holder("attribute" if is_of_entry else "other", *attribute)
+                return Holder("local", "", local) if local is not None else None
+        return None
+
+    def _port(self, name: str, scope: Scope | None) -> str:
+        if scope is None or isinstance(scope.node, ast.ClassDef) or name not in parameter_names(scope.node):
+            return ""
+        arguments = scope.node.args
+        part = next(p for p in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs) if p.arg == name)
+        port = self._ports.get((scope.module.place(part), name))
+        return port.name if port is not None and port.role == "queue" else ""
+
+    def _variable(self, name: str, module: Module, scope: Scope | None) -> Holder | None:
+        if scope is not None and not isinstance(scope.node, ast.ClassDef) and name in parameter_names(scope.node):
+            return None
+        defined = self._sources.definition(module, name)
+        if defined is None or not isinstance(defined[1], ast.Assign | ast.AnnAssign):
+            return None
+        value = defined[1].value
+        if isinstance(value, ast.Call) and imported_name(defined[0], value.func) in QUEUES:
+            target = defined[1].targets[0] if isinstance(defined[1], ast.Assign) else defined[1].target
+            return Holder("variable", defined[0].name, target.id if isinstance(target, ast.Name) else name)
+        return None
+
+    def _side(self, ends: Sequence[End]) -> tuple[Direction | None, list[End]]:
+        """Whether the code hears a queue or says into it, with the ends of its own; None: it does both, inside."""
+        takes = [end for end in ends if end.is_taken and not self._is_from_outside(end)]
+        puts = [end for end in ends if not end.is_taken and not self._is_from_outside(end)]
+        if takes and not puts:
+            return "heard", takes
+        return ("said", puts) if puts and not takes else (None, [])
+
+    def _is_from_outside(self, end: End) -> bool:
+        """At the top of a program, or in a method that hands something in or out and that nobody of the code calls."""
+        if end.scope is None:
+            return True
+        function = end.scope.node
+        assert not isinstance(function, ast.ClassDef)
+        if any(call.scope is not None for call in self._flow.calls.get(function.name, ())):
+            return False
+        is_entry = self._entry is not None and function.name in (self._entry.name, self._entry.method)
+        if end.is_taken:
+            parent = self._reader.parent(end.node)
+            return not is_entry and isinstance(parent, ast.Return)
+        names = {node.id for node in ast.walk(end.put) if isinstance(node, ast.Name)} if end.put is not None else set()
+        return not is_entry and bool(names & set(parameter_names(function)) - {"self"})
+
+    # --- what goes through
+
+    def _value(self, direction: Direction, ends: Sequence[End]) -> PlainValue:
+        value = PlainValue(ends[0].place)
+        for end in ends:
+            if end.is_taken and direction == "heard":
+                self._taken(end, value)
+            elif end.put is not None:
+                self._reader.write(end.put, end.module, end.scope, value)
+        return value
+
+    def _taken(self, end: End, value: PlainValue) -> None:
+        if isinstance(end.node, ast.For | ast.AsyncFor):
+            if isinstance(end.node.target, ast.Name) and end.scope is not None:
+                self._reader.read_name(end.node.target.id, end.scope, value)
+        else:
+            self._reader.read(end.node, end.module, end.scope, value)
+
+    def _has_class(self, ends: Sequence[End], value: PlainValue) -> bool:
+        """Whether a class of the code goes through."""
+        for end in ends:
+            if end.put is not None and any(self._classes.classes_in(end.put, end.module, end.scope)):
+                return True
+        return value.is_object
+
+
+def _messages(holder: Holder, direction: Direction, value: PlainValue, ends: Sequence[End]) -> Iterator[Message]:
+    """One for each form that the value has."""
+    uses = tuple(dict.fromkeys(end.place for end in ends))
+    if value.keys:
+        yield _message(holder, direction, value, uses, "json" if value.is_json else "dict")
+    if value.items and not value.keys:
+        yield _message(holder, direction, value, uses, "tuple")
+    alone = PlainValue(value.place, texts=value.texts, is_text=value.is_text, is_number=value.is_number,
+                       is_bool=value.is_bool)  # fmt: skip
+    is_all = not (value.keys or value.items)
+    if is_all or (value.texts and not value.is_json):
+        yield _message(holder, direction, alone, uses, {"float": "number"}.get(alone.kind, "text"))
+
+
+def _message(holder: Holder, direction: Direction, value: PlainValue, uses: tuple[Place, ...], form: str) -> Message:
+    name = camel(holder.name.strip("_")) + form.capitalize()
+    paths: list[tuple[str | int, ...]] = []
+    fields: dict[str, MessageField] = {}
+    for path, content in fields_of(value):
+        part = _field(_name(path, value, form), content)
+        if part.name not in fields:
+            fields[part.name] = part
+            paths.append(path)
+    certainty: Certainty = "certain" if value.is_known else "likely"
+    return Message(name, snake(name), "", direction, tuple(fields.values()), uses[0], uses, form,
+                   holder.name.strip("_"), certainty=certainty, paths=tuple(paths))  # fmt: skip
+
+
+def _name(path: tuple[str | int, ...], value: PlainValue, form: str) -> str:
+    if not path:
+        return "number" if form == "number" else "text"
+    parts, holder = [], value
+    for step in path:
+        if isinstance(step, int):
+            named = holder.names.get(step, "").strip("_")
+            parts.append(named if named and named not in parts else "kind" if step == 0 else f"item_{step}")
+            holder = holder.items[step]
+        else:
+            parts.append(word(step))
+            holder = holder.keys[step]
+    return word("_".join(parts))
+
+
+def _field(name: str, value: PlainValue) -> MessageField:
+    kind = value.kind
+    values = tuple(FoundValue(text, place) for text, place in value.texts.items()) if kind == "str" else ()
+    unit = unit_of(name) if kind == "float" else ""
+    return MessageField(name, TYPES[kind], kind, value.place, values, unit, DEFAULTS[kind])
+
+
+def _channel(holder: Holder, direction: Direction, ends: Sequence[End]) -> Channel:
+    name = holder.name.strip("_")
+    if holder.kind == "attribute":
+        return Channel(name, direction, ends[0].place, attribute=holder.name)
+    variables = {(end.module.name, end.variable) for end in ends if end.variable}
+    return Channel(name, direction, ends[0].place, variables=tuple(sorted({*variables, (holder.owner, holder.name)})))
+
+
+def _unreachable(holder: Holder, place: Place, direction: Direction) -> Question:
+    where = "is made within a function" if holder.kind == "local" else f"is made within `{holder.owner or '?'}`"
+    does = "takes from" if direction == "heard" else "puts into"
+    text = (
+        f"The code {does} `{holder.name}`, which {where}: the draft cannot reach it. Hand it over as a parameter of "
+        "what runs the robot, and draft again"
+    )
+    return Question(text, "messages", place)
+
+
+def _unknown(holder: Holder, direction: Direction, place: Place) -> Question:
+    if direction == "heard":
+        return Question(f"What comes through `{holder.name}`? Nothing is done with it that says so", "messages", place)
+    return Question(f"What does the code put into `{holder.name}`? The draft takes it for a text", "messages", place)

@@ -1,0 +1,116 @@
+"""Classes of a draft for messages that have none in the code, and how they become the code's own texts and dicts."""
+
+from __future__ import annotations
+
+from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.findings import Message
+
+_CONVERTING = '''
+
+def to_plain(message: Any) -> Any:
+    """What the code gets for a message: its text, number, dict or tuple; a message of a class as it is."""
+    form = getattr(message, "FORM", "")
+    if not form:
+        return message
+    content: Any = {}
+    for name, path in message.PATHS.items():
+        content = _with(content, path, getattr(message, name))
+    content = _with_tuples(content)
+    return json.dumps(content) if form == "json" else content
+
+
+def _with(content: Any, path: tuple[str | int, ...], value: Any) -> Any:
+    """The content, with a value where the path leads."""
+    if not path:
+        return value
+    return {**content, path[0]: _with(content.get(path[0], {}), path[1:], value)}
+
+
+def _with_tuples(content: Any) -> Any:
+    """The content, where dicts of numbers are tuples."""
+    if not isinstance(content, dict):
+        return content
+    parts = {key: _with_tuples(value) for key, value in content.items()}
+    if parts and all(isinstance(key, int) for key in parts):
+        return tuple(parts.get(number) for number in range(max(parts) + 1))
+    return parts
+
+
+def of_plain(value: Any, kinds: tuple[type[Any], ...]) -> Any:
+    """The message for what the code said, of the first of these classes that is like it; None where none is."""
+    for kind in kinds:
+        content = _read(value) if kind.FORM == "json" else value
+        if isinstance(content, _LIKE[kind.FORM]) and not (kind.FORM == "number" and isinstance(content, bool)):
+            return _filled(kind, content)
+    return None
+
+
+_LIKE: dict[str, tuple[type[Any], ...]] = {
+    "text": (str, bytes, bool, Enum),
+    "number": (int, float),
+    "dict": (dict,),
+    "json": (dict,),
+    "tuple": (tuple, list),
+}
+
+
+def _filled(kind: type[Any], content: Any) -> Any:
+    """A message with what the code said; a field of which it said nothing has its default."""
+    values: dict[str, Any] = {}
+    for part in fields(kind):
+        value = content
+        for step in kind.PATHS[part.name]:
+            try:
+                value = value[step]
+            except (KeyError, IndexError, TypeError):
+                value = None
+        if value is not None:
+            values[part.name] = _like(part.default, value)
+    return kind(**values)
+
+
+def _like(default: Any, value: Any) -> Any:
+    """A value of the type that a field has."""
+    if isinstance(default, bool):
+        return bool(value)
+    if isinstance(default, float):
+        return float(value) if isinstance(value, int | float) else default
+    if isinstance(value, Enum):
+        return text_of(value)
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+
+
+def _read(text: Any) -> Any:
+    """What a text of JSON holds; None where it is none."""
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError):
+        return None
+'''
+
+
+def plain_classes(draft: Draft) -> str:
+    """The classes, and the functions that turn the code's own texts and dicts into them and back."""
+    if not draft.plain:
+        return ""
+    return "".join(_class(message) for message in draft.plain if message.form != "state") + _CONVERTING
+
+
+def _class(message: Message) -> str:
+    does = {"heard": "hears", "said": "says", "both": "hears and says"}[message.direction]
+    lines = [
+        "",
+        "",
+        "@dataclass(frozen=True)",
+        f"class {message.name}:",
+        f'    """A {message.form} that the code {does} through `{message.channel}` ({message.place})."""',
+        "",
+        f'    FORM: ClassVar[str] = "{message.form}"',
+        "    PATHS: ClassVar[dict[str, tuple[str | int, ...]]] = {",
+    ]
+    for part, path in zip(message.fields, message.paths, strict=True):
+        steps = ", ".join(f'"{step}"' if isinstance(step, str) else str(step) for step in path)
+        lines.append(f'        "{part.name}": ({steps}{"," if len(path) == 1 else ""}),')
+    lines += ["    }", ""]
+    lines += [f"    {part.name}: {part.type} = {part.default}  # {part.place}" for part in message.fields]
+    return "\n".join(lines) + "\n"

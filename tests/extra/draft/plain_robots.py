@@ -1,0 +1,129 @@
+"""Small robots whose messages have no class, as people write them: source text by name."""
+
+from __future__ import annotations
+
+TEXTS = """
+import queue
+import time
+
+
+def robot(inbox, outbox):
+    state = "idle"
+    while True:
+        try:
+            word = inbox.get(timeout=20)
+        except queue.Empty:
+            outbox.put("sleeping")
+            return
+        if word == "go" and state == "idle":
+            state = "moving"
+            outbox.put("moving")
+            time.sleep(2.0)
+            state = "idle"
+            outbox.put("arrived")
+        elif word == "stop":
+            outbox.put("stopped")
+        else:
+            outbox.put("what?")
+"""
+
+DICTS = """
+import asyncio
+
+
+class Waiter:
+    def __init__(self, orders: asyncio.Queue, status: asyncio.Queue):
+        self.orders = orders
+        self.status = status
+        self.state = "waiting"
+
+    async def tell(self, state):
+        self.state = state
+        await self.status.put({"state": self.state, "load": 0.5})
+
+    async def run(self):
+        while True:
+            msg = await self.orders.get()
+            if msg["kind"] == "order":
+                await self.tell("fetching")
+                await asyncio.sleep(msg["table"] * 0.5)
+                await self.tell("serving")
+                await asyncio.sleep(1)
+                await self.tell("waiting")
+            elif msg["kind"] == "cancel":
+                await self.tell("waiting")
+"""
+
+TUPLES = """
+import queue
+import threading
+import time
+
+commands = queue.Queue()
+status = queue.Queue()
+
+
+def control_loop():
+    while True:
+        cmd = commands.get()
+        kind, value = cmd
+        if kind == "move":
+            status.put(("moving", value))
+            time.sleep(1.5)
+            status.put(("done", value))
+        elif kind == "halt":
+            status.put(("halted", 0))
+            break
+
+
+if __name__ == "__main__":
+    threading.Thread(target=control_loop).start()
+    commands.put(("move", 3))
+"""
+
+JSON = """
+import json
+import queue
+import time
+
+
+class Arm:
+    def __init__(self):
+        self._inbox = queue.Queue()
+        self._out = queue.Queue()
+        self.state = "parked"
+
+    def send(self, text):
+        self._inbox.put(text)
+
+    def read(self):
+        return self._out.get()
+
+    def run(self):
+        while True:
+            try:
+                data = json.loads(self._inbox.get(timeout=5.0))
+            except queue.Empty:
+                continue
+            cmd = data.get("cmd")
+            if cmd == "pick" and self.state == "parked":
+                self.state = "picking"
+                self._out.put(json.dumps({"event": "picking", "speed": data.get("speed", 0.2)}))
+                time.sleep(1)
+                self.state = "holding"
+                self._out.put(json.dumps({"event": "holding"}))
+            elif cmd == "place" and self.state == "holding":
+                self.state = "parked"
+                self._out.put(json.dumps({"event": "parked"}))
+            else:
+                self._out.put(json.dumps({"event": "refused"}))
+
+
+def main():
+    arm = Arm()
+    arm.run()
+
+
+if __name__ == "__main__":
+    main()
+"""

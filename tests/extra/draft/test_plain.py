@@ -1,0 +1,130 @@
+"""Messages without a class: texts, dicts and tuples in queues."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.findings import Findings, Message
+from pytest_hricdv.extra.draft.project import files
+from tests.extra.draft import plain_robots
+
+
+def found(tmp_path: Path, source: str) -> Findings:
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    return analyse("robot_code", tmp_path)
+
+
+def read(message: Message) -> tuple[str, dict[str, tuple[str, ...]]]:
+    return message.form, {part.name: tuple(value.text for value in part.values) for part in message.fields}
+
+
+def ports_of(tmp_path: Path, findings: Findings) -> Any:
+    """The module of the drafted ports, executed."""
+    texts = dict(files(Draft(findings, "robot_code", "person", tmp_path)))
+    for file, text in texts.items():
+        if file.endswith(".py"):
+            ast.parse(text)
+    tomllib.loads(texts["requirements.toml"])
+    module = ModuleType("drafted_ports")
+    sys.modules["drafted_ports"] = module
+    exec(compile(texts["ports.py"].replace("from world import World\n", ""), "ports.py", "exec"), module.__dict__)
+    return module
+
+
+READ = {
+    "TEXTS": (
+        ("text", {"text": ("go", "stop")}),
+        ("text", {"text": ("sleeping", "moving", "arrived", "stopped", "what?")}),
+    ),
+    "DICTS": (
+        ("dict", {"kind": ("order", "cancel"), "table": ()}),
+        ("dict", {"state": ("waiting", "fetching", "serving"), "load": ()}),
+    ),
+    "TUPLES": (
+        ("tuple", {"kind": ("move", "halt"), "value": ()}),
+        ("tuple", {"kind": ("moving", "done", "halted"), "value": ()}),
+    ),
+    "JSON": (
+        ("json", {"cmd": ("pick", "place"), "speed": ()}),
+        ("json", {"event": ("picking", "holding", "parked", "refused"), "speed": ()}),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_messages_without_a_class_have_their_keys_and_values(name: str, tmp_path: Path) -> None:
+    findings = found(tmp_path, getattr(plain_robots, name))
+    heard, said = READ[name]
+    assert [read(message) for message in findings.heard] == [heard]
+    assert [read(message) for message in findings.said] == [said]
+    kinds = {part.name: part.kind for message in findings.messages for part in message.fields}
+    assert {kinds.get(number, "float") for number in ("table", "load", "value", "speed")} == {"float"}
+
+
+@pytest.mark.parametrize(
+    ("name", "heard", "said", "as_code_has_it"),
+    [
+        ("TEXTS", {"text": "go"}, "moving", "go"),
+        ("DICTS", {"kind": "order", "table": 2.0}, {"state": "serving"}, {"kind": "order", "table": 2.0}),
+        ("TUPLES", {"kind": "move", "value": 3.0}, ("done", 3), ("move", 3.0)),
+        ("JSON", {"cmd": "pick", "speed": 0.5}, '{"event": "holding"}', '{"cmd": "pick", "speed": 0.5}'),
+    ],
+)
+def test_a_drafted_class_becomes_what_the_code_has_and_back(
+    name: str, heard: dict[str, Any], said: Any, as_code_has_it: Any, tmp_path: Path
+) -> None:
+    findings = found(tmp_path, getattr(plain_robots, name))
+    ports = ports_of(tmp_path, findings)
+    message = getattr(ports, findings.heard[0].name)(**heard)
+    assert ports.to_plain(message) == as_code_has_it
+    kind = getattr(ports, findings.said[0].name)
+    back = ports.of_plain(said, (kind,))
+    assert isinstance(back, kind)
+    first = findings.said[0].fields[0].name
+    assert getattr(back, first) in ("moving", "serving", "done", "holding")
+    assert ports.of_plain(None, (kind,)) is None
+
+
+def test_a_queue_of_a_function_is_a_question_with_its_place(tmp_path: Path) -> None:
+    source = "import queue\n\ndef main():\n    inbox = queue.Queue()\n    if inbox.get() == 'go':\n        pass\n"
+    findings = found(tmp_path, source)
+    assert not findings.messages
+    question = next(question for question in findings.questions if "inbox" in question.text)
+    assert "is made within a function: the draft cannot reach it" in question.text
+    assert str(question.place) == "robot_code.py:5"
+
+
+def test_what_comes_through_a_queue_and_is_not_read_is_a_question(tmp_path: Path) -> None:
+    findings = found(tmp_path, "def run(inbox, use):\n    while True:\n        use(inbox.get())\n")
+    texts = [question.text for question in findings.questions]
+    assert "What comes through `inbox`? Nothing is done with it that says so" in texts
+
+
+def test_a_queue_between_parts_of_the_code_is_no_message(tmp_path: Path) -> None:
+    source = plain_robots.TEXTS.replace("    state = ", "    outbox.get()\n    state = ", 1)
+    assert not found(tmp_path, source).said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", READ)
+def test_a_draft_of_code_without_classes_is_green_at_once(name: str, tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(getattr(plain_robots, name), encoding="utf-8")
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code"]
+    made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    assert "read: 1 messages heard, 1 said" in made.stdout
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q"], cwd=tmp_path / "draft", capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout
+    assert "tests: 30 passed" in done.stdout
