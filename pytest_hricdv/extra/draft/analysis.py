@@ -21,13 +21,14 @@ from pytest_hricdv.extra.draft.findings import (
 )
 from pytest_hricdv.extra.draft.machines import LibraryMachines
 from pytest_hricdv.extra.draft.messages import MessageFinder
+from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.plain import PlainFinder
 from pytest_hricdv.extra.draft.ros_findings import Endpoint
 from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
 from pytest_hricdv.extra.draft.sources import find
 from pytest_hricdv.extra.draft.state_walk import written_machines
 from pytest_hricdv.extra.draft.tables import table_machines
-from pytest_hricdv.extra.draft.value_flow import ValueFlow
+from pytest_hricdv.extra.draft.value_flow import ValueFlow, texts
 from pytest_hricdv.extra.draft.waits import constants, parameters, virtual, waits
 
 TOLD = ("state", "mode", "phase", "status", "name")
@@ -61,7 +62,8 @@ def analyse(package: str, start: Path | None = None) -> Findings:
         *written_machines(sources, flow),
     )
     machines = _told(_unique(machines), messages, flow)
-    messages = _with_states(messages, machines)
+    machines, looked_at = _looked_at(machines, entry, flow)
+    messages = (*_with_states(messages, machines), *looked_at)
     findings = Findings(
         package=name,
         root=str(sources.root),
@@ -78,6 +80,37 @@ def analyse(package: str, start: Path | None = None) -> Findings:
         channels=plain.channels,
     )
     return replace(findings, questions=(*_questions(findings), *plain.questions))
+
+
+def _looked_at(
+    machines: tuple[Machine, ...], entry: Entry | None, flow: ValueFlow
+) -> tuple[tuple[Machine, ...], tuple[Message, ...]]:
+    """Where the code tells no state, the attribute of the robot that holds one: the draft looks at it in runs."""
+    if any(machine.told for machine in machines) or entry is None or not entry.method:
+        return machines, ()
+    machine = next((m for m in machines if m.held.rpartition(":")[2].rpartition(".")[0] == entry.name), None)
+    machine = machine or next(_assigned(entry, flow), None)
+    if machine is None:
+        return machines, ()
+    attribute = machine.held.rpartition(".")[2]
+    name = camel(f"{entry.name}_{attribute.strip('_')}")
+    values = tuple(FoundValue(state.name, state.place) for state in machine.states)
+    part = MessageField("name", "str", "str", machine.place, values, default='""')
+    message = Message(name, snake(name), "", "said", (part,), machine.place, (machine.place,), "state", attribute)
+    told = replace(machine, told=f"{message.topic}.name")
+    return (told, *(other for other in machines if other is not machine)), (message,)
+
+
+def _assigned(entry: Entry, flow: ValueFlow) -> Iterator[Machine]:
+    """An attribute with the name of a state to which texts are assigned, and which nothing tests."""
+    for (owner, attribute), values in flow.attributes.items():
+        if owner == entry.name and attribute.strip("_") in TOLD[:4]:
+            known = {text: place for at, value in values
+                     for text, place in texts(flow.constants(value, at.module, at)).items()}  # fmt: skip
+            if len(known) > 1:
+                states = tuple(State(text, place) for text, place in known.items())
+                held = f"{entry.module}:{owner}.{attribute}"
+                yield Machine(owner, "text", states, (), states[0].place, held=held)
 
 
 def _is_new(message: Message, messages: Sequence[Message]) -> bool:

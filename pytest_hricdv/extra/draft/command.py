@@ -11,7 +11,7 @@ from pytest_hricdv.extra.draft.findings import Findings
 from pytest_hricdv.extra.draft.project import check, write
 from pytest_hricdv.extra.draft.ros_findings import ros_lines
 from pytest_hricdv.extra.draft.running import with_transitions
-from pytest_hricdv.extra.draft.trial import Trial, tried
+from pytest_hricdv.extra.draft.trial import MEND, Trial, tried
 
 NO_NODES = (
     "--from drafts no testbench for nodes of ROS 2: what they say and hear is listed here, and docs/ros2.md says how "
@@ -61,6 +61,7 @@ def _came_of(trials: tuple[Trial, ...]) -> Iterator[str]:
         for effect in trial.effects:
             yield f"{effect.place}: {effect.text}"
         if trial.error:
-            yield f"first runs: {' '.join(trial.error.split())}"
+            place = f"{trial.raised_at}: " if trial.raised_at is not None else ""
+            yield f"first runs: {place}{' '.join(trial.error.split())}: the draft is not green; {MEND}"
         else:
             yield f"first runs: {trial.tests} tests, {trial.passed} of them passed before requirements were settled"

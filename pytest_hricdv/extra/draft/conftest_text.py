@@ -152,7 +152,7 @@ def _testbench(draft: Draft) -> list[str]:
         "            groups={",
         *(f"                {json.dumps(name)}: {_tuple(beliefs)}," for name, beliefs in groups(draft).items()),
         "            },",
-        *([f"            neutral={_tuple(neutral_beliefs(draft))},"] if draft.things else []),
+        *([f"            neutral={_tuple(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
         "        ),",
         "        concretization=Concretization(",
         "            commands={",
@@ -315,6 +315,10 @@ def _run(draft: Draft) -> list[str]:
     return [line for number, line in enumerate(lines) if line or (number and lines[number - 1])]
 
 
+CLEARED = ["                for answer in answers:", "                    answer.clear()"]
+"""What was said before is no answer."""
+
+
 def _person(draft: Draft) -> list[str]:
     answers = ", ".join(message.name for message in draft.answers)
     answers += "," if len(draft.answers) == 1 else ""
@@ -331,6 +335,7 @@ def _person(draft: Draft) -> list[str]:
         branches.append(
             [
                 '            if action.command == "wait_answer":',
+                *([] if draft.things else ["                run.kernel.sleep(LOOKS_EACH_S)", *CLEARED]),
                 "                ends_s = run.kernel.now_s + ANSWER_S",
                 "                while run.kernel.now_s < ends_s and all(answer.poll() is None for answer in answers):",
                 "                    run.kernel.sleep(LOOKS_EACH_S)",
@@ -354,7 +359,7 @@ def _person(draft: Draft) -> list[str]:
             *(["                manner[0] = how"] if draft.states else []),
         ]
         if draft.answers:
-            branch += ["                for answer in answers:", "                    answer.clear()"]
+            branch += CLEARED
         branch += [
             "                bus.publish(said(what, action.parameters))",
             '                if how == "twice":',
@@ -413,6 +418,7 @@ def _robot(draft: Draft) -> list[str]:
     is_heard = any(p.role == "queue" and p.direction != "said" for p in draft.ports)
     needs += [("ports", "Inbox")] if is_heard or any(channel.direction == "heard" for channel in channels) else []
     needs += _classes(message for message in draft.plain if message.form != "state")
+    needs += [("ports", "look") for message in draft.plain if message.form == "state"]
     needs += [need for port in draft.ports if port.role in ("settings", "parameter") for need in port.needs]
     queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
     needs += _classes(thing.message for port in queues for thing in _things_of(draft, port))
@@ -422,6 +428,8 @@ def _robot(draft: Draft) -> list[str]:
     handed = ", ".join(_handed(draft, port) for port in entry.method_ports if _is_handed(port))
     called = f"made.{entry.method}({handed})" if entry.method else making
     made = [*_variables(draft), *([f"made = {making}"] if entry.method else []), *_attributes(draft)]
+    looked_at = [message for message in draft.plain if message.form == "state"]
+    made += [f'run.kernel.spawn("looks at {m.channel}", partial(look, run, made))  # {m.place}' for m in looked_at]
     body = [f"        {line}" for line in [*imports, "", f"make: Any = {entry.name}", *made]]
     if entry.is_async:
         lines = ["    async def program() -> None:", *body, f"        await {called}", ""]

@@ -7,6 +7,9 @@ from pytest_hricdv.extra.draft.naming import word
 
 NEVER = "never"
 
+STAYS = ("stays_briefly", "stays_long")
+"""How long a person stays with a robot of which nobody knows what it hears."""
+
 
 def mas2j(draft: Draft) -> str:
     """The multi-agent system."""
@@ -38,16 +41,21 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
             beliefs[f"which {thing.name}"] = tuple(which(thing, kind.name) for kind in thing.kinds)
     for sensor in draft.sensors:
         beliefs[f"{sensor.name}"] = tuple(f"{word(sensor.name)}_{level}" for level in levels(sensor))
-    return beliefs
+    return beliefs or {"stay": STAYS}
 
 
 def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
     """The beliefs that mean what happens without them."""
+    if not draft.things and not draft.sensors:
+        return STAYS[:1]
     return tuple(
         belief
         for thing in draft.things
         for belief in (f"{thing.name}_{NEVER}", *((which(thing, thing.kinds[0].name),) if len(thing.kinds) > 1 else ()))
     )
+
+
+LONG = "wait_answer; wait_answer; wait_answer"
 
 
 def which(thing: Thing, kind: str) -> str:
@@ -72,7 +80,11 @@ def person(draft: Draft) -> str:
     ]
     body = "; ".join(steps if draft.things else [*steps, "wait_answer"])
     lines += ["", "@once  +!visit : one_round  <- !round.", "@again +!visit : two_rounds <- !round; !round.", ""]
-    lines += [f"+!round <- {body}.", ""]
+    if steps:
+        lines += [f"+!round <- {body}.", ""]
+    else:
+        lines += ["// TODO: nothing was found that the robot hears or reads. What makes it act?"]
+        lines += [f"@stays_long +!round : stays_long <- {LONG}.", "@stays_briefly +!round <- wait_answer.", ""]
     for sensor in draft.sensors:
         name = word(sensor.name)
         lines.append(f"// {sensor.operation.place}")

@@ -93,7 +93,33 @@ def plain_classes(draft: Draft) -> str:
     """The classes, and the functions that turn the code's own texts and dicts into them and back."""
     if not draft.plain:
         return ""
-    return "".join(_class(message) for message in draft.plain if message.form != "state") + _CONVERTING
+    states = "".join(_state(message) for message in draft.plain if message.form == "state")
+    others = "".join(_class(message) for message in draft.plain if message.form != "state")
+    return states + others + (_CONVERTING if others else "")
+
+
+def _state(message: Message) -> str:
+    """The class of a state that the code only holds, and what looks at it."""
+    return f'''
+
+@dataclass(frozen=True)
+class {message.name}:
+    """The state that the robot holds in `{message.channel}` ({message.place}), and says nowhere."""
+
+    name: str = ""
+
+
+def look(run: Run, made: Any) -> None:
+    """Say the state whenever it is another one than at the last look. TODO: shorter ones are not seen."""
+    port, last = run.bus.port("robot"), None
+    while True:
+        value = getattr(made, "{message.channel}", None)
+        name = text_of(value) if isinstance(value, Enum) else str(value)
+        if name != last:
+            port.publish({message.name}(name))
+        last = name
+        run.kernel.sleep(STATE_EACH_S)
+'''
 
 
 def _class(message: Message) -> str:

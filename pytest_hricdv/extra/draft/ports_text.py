@@ -301,7 +301,7 @@ def ports(draft: Draft) -> str:
     if draft.missing:
         parts.append(_MISSING)
     how = bus_kind(draft)
-    is_plain = bool(draft.plain)
+    is_plain = any(message.form != "state" for message in draft.plain)
     parts.append(plain_classes(draft))
     if "queue" in roles or how == "async" or draft.findings.channels:
         taken = "to_plain" if is_plain else "lambda message: message"
@@ -317,7 +317,7 @@ def ports(draft: Draft) -> str:
 
 def _outbox(draft: Draft) -> str:
     """The class of what is said into; of messages without a class where there are some."""
-    is_plain = bool(draft.plain)
+    is_plain = any(message.form != "state" for message in draft.plain)
     put = "async def put(self, message: Any) -> None:" if draft.is_async else (
         "def put(self, message: Any, *_: Any, **__: Any) -> None:"
     )  # fmt: skip
@@ -365,7 +365,7 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []
     made = [name for name in ("dataclass", "fields", "is_dataclass") if re.search(rf"\b{name}(\(|$)|@{name}\(", body)]
     lines += [f"from dataclasses import {', '.join(made)}"] if made else []
-    lines += ["from enum import Enum"] if "Enum)" in body else []
+    lines += ["from enum import Enum"] if re.search(r"Enum\)", body) else []
     lines += ["from functools import partial"] if "partial(" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec",
@@ -385,7 +385,9 @@ def _head(draft: Draft, body: str) -> str:
         lines += ["", "REST_OF_RUN_S = 10_000.0  # longer than any run"]
     if "LOOKS_EACH_S" in body:
         lines += ["LOOKS_EACH_S = 0.02"]
-    if "STEP_S" in body:
+    if "STATE_EACH_S" in body:
+        lines += ["", "STATE_EACH_S = 0.05  # how often the state is looked at"]
+    if re.search(r"\bSTEP_S", body):
         lines += [
             "",
             "STEP_S = 0.01  # so long each call of a device takes: a loop that only asks devices would not end",

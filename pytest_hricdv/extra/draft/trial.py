@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,10 @@ SUITES = ("rl", "closure")
 """The suites that are to be green."""
 
 
+MEND = "what do the stand-ins of `ports.py` have to say there?"
+"""What to do where the first runs raise."""
+
+
 @dataclass(frozen=True)
 class Trial:
     """What came of the first runs.
@@ -42,6 +47,7 @@ class Trial:
         never: those that none triggered.
         error: what the code raised or the testbench lacks, in a sentence; empty where all runs went through.
         effects: what the code would have done outside.
+        raised_at: the line of the code that raised; None where it did not.
     """
 
     tests: int
@@ -50,6 +56,7 @@ class Trial:
     never: tuple[str, ...]
     error: str
     effects: tuple[Problem, ...]
+    raised_at: Place | None = None
 
 
 def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Trial, ...]]:
@@ -72,8 +79,13 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
         if trial.error:
             break
     effects = tuple(dict.fromkeys(effect for trial in trials for effect in trial.effects))
+    raised = tuple(
+        Problem("raised", f"{' '.join(trial.error.split())}: the draft is not green; {MEND}", trial.raised_at)
+        for trial in trials
+        if trial.error
+    )
     findings = draft.findings
-    return replace(draft, findings=replace(findings, problems=findings.problems + effects)), tuple(trials)
+    return replace(draft, findings=replace(findings, problems=findings.problems + effects + raised)), tuple(trials)
 
 
 def _without(draft: Draft, names: Sequence[str]) -> Draft:
@@ -103,6 +115,7 @@ def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
         if not report.exists():
             return Trial(0, 0, (), (), _last_error(text), _effects(notes))
         trial = _read(json.loads(report.read_text(encoding="utf-8")), _effects(notes))
+        trial = replace(trial, raised_at=_raised_at(report, folder, Path(draft.findings.root)))
         if is_ended and not trial.error:
             error = f"suite {suite}: after {LIMIT_S:g} s its runs were ended, at {trial.tests} tests: others may fail"
             return replace(trial, never=(), error=error)
@@ -155,6 +168,18 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
     errors = [test["failure"] for test in tests if test["failure"] and not _is_of_requirements(test)]
     passed = sum(test["outcome"] == "passed" for test in tests)
     return Trial(len(tests), passed, tuple(failed), tuple(never), _sentence(errors[0]) if errors else "", effects)
+
+
+def _raised_at(report: Path, folder: Path, root: Path) -> Place | None:
+    """The last line of a failure that pytest names, where it is of the code."""
+    for test in json.loads(report.read_text(encoding="utf-8"))["tests"]:
+        if test["failure"] and not _is_of_requirements(test):
+            for file, line in reversed(re.findall(r"^(\S+\.py):(\d+): ", test["failure"], re.MULTILINE)):
+                path = (folder / file).resolve()
+                if path.is_relative_to(root) and not path.is_relative_to(folder):
+                    return Place(path.relative_to(root).as_posix(), int(line))
+            return None
+    return None
 
 
 def _sentence(failure: str) -> str:

@@ -127,3 +127,30 @@ def main():
 if __name__ == "__main__":
     main()
 """
+
+HELD = '''
+import threading
+import time
+
+
+class Gate:
+    """A gate with a state that nobody tells."""
+
+    def __init__(self, sensor, motor):
+        self.sensor, self.motor = sensor, motor
+        self.state = "closed"
+
+    def run(self):
+        while True:
+            if self.state == "closed" and self.sensor.is_car_there():
+                self.state = "opening"
+                self.motor.up()
+                time.sleep(3.0)
+                self.state = "open"
+            elif self.state == "open" and not self.sensor.is_car_there():
+                self.state = "closing"
+                self.motor.down()
+                time.sleep(3.0)
+                self.state = "closed"
+            time.sleep(0.1)
+'''
