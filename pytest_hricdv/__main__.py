@@ -34,7 +34,9 @@ def _init(options: argparse.Namespace) -> int:
 
         return update(options.folder, write=options.write)
     try:
-        if options.source:
+        if options.source and options.ros2:
+            raise InputError("expected --from or --ros2, and both came: --ros2 reads the code of its node, too")
+        if options.source or options.ros2:
             return _draft(options)
         robot = options.robot or name_like(options.folder.resolve().name)
         skeleton = Skeleton(robot, options.people or options.person)
@@ -53,9 +55,10 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _draft(options: argparse.Namespace) -> int:
-    from pytest_hricdv.extra.draft.command import draft
+    from pytest_hricdv.extra.draft.command import draft, draft_node
 
-    for line in draft(options.source, options.folder, options.robot or "", options.person, not options.no_run):
+    begin, asked = (draft_node, options.ros2) if options.ros2 else (draft, options.source)
+    for line in begin(asked, options.folder, options.robot or "", options.person, not options.no_run):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "
     print()
@@ -84,6 +87,11 @@ def _parser() -> argparse.ArgumentParser:
         dest="source",
         metavar="PACKAGE[:FUNCTION]",
         help="draft it from code: its messages, states and waits, as a project that runs (docs/draft.md)",
+    )
+    init.add_argument(
+        "--ros2",
+        metavar="'PACKAGE EXECUTABLE'",
+        help="draft it for a node of ROS 2, as of `ros2 run`, or for PATH.py[:FUNCTION] (docs/draft.md)",
     )
     init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")
     init.add_argument(

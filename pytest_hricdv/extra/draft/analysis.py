@@ -25,7 +25,7 @@ from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.plain import PlainFinder
 from pytest_hricdv.extra.draft.ros_findings import Endpoint
 from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
-from pytest_hricdv.extra.draft.sources import find
+from pytest_hricdv.extra.draft.sources import Sources, find
 from pytest_hricdv.extra.draft.state_walk import written_machines
 from pytest_hricdv.extra.draft.tables import table_machines
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, texts
@@ -49,7 +49,15 @@ def analyse(package: str, start: Path | None = None) -> Findings:
         DraftError: there is no such package or function, or no source.
     """
     name, _, entry_name = package.partition(":")
-    sources = find(name, (start or Path.cwd()).resolve())
+    return analysed(find(name, (start or Path.cwd()).resolve()), name, entry_name)
+
+
+def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
+    """The same of code that was read.
+
+    Raises:
+        DraftError: there is no such function.
+    """
     flow = ValueFlow(sources)
     entry = EntryFinder(sources, flow).entry(entry_name)
     finder = MessageFinder(sources, flow)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from pytest_hricdv.extra.draft.drafted import LATE_S, Draft, Sensor, Thing
+from pytest_hricdv.extra.draft.drafted import Draft, Sensor, Thing
 from pytest_hricdv.extra.draft.findings import Message, Port
 from pytest_hricdv.extra.draft.model_text import groups, levels, neutral_beliefs, start_beliefs
 from pytest_hricdv.extra.draft.naming import word
@@ -16,7 +16,7 @@ _BLANKS = {"tuple": "()", "list": "[]", "dict": "{}", "set": "set()", "bytes": '
 
 def conftest(draft: Draft) -> str:
     """The module `conftest`."""
-    lines = [*_constants(draft), *_testbench(draft), *_says(draft), "", "", *_run(draft)]
+    lines = [*constants(draft), *_testbench(draft), *_says(draft), "", "", *_run(draft)]
     body = "\n".join(line.rstrip() for line in lines) + "\n"
     names = [
         "BeliefSpace",
@@ -56,14 +56,15 @@ def conftest(draft: Draft) -> str:
     return "\n".join(head) + body
 
 
-def _constants(draft: Draft) -> list[str]:
+def constants(draft: Draft) -> list[str]:
+    """The constants of a testbench: times, and what a person can say."""
     late_s, place = draft.late_s
     reason = f"longer than {place}" if place is not None else "TODO: the code has no time-out"
     lines = [
         "HERE = Path(__file__).parent",
         "",
         "LIMIT_S = 900.0  # no run needs as long; TODO",
-        f"ANSWER_S = {max(LATE_S, min(late_s, 60.0)):g}  # so long a person waits for an answer; TODO",
+        f"ANSWER_S = {max(draft.patience_s, min(late_s, 60.0)):g}  # so long a person waits for an answer; TODO",
         "LOOKS_EACH_S = 0.1  # how often a person looks whether there is one",
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
@@ -148,11 +149,11 @@ def _testbench(draft: Draft) -> list[str]:
         f"            covered=({covered}),",
         "        ),",
         "        beliefs=BeliefSpace(",
-        f"            start={_tuple(start_beliefs(draft))},",
+        f"            start={tuple_text(start_beliefs(draft))},",
         "            groups={",
-        *(f"                {json.dumps(name)}: {_tuple(beliefs)}," for name, beliefs in groups(draft).items()),
+        *(f"                {json.dumps(name)}: {tuple_text(beliefs)}," for name, beliefs in groups(draft).items()),
         "            },",
-        *([f"            neutral={_tuple(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
+        *([f"            neutral={tuple_text(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
         "        ),",
         "        concretization=Concretization(",
         "            commands={",
@@ -181,13 +182,13 @@ def _testbench(draft: Draft) -> list[str]:
         for name, texts, part in values:
             likely = any(value.certainty == "likely" for value in part.values)
             mark = f"  # {part.values[0].place}" + ("; TODO: some are of a docstring" if likely else "")
-            lines.append(f'            "{name}": {_tuple(texts)},{mark}')
+            lines.append(f'            "{name}": {tuple_text(texts)},{mark}')
         lines.append("        },")
     if units:
         lines += ["        units={", *(f'            "{name}": "{unit}",' for name, unit in units), "        },"]
-    lines.append(f"        code={_tuple(findings.code)},")
+    lines.append(f"        code={tuple_text(findings.code)},")
     if findings.virtual:
-        lines.append(f"        virtual={_tuple(findings.virtual)},  # the code imports them")
+        lines.append(f"        virtual={tuple_text(findings.virtual)},  # the code imports them")
     lines += ["        run=run,", '        may_end=("limit", "idle", "early", "cycle"),  # TODO: which ends are right?']
     lines += _state_part(draft)
     if draft.messages:
@@ -397,7 +398,7 @@ def _notes(draft: Draft) -> list[str]:
     lines += ["", "    for kind, topic, fields in ("]
     for message in draft.findings.said:
         if message.topic in fields:
-            lines.append(f'        ({message.name}, "{message.topic}", {_tuple(fields[message.topic])}),')
+            lines.append(f'        ({message.name}, "{message.topic}", {tuple_text(fields[message.topic])}),')
     lines += ["    ):", '        heard = run.bus.port("observer").subscribe(kind)',
               "        run.kernel.spawn(f\"notes {topic}\", partial(note, heard, topic, fields))", ""]  # fmt: skip
     return lines
@@ -497,6 +498,7 @@ def _things_of(draft: Draft, port: Port) -> list[Thing]:
     return [thing for thing in draft.things if thing.message.channel in ("", port.name.strip("_"))]
 
 
-def _tuple(names: Iterable[str]) -> str:
+def tuple_text(names: Iterable[str]) -> str:
+    """Source text of a tuple of texts."""
     listed = [json.dumps(name, ensure_ascii=False) for name in names]
     return "(" + ", ".join(listed) + ("," if len(listed) == 1 else "") + ")"

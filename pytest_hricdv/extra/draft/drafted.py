@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pytest_hricdv.extra.draft.findings import Entry, Findings, Message, MessageField, Operation, Place, Port
 from pytest_hricdv.extra.draft.naming import word
+from pytest_hricdv.extra.draft.ros_findings import RosStart
 from pytest_hricdv.skeleton.skeleton import name_like
 
 MANNERS = ("in_time", "too_early", "too_late", "twice")
@@ -19,6 +20,9 @@ MOST_KINDS = 8
 
 LATE_S = 30.0
 """How long a person waits at least who is too late, where the code has no time-out (chosen)."""
+
+LATE_FOR_NODES_S = 10.0
+"""The same where the code is a node of ROS 2 (chosen: its timers make each simulated second dear)."""
 
 MOST_LATE_S = 300.0
 """Longer time-outs are not waited for: a run would take long (chosen)."""
@@ -99,6 +103,7 @@ class Draft:
         folder: where it is written.
         takes_time: whether each call of a device takes some simulated time; else a loop without a wait would not end.
         dropped: subjects of requirements that did not hold in the first runs.
+        ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
     """
 
     findings: Findings
@@ -107,6 +112,7 @@ class Draft:
     folder: Path
     takes_time: bool = False
     dropped: tuple[str, ...] = ()
+    ros: RosStart | None = None
 
     @property
     def entry(self) -> Entry | None:
@@ -190,7 +196,12 @@ class Draft:
         waits += [(c.value, c.place) for c in self.findings.constants if c.unit == "s"]
         fit = [(seconds, place) for seconds, place in waits if seconds is not None and seconds <= MOST_LATE_S]
         longest = max(fit, key=lambda wait: wait[0], default=None)
-        return (longest[0], longest[1]) if longest is not None and longest[0] >= 1.0 else (LATE_S, None)
+        return (longest[0], longest[1]) if longest is not None and longest[0] >= 1.0 else (self.patience_s, None)
+
+    @property
+    def patience_s(self) -> float:
+        """How long a person waits at least for an answer, and who is too late."""
+        return LATE_S if self.ros is None else LATE_FOR_NODES_S
 
     @property
     def is_async(self) -> bool:

@@ -13,6 +13,7 @@ from pytest_hricdv.extra.draft.model_text import mas2j, meta, person, robot
 from pytest_hricdv.extra.draft.ports_text import ports
 from pytest_hricdv.extra.draft.readme_text import readme
 from pytest_hricdv.extra.draft.requirements_text import requirements
+from pytest_hricdv.extra.draft.ros_conftest_text import ros_conftest
 from pytest_hricdv.extra.draft.sources import DraftError
 from pytest_hricdv.extra.draft.world_text import world
 
@@ -30,16 +31,23 @@ def test_{robot}(hri_case: Any) -> None:
 
 
 _SIZES = """# TODO: more tests and runs reach more, and take longer.
-hri_tests = 30
-hri_close_runs = 60
+hri_tests = {tests}
+hri_close_runs = {runs}
 """
+_TESTS, _RUNS = 30, 60
+"""Tests of the suite `rl`, runs of a closing loop (chosen: less than two minutes, with the first runs)."""
+_NODE_TESTS, _NODE_RUNS = 20, 30
+"""The same for nodes of ROS 2 (chosen: likewise; their timers make runs longer)."""
 
 
 def files(draft: Draft) -> Iterator[tuple[str, str]]:
     """Name, relative to the project's folder, and content of each file."""
-    yield "conftest.py", conftest(draft)
-    yield "world.py", world(draft)
-    yield "ports.py", ports(draft)
+    if draft.ros is not None:
+        yield "conftest.py", ros_conftest(draft, draft.ros)
+    else:
+        yield "conftest.py", conftest(draft)
+        yield "world.py", world(draft)
+        yield "ports.py", ports(draft)
     yield f"models/{draft.robot}.mas2j", mas2j(draft)
     yield "models/meta.asl", meta(draft)
     yield f"models/{draft.person}.asl", person(draft)
@@ -48,10 +56,12 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield "requirements.toml", requirements(draft)
     yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
+    tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
+    sizes = _SIZES.format(tests=tests, runs=runs)
     root = os.path.relpath(draft.findings.root, draft.folder)
     if root != ".":
         yield "mypy.ini", f"[mypy]\nmypy_path = {root}\nignore_missing_imports = true\n"
-    yield "pytest.ini", f"[pytest]\npythonpath = .{'' if root == '.' else ' ' + root}\nhri_suite = rl\n{_SIZES}"
+    yield "pytest.ini", f"[pytest]\npythonpath = .{'' if root == '.' else ' ' + root}\nhri_suite = rl\n{sizes}"
 
 
 def check(draft: Draft, folder: Path) -> None:

@@ -17,7 +17,7 @@ def readme(draft: Draft) -> str:
     lines = [
         f"# Tests of {draft.robot}, drafted",
         "",
-        f"`python -m pytest_hricdv init --from {findings.package}` read the code and wrote this folder. Nothing in",
+        f"`python -m pytest_hricdv init {_asked(draft)}` read the code and wrote this folder. Nothing in",
         "it is required of the robot yet; it runs, and each value has the place that it comes from.",
         "",
         "```sh",
@@ -52,6 +52,10 @@ def readme(draft: Draft) -> str:
         lines += ["", "## All questions", ""]
         lines += [f"- {f'`{q.place}`: ' if q.place is not None else ''}{q.text}" for q in questions]
     return "\n".join(lines) + "\n"
+
+
+def _asked(draft: Draft) -> str:
+    return f'--ros2 "{draft.ros.asked}"' if draft.ros is not None else f"--from {draft.findings.package}"
 
 
 def _nodes(draft: Draft) -> list[str]:

@@ -18,7 +18,8 @@ def requirement_ids(draft: Draft) -> dict[str, str]:
     """Subject of each requirement (`answer order`, `state moving`) -> its id."""
     subjects = [subject for subject, _, _ in _asked(draft)]
     subjects += [f"state {state}" for state in draft.states]
-    subjects += ["said"] if draft.findings.said else ["works", "ends"]
+    silent = ["works", "ends"] if draft.ros is None else ["ends"]
+    subjects += ["said"] if draft.findings.said else silent
     return {subject: f"R{number}" for number, subject in enumerate(subjects, 1)}
 
 
@@ -85,6 +86,9 @@ def _flood(name: str, draft: Draft) -> list[str]:
 
 def _silent(ids: dict[str, str], draft: Draft) -> list[str]:
     """What can be asked of a robot of which nobody knows what it says."""
+    if "works" not in ids:
+        formula = "always(person_is_there -> eventually[0:900](not person_is_there))"
+        return _requirement(ids["ends"], "A visit ends within 900 s", formula, "TODO: ask for more", False, "")
     works = "always(person_is_there -> robot_works)"
     title, is_dropped = "The code works as long as the person is there", "works" in draft.dropped
     lines = _requirement(ids["works"], title, works, draft.findings.package, is_dropped, "may it end before")

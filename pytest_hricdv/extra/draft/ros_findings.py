@@ -87,6 +87,23 @@ class RosNodes:
         return tuple(first.values())
 
 
+@dataclass(frozen=True)
+class RosStart:
+    """How a draft starts a node.
+
+    Args:
+        asked: as it was asked for, "PACKAGE EXECUTABLE" or a path.
+        entry: "package.module:function", or a class of nodes.
+        declared: topics, services and actions that requirements can name.
+        interfaces: folders of packages of messages that are not installed.
+    """
+
+    asked: str
+    entry: str
+    declared: tuple[Endpoint, ...]
+    interfaces: tuple[str, ...] = ()
+
+
 def ros_lines(nodes: RosNodes) -> Iterator[str]:
     """What was read of nodes, for the terminal and the README."""
     counted = (

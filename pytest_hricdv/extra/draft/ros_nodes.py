@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from pytest_hricdv.extra.draft.place import Place
@@ -77,28 +78,35 @@ def _parameter(
 
 
 def _texts(flow: ValueFlow, call: Call, expression: ast.expr | None) -> list[str]:
-    """The texts that an expression can be; of a parameter that is declared in it, its default."""
-    texts: list[str] = []
+    """The texts that an expression can be."""
+    return [value for value in _values(flow, call, expression) if isinstance(value, str)]
+
+
+def _values(flow: ValueFlow, call: Call, expression: ast.expr | None) -> list[object]:
+    """The constants that an expression can be; of a parameter that it declares or reads, its default."""
+    values: list[object] = []
     for node, module, scope in flow.expressions(expression, call.module, call.scope):
-        texts += (
-            [c for c in flow.constants(node, module, scope) if isinstance(c, str)] if isinstance(node, ast.expr) else []
-        )
-        if isinstance(node, ast.Call) and dotted_name(node.func).endswith("declare_parameter"):
-            texts += [c for c in flow.constants(_argument(node, 1, "value"), module, scope) if isinstance(c, str)]
-        for inner in ast.walk(node):
+        if isinstance(node, ast.expr):
+            values += flow.constants(node, module, scope)
+        value = node.value if isinstance(node, ast.Attribute) and node.attr == "value" else node
+        called = dotted_name(value.func).rpartition(".")[2] if isinstance(value, ast.Call) else ""
+        if isinstance(value, ast.Call) and called == "declare_parameter":
+            values += flow.constants(_argument(value, 1, "value"), module, scope)
+        for inner in ast.walk(node) if not called or called == "get_parameter" else ():
             if isinstance(inner, ast.Call) and dotted_name(inner.func).endswith(".get_parameter"):
-                texts += _default(flow, flow.constants(_argument(inner, 0, "name"), module, scope))
-    return list(dict.fromkeys(texts))
+                values += _default(flow, flow.constants(_argument(inner, 0, "name"), module, scope))
+    return list(dict.fromkeys(values))
 
 
-def _default(flow: ValueFlow, names: object) -> list[str]:
-    """The default of a parameter that is a text."""
+def _default(flow: ValueFlow, names: object) -> list[object]:
+    """The default of a parameter that is a text or a number."""
     wanted = [name for name in names if isinstance(name, str)] if isinstance(names, dict) else []
-    return [
-        str(ast.literal_eval(parameter.default))
-        for parameter in (ros_parameters(flow) if wanted else ())
-        if parameter.name in wanted and parameter.default[:1] in ("'", '"')
-    ]
+    defaults: list[object] = []
+    for parameter in ros_parameters(flow) if wanted else ():
+        if parameter.name in wanted:
+            with suppress(ValueError, SyntaxError):
+                defaults.append(ast.literal_eval(parameter.default))
+    return [value for value in defaults if isinstance(value, str | int | float)]
 
 
 def _argument(node: ast.Call, number: int, name: str) -> ast.expr | None:
@@ -135,7 +143,7 @@ class _Reader:
     def timers(self) -> Iterator[Timer]:
         """What is called periodically."""
         for call in self._flow.calls.get("create_timer", ()):
-            period = self._flow.constants(_argument(call.node, 0, "timer_period_sec"), call.module, call.scope)
+            period = _values(self._flow, call, _argument(call.node, 0, "timer_period_sec"))
             numbers = [number for number in period if isinstance(number, int | float)]
             callback = _argument(call.node, 1, "callback")
             yield Timer(

@@ -35,6 +35,14 @@ SUITES = ("rl", "closure")
 MEND = "what do the stand-ins of `ports.py` have to say there?"
 """What to do where the first runs raise."""
 
+MEND_NODE = "which fields has what `said` in `conftest.py` sends it, and what do others answer?"
+"""The same where the code is a node of ROS 2."""
+
+
+def mend(draft: Draft) -> str:
+    """What to do where the first runs of a draft raise."""
+    return MEND if draft.ros is None else MEND_NODE
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -80,7 +88,7 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
             break
     effects = tuple(dict.fromkeys(effect for trial in trials for effect in trial.effects))
     raised = tuple(
-        Problem("raised", f"{' '.join(trial.error.split())}: the draft is not green; {MEND}", trial.raised_at)
+        Problem("raised", f"{' '.join(trial.error.split())}: the draft is not green; {mend(draft)}", trial.raised_at)
         for trial in trials
         if trial.error
     )

@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.__main__ import main
+from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.ros_draft import ros_findings
+from pytest_hricdv.extra.draft.ros_executable import executable
+from tests.extra.draft import ros_robots
+
+INTERFACES = {
+    "std_msgs/package.xml": "<package><name>std_msgs</name></package>",
+    "std_msgs/msg/Bool.msg": "bool data\n",
+    "std_msgs/msg/Empty.msg": "",
+    "std_msgs/msg/String.msg": "string data\n",
+    "std_srvs/package.xml": "<package><name>std_srvs</name></package>",
+    "std_srvs/srv/SetBool.srv": "bool data\n---\nbool success\nstring message\n",
+    "scan_msgs/package.xml": "<package><name>scan_msgs</name></package>",
+    "scan_msgs/msg/Limits.msg": "float32 low\nfloat32 high\nuint8 count\n",
+    "scan_msgs/msg/Scan.msg": "scan_msgs/Limits limits\nfloat32[] ranges\nstring<=9 frame\nuint8[] data\n",
+}
+SCANNER = """
+import rclpy
+from rclpy.node import Node
+from scan_msgs.msg import Scan
+
+
+class Scanner(Node):
+    def __init__(self):
+        super().__init__("scanner")
+        self.create_subscription(Scan, "scan", self.on_scan, 10)
+
+    def on_scan(self, message):
+        pass
+"""
+SETUP = """
+from setuptools import setup
+
+setup(name="home_robot", entry_points={"console_scripts": ["door = home_robot.door:main"]})
+"""
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Path:
+    """A workspace with a package of nodes and packages of messages, as sources."""
+    texts = {
+        **INTERFACES,
+        "home_robot/package.xml": "<package><name>home_robot</name></package>",
+        "home_robot/setup.py": SETUP,
+        "home_robot/home_robot/__init__.py": "",
+        "home_robot/home_robot/door.py": ros_robots.DOOR,
+        "home_robot/home_robot/arm.py": ros_robots.ARM,
+        "home_robot/home_robot/scanner.py": SCANNER,
+    }
+    for name, text in texts.items():
+        (tmp_path / "src" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "src" / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def drafted(workspace: Path, asked: str) -> tuple[Draft, dict[str, str]]:
+    findings, start = ros_findings(executable(asked, workspace))
+    draft = Draft(findings, "node_tests", "person", workspace / "draft", ros=start)
+    return draft, dict(files(draft))
+
+
+def test_an_executable_is_the_console_script_of_its_package(workspace: Path) -> None:
+    assert executable("home_robot door", workspace).entry == "home_robot.door:main"
+    assert executable("src/home_robot/home_robot/arm.py", workspace).entry == "home_robot.arm:main"
+    assert executable("src/home_robot/home_robot/scanner.py", workspace).entry == "home_robot.scanner:Scanner"
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ("home_robot dor", "package 'home_robot' has no executable 'dor' of Python; nearest: door; it has door"),
+        ("home_robt door", "package 'home_robt' is neither installed nor in "),
+        ("home_robot", 'expected "PACKAGE EXECUTABLE"'),
+        ("nothing/here.py", "there is no file "),
+        ("src/home_robot/home_robot/arm.py:start", "has no start; say PATH.py:FUNCTION"),
+        ("src/home_robot/setup.py", "has no function main, and no class of a node"),
+    ],
+)
+def test_what_is_no_executable_is_one_sentence(
+    asked: str, message: str, workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(workspace)
+    assert main(["init", "draft", "--ros2", asked]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: init: --ros2")
+    assert message in said
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("asked", ["home_robot door", "src/home_robot/home_robot/arm.py"])
+def test_each_file_of_a_draft_for_a_node_can_be_read(asked: str, workspace: Path) -> None:
+    _, texts = drafted(workspace, asked)
+    for file, text in texts.items():
+        if file.endswith(".py"):
+            ast.parse(text)
+    tomllib.loads(texts["requirements.toml"])
+    assert {"world.py", "ports.py"}.isdisjoint(texts)
+
+
+def test_values_parameters_and_names_have_their_places(workspace: Path) -> None:
+    _, texts = drafted(workspace, "home_robot door")
+    conftest = texts["conftest.py"]
+    assert '"/home/lock": "std_srvs/srv/SetBool",  # home_robot/door.py:28' in conftest
+    assert '"limits.open_s": 5.0,  # home_robot/door.py:12' in conftest
+    assert 'return "/home/commands", {"data": "open"}  # home_robot/door.py:17' in conftest
+    assert 'RosNode(entry="home_robot.door:main", parameters=[PARAMETERS])' in conftest
+    assert "@home_commands_too_early " in texts["models/person.asl"]
+    assert "on(home_commands) & home_commands.data == 'close'" in texts["requirements.toml"]
+
+
+def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
+    draft, texts = drafted(workspace, "src/home_robot/home_robot/scanner.py")
+    parts = {part.name: (part.kind, part.type) for part in draft.findings.heard[0].fields}
+    assert parts == {
+        "limits.low": ("float", "float"),
+        "limits.high": ("float", "float"),
+        "limits.count": ("float", "int"),
+        "ranges": ("float", "list"),
+        "frame": ("str", "str"),
+    }
+    assert '"limits.count": round(numbers["limits.count"])' in texts["conftest.py"]
+    assert 'HERE / "../src/scan_msgs"' in texts["conftest.py"]
+
+
+def test_messages_that_are_nowhere_are_said_and_left_out(tmp_path: Path) -> None:
+    (tmp_path / "transport.py").write_text(ros_robots.TRANSPORT, encoding="utf-8")
+    draft, texts = drafted(tmp_path, "transport.py")
+    missing = [problem for problem in draft.findings.problems if "`transport_msgs`" in problem.text]
+    assert [str(problem.place) for problem in missing] == ["transport.py:7"]
+    assert "transport_msgs" not in texts["conftest.py"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("rclpy") is None, reason="needs rclpy")
+def test_a_draft_for_a_node_is_green_at_once(workspace: Path) -> None:
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--ros2", "home_robot door"]
+    made = subprocess.run(command, cwd=workspace, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q"], cwd=workspace / "draft", capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout
+    assert "tests: 20 passed" in done.stdout
