@@ -63,6 +63,8 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
     finder = MessageFinder(sources, flow)
     messages = finder.messages()
     plain = PlainFinder(sources, flow, finder, entry).found()
+    if any(message.direction != "heard" for message in messages):
+        plain = plain.without("print")
     messages += tuple(message for message in plain.messages if _is_new(message, messages))
     machines = (
         *LibraryMachines(sources, flow).machines(),
@@ -83,7 +85,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         constants=tuple(constants(sources)),
         parameters=tuple(parameters(sources, flow)),
         entry=entry,
-        problems=problems(sources, flow),
+        problems=tuple(p for p in problems(sources, flow) if p.kind != "terminal" or not plain.has("input")),
         ros=ros_nodes(sources, flow),
         channels=plain.channels,
     )

@@ -413,6 +413,7 @@ def _robot(draft: Draft) -> list[str]:
     needs = [(entry.module, entry.name)]
     needs += [("ports", device_class(port)) for port in draft.devices]
     roles = {port.role for port in draft.ports if not port.default}
+    needs += [("ports", "Stream")] if roles & {"reader", "writer"} and _streams(draft) else []
     channels = draft.findings.channels
     is_said = any(channel.direction == "said" for channel in channels)
     needs += [("ports", "Outbox")] if roles & {"publish", "queue"} or is_said else []
@@ -447,8 +448,11 @@ def _variables(draft: Draft) -> list[str]:
     for channel in draft.findings.channels:
         if channel.variables:
             lines.append(f"{channel.name}_: Any = {_end(draft, channel.name, channel.direction)}  # {channel.place}")
+            end = f"{channel.name}_"
+            if channel.name == "print":
+                end = 'lambda *parts, **_: print_(" ".join(map(str, parts)))'
             for module, name in channel.variables:
-                lines += [f"import_module({json.dumps(module)}).__dict__[{json.dumps(name)}] = {channel.name}_"]
+                lines += [f"import_module({json.dumps(module)}).__dict__[{json.dumps(name)}] = {end}"]
     return lines
 
 
@@ -485,12 +489,25 @@ def _handed(draft: Draft, port: Port) -> str:
         return name + _end(draft, port.name.strip("_"), "said")
     if port.role == "queue":
         return name + _end(draft, port.name.strip("_"), "said" if port.direction == "said" else "heard")
+    if port.role in ("reader", "writer") and _streams(draft):
+        return name + f"Stream(run, {', '.join(_side(draft, port, side) for side in ('heard', 'said'))})"
     if port.role == "device":
         return name + f"{device_class(port)}(world)"
     if port in draft.parameters:
         number = f'run.test.run["{port.name}"]'
         return name + (f"round({number})" if port.annotation == "int" else number)
     return name + (port.made or "None")
+
+
+def _streams(draft: Draft) -> bool:
+    """Whether lines come or go."""
+    return any(message.form == "line" for message in draft.plain)
+
+
+def _side(draft: Draft, port: Port, side: str) -> str:
+    """The messages that come or go by a stream."""
+    names = [m.name for m in draft.plain if m.channel == port.name.strip("_") and m.direction == side]
+    return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
 
 
 def _things_of(draft: Draft, port: Port) -> list[Thing]:

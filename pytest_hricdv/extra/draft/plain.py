@@ -25,6 +25,10 @@ from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 TAKES = ("get", "get_nowait")
 PUTS = ("put", "put_nowait")
+READS = ("readline", "readuntil", "read", "readexactly", "read_until")
+WRITES = ("write", "writelines")
+ROLES = {"queue": "port", "reader": "stream", "writer": "stream"}
+"""Role of a parameter of the entry -> kind of its holder."""
 
 TYPES = {"str": "str", "float": "float", "bool": "bool"}
 DEFAULTS = {"str": '""', "float": "0.0", "bool": "False"}
@@ -34,8 +38,9 @@ DEFAULTS = {"str": '""', "float": "0.0", "bool": "False"}
 class Holder:
     """A queue, by what holds it.
 
-    `kind` is "port" (a parameter of the entry), "attribute" (of the entry's class), "variable" (of a module), "local"
-    (of a function) or "other" (an attribute of another class); `owner` is the class or module.
+    `kind` is "port" (a parameter of the entry), "stream" (likewise, of lines), "terminal", "attribute" (of the entry's
+    class), "variable" (of a module), "local" (of a function) or "other" (an attribute of another class); `owner` is
+    the class or module.
     """
 
     kind: str
@@ -69,6 +74,15 @@ class Plain:
     channels: tuple[Channel, ...]
     questions: tuple[Question, ...]
 
+    def has(self, channel: str) -> bool:
+        """Whether messages come or go by this channel."""
+        return any(message.channel == channel for message in self.messages)
+
+    def without(self, channel: str) -> Plain:
+        """The same without a channel: what is printed counts where nothing else is said."""
+        messages = tuple(message for message in self.messages if message.channel != channel)
+        return Plain(messages, tuple(other for other in self.channels if other.name != channel), self.questions)
+
 
 class PlainFinder:
     """Finds messages without a class."""
@@ -84,10 +98,7 @@ class PlainFinder:
         messages: list[Message] = []
         channels: list[Channel] = []
         questions: list[Question] = []
-        by_holder: dict[Holder, list[End]] = {}
-        for end in self._ends():
-            by_holder.setdefault(end.holder, []).append(end)
-        for holder, ends in by_holder.items():
+        for holder, ends in self._by_holder():
             direction, own = self._side(ends)
             if not direction:
                 continue
@@ -99,18 +110,41 @@ class PlainFinder:
                 messages += _messages(holder, direction, value, own)
                 if not value.is_known:
                     questions.append(_unknown(holder, direction, own[0].place))
-            if holder.kind != "port":
+            if holder.kind not in ("port", "stream"):
                 channels.append(_channel(holder, direction, own))
-        return Plain(tuple(messages), tuple(channels), tuple(questions))
+        plain = Plain(tuple(messages), tuple(channels), tuple(questions))
+        is_said = any(message.direction == "said" and message.channel != "print" for message in messages)
+        return plain.without("print") if is_said else plain
 
     # --- ends of queues
 
+    def _by_holder(self) -> Iterator[tuple[Holder, list[End]]]:
+        """The ends of each queue; of a stream and a terminal, what is read and what is written apart."""
+        by_holder: dict[tuple[Holder, bool], list[End]] = {}
+        for end in (*self._ends(), *self._terminal()):
+            is_apart = end.holder.kind in ("stream", "terminal")
+            by_holder.setdefault((end.holder, is_apart and end.is_taken), []).append(end)
+        for (holder, _), ends in by_holder.items():
+            yield holder, ends
+
+    def _terminal(self) -> Iterator[End]:
+        """What is read with `input()` and said with `print()`."""
+        if self._entry is None or self._entry.is_async:
+            return
+        for module, scope, node in self._flow.nodes:
+            name = node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
+            if isinstance(node, ast.Call) and name in ("input", "print") and scope is not None:
+                put = node.args[0] if len(node.args) == 1 else ast.copy_location(ast.JoinedStr([]), node)
+                yield End(Holder("terminal", "", name), name == "input", node, put, module, scope, name)
+
     def _ends(self) -> Iterator[End]:
         for module, scope, node in self._flow.nodes:
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in TAKES + PUTS:
-                is_taken = node.func.attr in TAKES
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in (
+                *TAKES, *PUTS, *READS, *WRITES
+            ):  # fmt: skip
+                is_taken = node.func.attr in TAKES + READS
                 put = None if is_taken else next(iter(node.args), None)
-                if is_taken and node.args and not isinstance(getattr(node.args[0], "value", None), bool):
+                if node.func.attr in TAKES and node.args and not isinstance(getattr(node.args[0], "value", None), bool):
                     continue  # `get("key")` of a dict
                 yield from self._end(node.func.value, is_taken, node, put, module, scope)
             elif isinstance(node, ast.AsyncFor | ast.For):
@@ -132,8 +166,8 @@ class PlainFinder:
         for node, where, at in self._flow.expressions(queue, module, scope):
             if isinstance(node, ast.Name):
                 port = self._port(node.id, at)
-                if port:
-                    return Holder("port", "", port)
+                if port is not None:
+                    return port
                 variable = self._variable(node.id, where, at)
                 if variable is not None:
                     return variable
@@ -148,13 +182,14 @@ class PlainFinder:
                 return Holder("local", "", local) if local is not None else None
         return None
 
-    def _port(self, name: str, scope: Scope | None) -> str:
+    def _port(self, name: str, scope: Scope | None) -> Holder | None:
         if scope is None or isinstance(scope.node, ast.ClassDef) or name not in parameter_names(scope.node):
-            return ""
+            return None
         arguments = scope.node.args
         part = next(p for p in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs) if p.arg == name)
         port = self._ports.get((scope.module.place(part), name))
-        return port.name if port is not None and port.role == "queue" else ""
+        is_one = port is not None and port.role in ROLES
+        return Holder(ROLES[port.role], "", port.name) if port is not None and is_one else None
 
     def _variable(self, name: str, module: Module, scope: Scope | None) -> Holder | None:
         if scope is not None and not isinstance(scope.node, ast.ClassDef) and name in parameter_names(scope.node):
@@ -220,6 +255,10 @@ class PlainFinder:
 def _messages(holder: Holder, direction: Direction, value: PlainValue, ends: Sequence[End]) -> Iterator[Message]:
     """One for each form that the value has."""
     uses = tuple(dict.fromkeys(end.place for end in ends))
+    if holder.kind == "stream":
+        lines = {text.strip(): place for text, place in value.texts.items() if text.strip()}
+        yield _message(holder, direction, PlainValue(value.place, lines, is_text=True), uses, "line")
+        return
     if value.keys:
         yield _message(holder, direction, value, uses, "json" if value.is_json else "dict")
     if value.items and not value.keys:
@@ -272,7 +311,9 @@ def _channel(holder: Holder, direction: Direction, ends: Sequence[End]) -> Chann
     if holder.kind == "attribute":
         return Channel(name, direction, ends[0].place, attribute=holder.name)
     variables = {(end.module.name, end.variable) for end in ends if end.variable}
-    return Channel(name, direction, ends[0].place, variables=tuple(sorted({*variables, (holder.owner, holder.name)})))
+    if holder.owner:
+        variables.add((holder.owner, holder.name))
+    return Channel(name, direction, ends[0].place, variables=tuple(sorted(variables)))
 
 
 def _unreachable(holder: Holder, place: Place, direction: Direction) -> Question:

@@ -16,6 +16,8 @@ def to_plain(message: Any) -> Any:
     for name, path in message.PATHS.items():
         content = _with(content, path, getattr(message, name))
     content = _with_tuples(content)
+    if form == "line":
+        return f"{content}\\n".encode()
     return json.dumps(content) if form == "json" else content
 
 
@@ -47,6 +49,7 @@ def of_plain(value: Any, kinds: tuple[type[Any], ...]) -> Any:
 
 _LIKE: dict[str, tuple[type[Any], ...]] = {
     "text": (str, bytes, bool, Enum),
+    "line": (str, bytes),
     "number": (int, float),
     "dict": (dict,),
     "json": (dict,),

@@ -176,8 +176,9 @@ class PlainReader:
                 self._matched(part, module, scope, value, depth)
         elif isinstance(pattern, ast.MatchValue):
             for content in self._flow.constants(pattern.value, module, scope):
-                if isinstance(content, str):
-                    value.texts.setdefault(content, place)
+                if isinstance(content, str | bytes):
+                    text = content if isinstance(content, str) else content.decode(errors="replace")
+                    value.texts.setdefault(text, place)
                 value.is_object |= isinstance(content, Member)
         elif isinstance(pattern, ast.MatchMapping):
             for key, part in zip(pattern.keys, pattern.patterns, strict=True):
@@ -235,6 +236,9 @@ class PlainReader:
                 value.texts |= {text: place for text in texts if isinstance(text, str)}
         elif parent.attr in _TEXT_ONLY:
             value.is_text = True
+            words = PlainValue(place)
+            self._used(call, module, scope, words, depth + 1)
+            value.texts |= _sentences(words)
         elif parent.attr in ("get", "pop", "setdefault") and call.args:
             for name in self._flow.constants(call.args[0], module, scope):
                 if isinstance(name, str):
@@ -248,8 +252,10 @@ class PlainReader:
     def _assigned(self, target: ast.expr, module: Module, scope: Scope | None, value: PlainValue, depth: int) -> None:
         if isinstance(target, ast.Name) and scope is not None:
             self._named(target.id, scope, value, depth)
-        elif isinstance(target, ast.Tuple | ast.List) and not any(isinstance(e, ast.Starred) for e in target.elts):
+        elif isinstance(target, ast.Tuple | ast.List):
             for number, part in enumerate(target.elts):
+                if isinstance(part, ast.Starred):
+                    break
                 item = value.item(number, module.place(part))
                 name = dotted_name(part).rpartition(".")[2]
                 value.names.setdefault(number, name)
@@ -326,10 +332,11 @@ class PlainReader:
                 value.is_bool = True
             elif isinstance(content, int | float):
                 value.is_number = True
-            elif isinstance(content, str):
+            elif isinstance(content, str | bytes):
                 value.is_text = True
                 if content and not is_default:
-                    value.texts.setdefault(content, place)
+                    text = content if isinstance(content, str) else content.decode(errors="replace")
+                    value.texts.setdefault(text, place)
             elif isinstance(content, Member):
                 value.texts.setdefault(content.text, place)
 
@@ -350,6 +357,15 @@ class PlainReader:
         else:
             own = self._sources.class_of(module, node.func)
             value.is_object |= own is not None
+
+
+def _sentences(words: PlainValue) -> dict[str, Place]:
+    """Texts that begin with a word that the code looks for, followed by those that it reads then."""
+    if 0 not in words.items:
+        return {}
+    rest = ["1" if item.is_number else next(iter(item.texts), "word")
+            for number, item in sorted(words.items.items()) if number and item.is_known]  # fmt: skip
+    return {" ".join([text, *rest]): place for text, place in words.items[0].texts.items()}
 
 
 def fields_of(

@@ -142,6 +142,10 @@ class Inbox:
         """The same without waiting."""
         return self.get(block=False)
 
+    def __call__(self, *_: Any) -> Any:
+        """In place of a function that waits for something, such as `input`."""
+        return self.get()
+
     def empty(self) -> bool:
         """Whether there is none."""
         return not self._look()
@@ -238,6 +242,65 @@ class Outbox:
         return False
 '''
 
+_STREAM = '''
+
+class Stream:
+    """A stream of lines, or its reading or writing half."""
+
+    def __init__(self, run: Run, heard: tuple[type[Any], ...], said: tuple[type[Any], ...]) -> None:
+        self._inbox, self._port, self._said = Inbox(run, *heard), run.bus.port("robot"), said
+
+    {async}def readline(self, *_: Any, **__: Any) -> bytes:
+        """{readline_doc}"""
+        {readline}
+
+    read = readuntil = readexactly = read_until = readline
+
+    @property
+    def in_waiting(self) -> int:
+        """Whether there is a line."""
+        return self._inbox.qsize()
+
+    def at_eof(self) -> bool:
+        """The other side stays."""
+        return False
+
+    def write(self, data: bytes) -> int:
+        """Say each line."""
+        for line in data.decode(errors="replace").splitlines():
+            message = of_plain(line, self._said)
+            if message is not None:
+                self._port.publish(message)
+        return len(data)
+
+    def writelines(self, lines: Any) -> None:
+        """Say them."""
+        for line in lines:
+            self.write(line)
+
+    {async}def drain(self) -> None:
+        """Nothing waits in it."""
+
+    flush = wait_closed = drain
+
+    def close(self) -> None:
+        """The other side stays."""
+
+    def is_closing(self) -> bool:
+        """It stays open."""
+        return False
+
+    def get_extra_info(self, name: str, default: Any = None) -> Any:
+        """There is none."""
+        return default
+'''
+
+_READLINE = """try:
+            line: bytes = self._inbox.get(timeout=READ_S)
+        except queue.Empty:
+            return b""
+        return line"""
+
 _ASYNC_BUS = '''
 
 class Bus:
@@ -303,11 +366,14 @@ def ports(draft: Draft) -> str:
     how = bus_kind(draft)
     is_plain = any(message.form != "state" for message in draft.plain)
     parts.append(plain_classes(draft))
-    if "queue" in roles or how == "async" or draft.findings.channels:
+    is_stream = bool(roles & {"reader", "writer"}) and is_plain
+    if "queue" in roles or is_stream or how == "async" or draft.findings.channels:
         taken = "to_plain" if is_plain else "lambda message: message"
         parts.append((_ASYNC_QUEUES if draft.is_async else _SYNC_QUEUES).replace("{taken}", taken))
     if roles & {"queue", "publish"} or draft.findings.channels:
         parts.append(_outbox(draft))
+    if is_stream:
+        parts.append(_stream(draft))
     if how in ("async", "callback"):
         parts.append(_ASYNC_BUS if how == "async" else _CALLBACK_BUS)
     parts += [_device(draft, port) for port in draft.devices]
@@ -335,6 +401,15 @@ def _outbox(draft: Draft) -> str:
     for mark, content in replaced.items():
         text = text.replace(mark, content)
     return text
+
+
+def _stream(draft: Draft) -> str:
+    """The class of a stream."""
+    is_async = draft.is_async
+    text = _STREAM.replace("{async}", "async " if is_async else "")
+    text = text.replace("{readline}", "return bytes(await self._inbox.get())" if is_async else _READLINE)
+    doc = "The next line; waits for it." if is_async else "The next line; empty where there is none for a while."
+    return text.replace("{readline_doc}", doc)
 
 
 def bus_kind(draft: Draft) -> str:
@@ -385,6 +460,8 @@ def _head(draft: Draft, body: str) -> str:
         lines += ["", "REST_OF_RUN_S = 10_000.0  # longer than any run"]
     if "LOOKS_EACH_S" in body:
         lines += ["LOOKS_EACH_S = 0.02"]
+    if "READ_S" in body:
+        lines += ["READ_S = 1.0  # so long a line is waited for; TODO"]
     if "STATE_EACH_S" in body:
         lines += ["", "STATE_EACH_S = 0.05  # how often the state is looked at"]
     if re.search(r"\bSTEP_S", body):

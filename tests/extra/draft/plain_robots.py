@@ -154,3 +154,58 @@ class Gate:
                 self.state = "closed"
             time.sleep(0.1)
 '''
+
+TERMINAL = """
+import time
+
+
+class Butler:
+    def __init__(self):
+        self.state = "idle"
+        self.tea = 0
+
+    def brew(self):
+        self.state = "brewing"
+        print("brewing tea")
+        time.sleep(4.0)
+        self.tea += 1
+        self.state = "idle"
+        print(f"tea number {self.tea} is ready")
+
+    def run(self):
+        while True:
+            line = input("> ").strip().lower()
+            if line == "tea":
+                self.brew()
+            elif line in ("quit", "exit"):
+                print("bye")
+                break
+            else:
+                print("I do not understand")
+
+
+if __name__ == "__main__":
+    Butler().run()
+"""
+
+LINES = r"""
+import asyncio
+
+
+async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter):
+    position = 0.0
+    while True:
+        line = await reader.readline()
+        if not line:
+            break
+        parts = line.decode().strip().split()
+        if parts[0] == "MOVE":
+            await asyncio.sleep(0.5)
+            position += float(parts[1])
+            writer.write(b"OK\n")
+        elif parts[0] == "WHERE":
+            writer.write(f"AT {position}\n".encode())
+        else:
+            writer.write(b"ERR\n")
+        await writer.drain()
+"""

@@ -58,6 +58,11 @@ READ = {
         ("json", {"cmd": ("pick", "place"), "speed": ()}),
         ("json", {"event": ("picking", "holding", "parked", "refused"), "speed": ()}),
     ),
+    "TERMINAL": (
+        ("text", {"text": ("tea", "quit", "exit")}),
+        ("text", {"text": ("brewing tea", "bye", "I do not understand")}),
+    ),
+    "LINES": (("line", {"text": ("MOVE 1", "WHERE 1")}), ("line", {"text": ("OK", "ERR")})),
 }
 
 
@@ -66,7 +71,7 @@ def test_messages_without_a_class_have_their_keys_and_values(name: str, tmp_path
     findings = found(tmp_path, getattr(plain_robots, name))
     heard, said = READ[name]
     assert [read(message) for message in findings.heard] == [heard]
-    assert [read(message) for message in findings.said] == [said]
+    assert [read(message) for message in findings.said if message.form != "state"] == [said]
     kinds = {part.name: part.kind for message in findings.messages for part in message.fields}
     assert {kinds.get(number, "float") for number in ("table", "load", "value", "speed")} == {"float"}
 
@@ -77,6 +82,7 @@ def test_messages_without_a_class_have_their_keys_and_values(name: str, tmp_path
         ("TEXTS", {"text": "go"}, "moving", "go"),
         ("DICTS", {"kind": "order", "table": 2.0}, {"state": "serving"}, {"kind": "order", "table": 2.0}),
         ("TUPLES", {"kind": "move", "value": 3.0}, ("done", 3), ("move", 3.0)),
+        ("LINES", {"text": "WHERE"}, b"OK", b"WHERE\n"),
         ("JSON", {"cmd": "pick", "speed": 0.5}, '{"event": "holding"}', '{"cmd": "pick", "speed": 0.5}'),
     ],
 )
@@ -91,7 +97,7 @@ def test_a_drafted_class_becomes_what_the_code_has_and_back(
     back = ports.of_plain(said, (kind,))
     assert isinstance(back, kind)
     first = findings.said[0].fields[0].name
-    assert getattr(back, first) in ("moving", "serving", "done", "holding")
+    assert getattr(back, first) in ("moving", "serving", "done", "holding", "OK")
     assert ports.of_plain(None, (kind,)) is None
 
 
@@ -132,6 +138,17 @@ def test_a_state_that_is_told_is_not_looked_at(tmp_path: Path) -> None:
     assert [message.form for message in findings.said] == ["json"]
 
 
+def test_what_is_printed_counts_where_nothing_else_is_said(tmp_path: Path) -> None:
+    findings = found(tmp_path, plain_robots.TEXTS.replace('outbox.put("what?")', 'print("what?")'))
+    assert [message.channel for message in findings.said] == ["outbox"]
+    terminal = found(tmp_path, plain_robots.TERMINAL)
+    assert [channel.variables for channel in terminal.channels] == [
+        (("robot_code", "print"),),
+        (("robot_code", "input"),),
+    ]
+    assert not [problem for problem in terminal.problems if problem.kind == "terminal"]
+
+
 @pytest.mark.slow
 def test_code_of_which_nothing_is_read_has_a_draft_that_says_so(tmp_path: Path) -> None:
     (tmp_path / "robot_code.py").write_text("def compute(a: int, b: int) -> int:\n    return a + b\n", encoding="utf-8")
@@ -159,7 +176,8 @@ def test_a_draft_of_code_without_classes_is_green_at_once(name: str, tmp_path: P
     command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code"]
     made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
-    assert f"read: {0 if name == 'HELD' else 1} messages heard, 1 said" in made.stdout
+    said = 2 if name == "TERMINAL" else 1
+    assert f"read: {0 if name == 'HELD' else 1} messages heard, {said} said" in made.stdout
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q"], cwd=tmp_path / "draft", capture_output=True, text=True, check=False
     )
