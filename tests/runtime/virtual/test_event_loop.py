@@ -123,6 +123,7 @@ def test_a_loop_in_a_thread_is_given_work_by_others() -> None:
         loop.call_soon_threadsafe(loop.stop)
         thread.join()
         said.append(late.done())
+        loop.close()  # otherwise it is closed whenever it is collected, during whichever test
 
     run(body)
     assert said == [4.0, 5.0, False]
