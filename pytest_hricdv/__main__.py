@@ -34,9 +34,9 @@ def _init(options: argparse.Namespace) -> int:
 
         return update(options.folder, write=options.write)
     try:
-        if options.source and options.ros2:
+        if options.source and options.ros2 is not None:
             raise InputError("expected --from or --ros2, and both came: --ros2 reads the code of its node, too")
-        if options.source or options.ros2:
+        if options.source or options.ros2 is not None:
             return _draft(options)
         robot = options.robot or name_like(options.folder.resolve().name)
         skeleton = Skeleton(robot, options.people or options.person)
@@ -57,7 +57,7 @@ def _init(options: argparse.Namespace) -> int:
 def _draft(options: argparse.Namespace) -> int:
     from pytest_hricdv.extra.draft.command import draft, draft_node
 
-    begin, asked = (draft_node, options.ros2) if options.ros2 else (draft, options.source)
+    begin, asked = (draft_node, options.ros2) if options.ros2 is not None else (draft, options.source)
     for line in begin(asked, options.folder, options.robot or "", options.person, not options.no_run):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "

@@ -165,7 +165,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         "            groups={",
         *(f"                {json.dumps(name)}: {tuple_text(beliefs)}," for name, beliefs in groups(draft).items()),
         "            },",
-        *([f"            neutral={tuple_text(neutral_beliefs(draft))},"] if draft.things else []),
+        *([f"            neutral={tuple_text(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
         "        ),",
         "        concretization=Concretization(",
         "            commands={",

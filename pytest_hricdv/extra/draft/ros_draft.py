@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.ros_executable import Executable
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, Kind, RosStart
 from pytest_hricdv.extra.draft.ros_interfaces import fields, is_installed
 from pytest_hricdv.extra.draft.ros_nodes import FOLDERS
-from pytest_hricdv.extra.draft.sources import Function, Sources, dotted_name
+from pytest_hricdv.extra.draft.sources import DraftError, Function, Sources, dotted_name
 
 _FORMS: dict[Kind, tuple[str, str, Direction, int]] = {
     "publisher": ("topic", "", "said", 0), "subscription": ("topic", "", "heard", 0),
@@ -28,7 +28,16 @@ OWN = "rclpy"
 
 
 def ros_findings(executable: Executable) -> tuple[Findings, RosStart]:
-    """What a testbench for the node needs, and how it starts it."""
+    """What a testbench for the node needs, and how it starts it.
+
+    Raises:
+        DraftError: the code does not use `rclpy`.
+    """
+    if not any(name.partition(".")[0] == OWN for name, _ in executable.sources.outside):
+        asked = (
+            f"--ros2={executable.asked!r}: expected a node of ROS 2; {executable.entry} and what it imports of the code"
+        )
+        raise DraftError(f"{asked} beside it use no rclpy: --from drafts for other code")
     findings = analysed(executable.sources, executable.asked, "")
     start, problems = _start(executable, findings)
     messages = _with_values(_messages(executable, start), findings.ros.endpoints, executable.sources)
@@ -49,21 +58,25 @@ def _start(executable: Executable, findings: Findings) -> tuple[RosStart, tuple[
     absent = {name for name in needed if not is_installed(name) and name not in provided}
     for name in sorted(absent):
         text = (
-            f"the messages of `{name}` are neither installed here nor in the workspace, so that the node cannot be "
-            "started and its topics with them are left out: install them, or name the folder of their files in "
-            "Ros2(interfaces=...)"
+            f"the messages of `{name}` are neither installed here nor in the workspace: the node cannot start, and "
+            "their fields are not drafted; install them, or put their packages into the workspace, and draft again"
         )
         problems.append(Problem("missing module", text, needed[name]))
     if not is_installed(OWN):
         place = next((place for name, place in executable.sources.outside if name.partition(".")[0] == OWN), None)
         text = "`rclpy` is not installed here, so that the draft was not run: docs/ros2.md says how to get it"
         problems.append(Problem("missing module", text, place))
-    declared = tuple(e for e in findings.ros.endpoints if e.is_whole and e.type.partition("/")[0] not in absent)
+    declared = tuple(endpoint for endpoint in findings.ros.endpoints if endpoint.is_whole)
     folders = tuple(str(executable.packages[name].folder) for name in provided)
     return RosStart(executable.asked, executable.entry, declared, folders), tuple(problems)
 
 
 def _without_stand_in(problem: Problem) -> Problem:
+    if problem.kind == "terminal":
+        text = (
+            "reads a terminal, at which nobody types in the draft: docs/ros2.md says how a person does (`run.terminal`)"
+        )
+        return replace(problem, text=text)
     if problem.kind not in ("missing module", "hardware"):
         return problem
     told = problem.text.partition(":")[0]

@@ -56,8 +56,8 @@ def fields(
     numbers = 0
     chosen: list[MessageField] = []
     for made in _fields(told, "", 0 if kind.split("/")[1] == "msg" else _DEPTH, packages, place):
-        numbers += made.kind == "float"
-        if made.kind != "float" or numbers <= MOST_NUMBERS:
+        numbers += made.kind == "float" and made.type != "list"  # a scan without its ranges says nothing
+        if made.kind != "float" or made.type == "list" or numbers <= MOST_NUMBERS:
             chosen.append(made)
     return tuple(chosen)
 
@@ -96,6 +96,11 @@ def _field(entry: Field, name: str, place: Place) -> MessageField | None:
     if entry.type.is_array:
         if entry.type.name not in ("float", "double") or entry.type.is_fixed:
             return None
-        return MessageField(name, "list", "float", place, unit=unit_of(entry.name))
+        return MessageField(name, "list", "float", place, unit=_unit(entry.name))
     is_whole = kind == "float" and entry.type.name not in _KINDS
-    return MessageField(name, "int" if is_whole else kind, kind, place, unit=unit_of(entry.name))
+    return MessageField(name, "int" if is_whole else kind, kind, place, unit=_unit(entry.name))
+
+
+def _unit(name: str) -> str:
+    """The unit that a field's name says; `angle_min` is the least angle, and in no minutes."""
+    return "" if name.endswith("_min") else unit_of(name)

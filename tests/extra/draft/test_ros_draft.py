@@ -86,12 +86,15 @@ def test_an_executable_is_the_console_script_of_its_package(workspace: Path) -> 
         ("home_robot", 'expected "PACKAGE EXECUTABLE"'),
         ("nothing/here.py", "there is no file "),
         ("src/home_robot/home_robot/arm.py:start", "has no start; say PATH.py:FUNCTION"),
+        ("", 'expected "PACKAGE EXECUTABLE"'),
+        ("plain.py", "expected a node of ROS 2; plain:main and what it imports of the code beside it use no rclpy"),
         ("src/home_robot/setup.py", "has no function main, and no class of a node"),
     ],
 )
 def test_what_is_no_executable_is_one_sentence(
     asked: str, message: str, workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    (workspace / "plain.py").write_text("def main():\n    pass\n", encoding="utf-8")
     monkeypatch.chdir(workspace)
     assert main(["init", "draft", "--ros2", asked]) == 2
     said = capsys.readouterr().err
@@ -135,12 +138,12 @@ def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
     assert 'HERE / "../src/scan_msgs"' in texts["conftest.py"]
 
 
-def test_messages_that_are_nowhere_are_said_and_left_out(tmp_path: Path) -> None:
+def test_messages_that_are_nowhere_are_said_with_their_place(tmp_path: Path) -> None:
     (tmp_path / "transport.py").write_text(ros_robots.TRANSPORT, encoding="utf-8")
     draft, texts = drafted(tmp_path, "transport.py")
     missing = [problem for problem in draft.findings.problems if "`transport_msgs`" in problem.text]
     assert [str(problem.place) for problem in missing] == ["transport.py:7"]
-    assert "transport_msgs" not in texts["conftest.py"]
+    assert '"/fetch": "transport_msgs/action/Fetch",  # transport.py:19' in texts["conftest.py"]
 
 
 @pytest.mark.slow
