@@ -28,6 +28,7 @@ from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
 from pytest_hricdv.extra.draft.sources import Sources, find
 from pytest_hricdv.extra.draft.state_walk import written_machines
 from pytest_hricdv.extra.draft.tables import table_machines
+from pytest_hricdv.extra.draft.topics import TopicFinder
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, texts
 from pytest_hricdv.extra.draft.waits import constants, parameters, virtual, waits
 
@@ -63,6 +64,8 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
     finder = MessageFinder(sources, flow)
     messages = finder.messages()
     plain = PlainFinder(sources, flow, finder, entry).found()
+    topics, open_topics = TopicFinder(sources, flow, finder, entry).found()
+    messages += topics
     if any(message.direction != "heard" for message in messages):
         plain = plain.without("print")
     messages += tuple(message for message in plain.messages if _is_new(message, messages))
@@ -89,14 +92,14 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         ros=ros_nodes(sources, flow),
         channels=plain.channels,
     )
-    return replace(findings, questions=(*_questions(findings), *plain.questions))
+    return replace(findings, questions=(*_questions(findings), *plain.questions, *open_topics))
 
 
 def _looked_at(
     machines: tuple[Machine, ...], entry: Entry | None, flow: ValueFlow
 ) -> tuple[tuple[Machine, ...], tuple[Message, ...]]:
     """Where the code tells no state, the attribute of the robot that holds one: the draft looks at it in runs."""
-    if any(machine.told for machine in machines) or entry is None or not entry.method:
+    if any(machine.told for machine in machines) or entry is None or not entry.is_made:
         return machines, ()
     machine = next((m for m in machines if m.held.rpartition(":")[2].rpartition(".")[0] == entry.name), None)
     machine = machine or next(_assigned(entry, flow), None)

@@ -424,12 +424,14 @@ def _robot(draft: Draft) -> list[str]:
     needs += [need for port in draft.ports if port.role in ("settings", "parameter") for need in port.needs]
     queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
     needs += _classes(thing.message for port in queues for thing in _things_of(draft, port))
-    needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback") else []
+    needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "topics") else []
     imports = [line[4:] for line in _import(draft, needs)]
     making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"
     handed = ", ".join(_handed(draft, port) for port in entry.method_ports if _is_handed(port))
     called = f"made.{entry.method}({handed})" if entry.method else making
-    made = [*_variables(draft), *([f"made = {making}"] if entry.method else []), *_attributes(draft)]
+    if entry.is_made and not entry.method:
+        called = ("asyncio.sleep" if entry.is_async else "run.kernel.sleep") + "(LIMIT_S)  # it is called back"
+    made = [*_variables(draft), *([f"made = {making}"] if entry.is_made else []), *_attributes(draft)]
     looked_at = [message for message in draft.plain if message.form == "state"]
     made += [f'run.kernel.spawn("looks at {m.channel}", partial(look, run, made))  # {m.place}' for m in looked_at]
     body = [f"        {line}" for line in [*imports, "", f"make: Any = {entry.name}", *made]]

@@ -214,6 +214,12 @@ class Draft:
         return tuple(message for message in self.findings.messages if not message.module)
 
     @property
+    def topics(self) -> tuple[Message, ...]:
+        """Those of them whose topic is a text."""
+        others = {port.name.strip("_") for port in self.ports} | {channel.name for channel in self.findings.channels}
+        return tuple(m for m in self.plain if m.form != "state" and m.channel not in others)
+
+    @property
     def missing(self) -> tuple[str, ...]:
         """Modules that get a stand-in."""
         return tuple(

@@ -179,7 +179,8 @@ class EntryFinder:
         begin = self._methods(scope).get("__init__")
         ports = tuple(self._ports(begin, skip=1)) if begin is not None else tuple(self._fields(scope))
         method_ports = tuple(self._ports(method, skip=1)) if method is not None else ()
-        is_async = method is not None and isinstance(method.node, ast.AsyncFunctionDef)
+        parts = [method] if method is not None else self._methods(scope).values()  # it is called back, if at all
+        is_async = any(isinstance(part.node, ast.AsyncFunctionDef) for part in parts)
         name = method.node.name if method is not None else ""
         return Entry(scope.module.name, scope.node.name, name, is_async, ports, method_ports, scope.place,
                      "certain" if certainty == "certain" else "likely")  # fmt: skip
@@ -254,7 +255,7 @@ class EntryFinder:
             return "reader"
         if "StreamWriter" in written or (used and used <= {"write", "drain", "close", "wait_closed", "is_closing"}):
             return "writer"
-        if used & {"publish", "subscribe"}:
+        if used & {"publish", "subscribe", "emit"}:
             return "bus"
         if used == {"__call__"} and any(
             word in name for word in ("publish", "send", "say", "emit", "on_", "notify", "report")

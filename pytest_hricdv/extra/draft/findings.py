@@ -276,6 +276,11 @@ class Entry:
     place: Place
     certainty: Certainty = "likely"
 
+    @property
+    def is_made(self) -> bool:
+        """Whether something is made that stays: by its method, or a class that is called back."""
+        return bool(self.method) or (self.name[:1].isupper() and any(port.role == "bus" for port in self.ports))
+
 
 @dataclass(frozen=True)
 class Question:

@@ -38,9 +38,9 @@ DEFAULTS = {"str": '""', "float": "0.0", "bool": "False"}
 class Holder:
     """A queue, by what holds it.
 
-    `kind` is "port" (a parameter of the entry), "stream" (likewise, of lines), "terminal", "attribute" (of the entry's
-    class), "variable" (of a module), "local" (of a function) or "other" (an attribute of another class); `owner` is
-    the class or module.
+    `kind` is "port" (a parameter of the entry), "stream" (likewise, of lines), "terminal", "topic", "attribute" (of
+    the entry's class), "variable" (of a module), "local" (of a function) or "other" (an attribute of another class);
+    `owner` is the class or module.
     """
 
     kind: str
@@ -107,7 +107,7 @@ class PlainFinder:
                 continue
             value = self._value(direction, ends)
             if not self._has_class(own, value):
-                messages += _messages(holder, direction, value, own)
+                messages += messages_of(holder, direction, value, [end.place for end in own])
                 if not value.is_known:
                     questions.append(_unknown(holder, direction, own[0].place))
             if holder.kind not in ("port", "stream"):
@@ -252,9 +252,9 @@ class PlainFinder:
         return value.is_object
 
 
-def _messages(holder: Holder, direction: Direction, value: PlainValue, ends: Sequence[End]) -> Iterator[Message]:
+def messages_of(holder: Holder, direction: Direction, value: PlainValue, places: Sequence[Place]) -> Iterator[Message]:
     """One for each form that the value has."""
-    uses = tuple(dict.fromkeys(end.place for end in ends))
+    uses = tuple(dict.fromkeys(places))
     if holder.kind == "stream":
         lines = {text.strip(): place for text, place in value.texts.items() if text.strip()}
         yield _message(holder, direction, PlainValue(value.place, lines, is_text=True), uses, "line")

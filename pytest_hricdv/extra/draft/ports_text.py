@@ -6,6 +6,7 @@ import re
 
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Operation, Port
+from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.naming import camel
 from pytest_hricdv.extra.draft.plain_text import plain_classes
 
@@ -355,6 +356,76 @@ class Bus:
 '''
 
 
+_TOPIC_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test: topics are texts, and it calls back."""
+
+    def __init__(self, run: Run) -> None:
+        self._run, self._port = run, run.bus.port("robot")
+
+    {async}def publish(self, topic: Any, message: Any = "", *_: Any, **__: Any) -> None:
+        """Say it."""
+        said = next((one for one in (topic, message) if is_dataclass(one)), None)
+        said = of_plain(message, SAID.get(topic, ())) if said is None else said
+        if said is not None:
+            self._port.publish(said)
+
+    {async_subscribe}def subscribe(self, topic: Any, callback: Callable[..., Any] | None = None, *_: Any) -> Any:
+        """Call back for each message of the topic; without a callback, an inbox for them."""
+        kinds = HEARD.get(topic, ()) if isinstance(topic, str) else (topic,)
+        if callback is None:
+            return Inbox(self._run, *kinds)
+        count = len(signature(callback).parameters)
+
+        def call(content: Any) -> Any:
+            return callback(*(topic, content)[2 - min(count, 2) :])
+
+{hearing}
+        return None
+{aliases}'''
+
+_HEARING = """        def hear(heard: Any) -> None:
+            while True:
+                message = heard.wait(REST_OF_RUN_S)
+                if message is not None:
+                    call(to_plain(message))
+
+        for kind in kinds:
+            heard = self._port.subscribe(kind)
+            self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(partial(hear, heard)))"""
+
+_ASYNC_HEARING = """        async def hear(inbox: Inbox) -> None:
+            while True:
+                made = call(await inbox.get())
+                if asyncio.iscoroutine(made):
+                    await made
+
+        self._hearing = [*getattr(self, "_hearing", ()), asyncio.ensure_future(hear(Inbox(self._run, *kinds)))]"""
+
+
+def _topic_bus(draft: Draft) -> str:
+    """The bus of topics that are texts, with the names that the code calls its methods by."""
+    bus = next(port for port in draft.ports if port.role == "bus")
+    lines = []
+    for name, side in (("HEARD", "heard"), ("SAID", "said")):
+        by_topic: dict[str, list[str]] = {}
+        for message in draft.topics:
+            if message.direction == side:
+                by_topic.setdefault(message.channel, []).append(message.name)
+        pairs = [f"    {topic!r}: ({', '.join(kinds)},),".replace("'", '"') for topic, kinds in by_topic.items()]
+        lines += ["", f"{name}: dict[str, tuple[type[Any], ...]] = {{", *pairs, "}"]
+    used = {operation.name: operation.is_async for operation in bus.operations}
+    says = [name for name in used if name.strip("_") in SAYS and name != "publish"]
+    hears = [name for name in used if name.strip("_") in SUBSCRIBES and name != "subscribe"]
+    aliases = [f"    {name} = publish" for name in says] + [f"    {name} = subscribe" for name in hears]
+    text = _TOPIC_BUS.replace("{async}", "async " if any(used.get(n) for n in ("publish", *says)) else "")
+    is_async = any(used.get(name) for name in ("subscribe", *hears))
+    text = text.replace("{async_subscribe}", "async " if is_async else "")
+    text = text.replace("{hearing}", _ASYNC_HEARING if draft.is_async else _HEARING)
+    return "\n".join(lines) + "\n" + text.replace("{aliases}", "\n".join(["", *aliases, ""]) if aliases else "")
+
+
 def ports(draft: Draft) -> str:
     """The module of the ports; without what this robot does not need."""
     parts = []
@@ -367,13 +438,15 @@ def ports(draft: Draft) -> str:
     is_plain = any(message.form != "state" for message in draft.plain)
     parts.append(plain_classes(draft))
     is_stream = bool(roles & {"reader", "writer"}) and is_plain
-    if "queue" in roles or is_stream or how == "async" or draft.findings.channels:
+    if "queue" in roles or is_stream or how in ("async", "topics") or draft.findings.channels:
         taken = "to_plain" if is_plain else "lambda message: message"
         parts.append((_ASYNC_QUEUES if draft.is_async else _SYNC_QUEUES).replace("{taken}", taken))
     if roles & {"queue", "publish"} or draft.findings.channels:
         parts.append(_outbox(draft))
     if is_stream:
         parts.append(_stream(draft))
+    if how == "topics":
+        parts.append(_topic_bus(draft))
     if how in ("async", "callback"):
         parts.append(_ASYNC_BUS if how == "async" else _CALLBACK_BUS)
     parts += [_device(draft, port) for port in draft.devices]
@@ -413,10 +486,12 @@ def _stream(draft: Draft) -> str:
 
 
 def bus_kind(draft: Draft) -> str:
-    """Which bus the code has: "" for none, "own" for one like that of the plugin, "async", "callback"."""
+    """Which bus the code has: "" for none, "own" for one like that of the plugin, "async", "callback", "topics"."""
     bus = next((port for port in draft.ports if port.role == "bus"), None)
     if bus is None:
         return ""
+    if draft.topics:
+        return "topics"
     if draft.is_async:
         return "async"
     subscribe = next((operation for operation in bus.operations if operation.name == "subscribe"), None)
@@ -442,6 +517,7 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"from dataclasses import {', '.join(made)}"] if made else []
     lines += ["from enum import Enum"] if re.search(r"Enum\)", body) else []
     lines += ["from functools import partial"] if "partial(" in body else []
+    lines += ["from inspect import signature"] if "signature(" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec",
                   "from types import ModuleType"]  # fmt: skip

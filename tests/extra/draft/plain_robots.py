@@ -209,3 +209,59 @@ async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter):
             writer.write(b"ERR\n")
         await writer.drain()
 """
+
+TOPICS = """
+import time
+
+
+class Vacuum:
+    def __init__(self, bus):
+        self.bus = bus
+        self.state = "docked"
+        bus.subscribe("command", self.on_command)
+        bus.subscribe("battery", self.on_battery)
+
+    def on_command(self, payload):
+        if payload["action"] == "clean" and self.state == "docked":
+            self.set_state("cleaning")
+        elif payload["action"] == "dock":
+            self.set_state("docked")
+
+    def on_battery(self, level):
+        if level < 20:
+            self.bus.publish("alarm", "battery low")
+            self.set_state("docked")
+
+    def set_state(self, state):
+        self.state = state
+        self.bus.publish("state", {"name": state})
+
+    def run(self):
+        while True:
+            time.sleep(1.0)
+"""
+
+CALLED_BACK = """
+import asyncio
+
+
+class Door:
+    def __init__(self, bus):
+        self.bus = bus
+        bus.on("open", self._open)
+        bus.on("speed", lambda value: None)
+
+    async def _open(self, topic, who):
+        if who == "guest":
+            await self.bus.emit("door", ("opening", who))
+            await asyncio.sleep(2.0)
+        await self.bus.emit("door", ("open", who))
+
+
+class Hall:
+    def __init__(self, client):
+        self.client = client
+
+    def late(self, other):
+        other.publish("hall/light", "on")
+"""

@@ -138,6 +138,40 @@ def test_a_state_that_is_told_is_not_looked_at(tmp_path: Path) -> None:
     assert [message.form for message in findings.said] == ["json"]
 
 
+def test_topics_that_are_texts_have_what_comes_with_them(tmp_path: Path) -> None:
+    findings = found(tmp_path, plain_robots.TOPICS)
+    assert {message.channel: read(message) for message in findings.heard} == {
+        "command": ("dict", {"action": ("clean", "dock")}),
+        "battery": ("number", {"number": ()}),
+    }
+    assert {message.channel: read(message) for message in findings.said} == {
+        "alarm": ("text", {"text": ("battery low",)}),
+        "state": ("dict", {"name": ("cleaning", "docked")}),
+    }
+    assert findings.state == "state_dict.name"
+    ports = ports_of(tmp_path, findings)
+    assert ports.HEARD["command"] == (ports.CommandDict,)
+    assert ports.HEARD["battery"] == (ports.BatteryNumber,)
+    assert ports.SAID["alarm"] == (ports.AlarmText,)
+
+
+def test_a_bus_that_calls_back_and_one_that_cannot_be_reached(tmp_path: Path) -> None:
+    findings = found(tmp_path, plain_robots.CALLED_BACK)
+    assert findings.entry is not None
+    assert (findings.entry.name, findings.entry.is_made, findings.entry.is_async) == ("Door", True, True)
+    assert {message.channel: read(message) for message in findings.messages} == {
+        "open": ("text", {"text": ("guest",)}),
+        "speed": ("text", {"text": ()}),
+        "door": ("tuple", {"kind": ("opening", "open"), "who": ()}),
+    }
+    texts = [question.text for question in findings.questions]
+    assert "What is done with the topic 'speed'? No function of the code is called with it" in texts
+    assert any("carries the topic 'hall/light', and is no parameter of what runs the robot" in text for text in texts)
+    ports = ports_of(tmp_path, findings)
+    assert ports.Bus.on is ports.Bus.subscribe
+    assert ports.Bus.emit is ports.Bus.publish
+
+
 def test_what_is_printed_counts_where_nothing_else_is_said(tmp_path: Path) -> None:
     findings = found(tmp_path, plain_robots.TEXTS.replace('outbox.put("what?")', 'print("what?")'))
     assert [message.channel for message in findings.said] == ["outbox"]
@@ -170,14 +204,14 @@ def test_code_that_raises_with_stand_ins_has_a_draft_that_says_so(tmp_path: Path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*READ, "HELD"])
+@pytest.mark.parametrize("name", [*READ, "HELD", "TOPICS"])
 def test_a_draft_of_code_without_classes_is_green_at_once(name: str, tmp_path: Path) -> None:
     (tmp_path / "robot_code.py").write_text(getattr(plain_robots, name), encoding="utf-8")
     command = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code"]
     made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
-    said = 2 if name == "TERMINAL" else 1
-    assert f"read: {0 if name == 'HELD' else 1} messages heard, {said} said" in made.stdout
+    heard, said = {"TERMINAL": (1, 2), "HELD": (0, 1), "TOPICS": (2, 2)}.get(name, (1, 1))
+    assert f"read: {heard} messages heard, {said} said" in made.stdout
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q"], cwd=tmp_path / "draft", capture_output=True, text=True, check=False
     )

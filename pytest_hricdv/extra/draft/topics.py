@@ -1,0 +1,103 @@
+"""Messages whose topic is a text: `bus.publish("state", payload)`, `bus.subscribe("order", callback)`."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from pytest_hricdv.extra.draft.findings import Direction, Entry, Message, Place, Question
+from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES, MessageFinder
+from pytest_hricdv.extra.draft.plain import Holder, messages_of
+from pytest_hricdv.extra.draft.plain_values import PlainReader, PlainValue
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
+
+
+@dataclass
+class _Topic:
+    value: PlainValue
+    places: list[Place] = field(default_factory=list)
+    has_class: bool = False
+
+
+class TopicFinder:
+    """Finds topics that are texts, on a bus that the robot is handed."""
+
+    def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageFinder, entry: Entry | None) -> None:
+        self._sources, self._flow, self._classes = sources, flow, classes
+        self._reader = PlainReader(sources, flow)
+        ports = (*entry.ports, *entry.method_ports) if entry is not None else ()
+        self._buses = {(port.place, port.name) for port in ports if port.role == "bus"}
+        self._topics: dict[tuple[str, Direction], _Topic] = {}
+        self._questions: list[Question] = []
+
+    def found(self) -> tuple[tuple[Message, ...], tuple[Question, ...]]:
+        """The messages, and what could not be read."""
+        for module, scope, node in self._flow.nodes:
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.args:
+                self._called(node, node.func, module, scope)
+        messages: list[Message] = []
+        for (topic, direction), found in self._topics.items():
+            if not found.has_class:
+                messages += messages_of(Holder("topic", "", topic), direction, found.value, found.places)
+        return tuple(messages), tuple(dict.fromkeys(self._questions))
+
+    def _called(self, node: ast.Call, func: ast.Attribute, module: Module, scope: Scope | None) -> None:
+        verb = func.attr.strip("_")
+        direction: Direction = "said" if verb in SAYS else "heard"
+        if direction == "heard" and verb not in SUBSCRIBES:
+            return
+        texts = [text for text in self._flow.constants(node.args[0], module, scope) if isinstance(text, str)]
+        if not texts or isinstance(node.args[0], ast.JoinedStr):
+            return
+        place = module.place(node)
+        if not self._is_bus(func.value, module, scope):
+            if verb in ("publish", "subscribe") and scope is not None:
+                name = dotted_name(func.value) or "something"
+                text = (
+                    f"`{name}` carries the topic {texts[0]!r}, and is no parameter of what runs the robot: hand it over"
+                )
+                self._questions.append(Question(f"{text}, and draft again", "messages", place))
+            return
+        arguments = [*node.args[1:], *(keyword.value for keyword in node.keywords)]
+        for text in texts:
+            topic = self._topics.setdefault((text, direction), _Topic(PlainValue(place)))
+            topic.places.append(place)
+            if direction == "said":
+                self._said(topic, arguments, module, scope)
+            else:
+                self._heard(topic, text, arguments, place)
+
+    def _is_bus(self, receiver: ast.expr, module: Module, scope: Scope | None) -> bool:
+        for node, _, at in self._flow.expressions(receiver, module, scope):
+            if isinstance(node, ast.Name) and at is not None and not isinstance(at.node, ast.ClassDef):
+                for part in (*at.node.args.posonlyargs, *at.node.args.args, *at.node.args.kwonlyargs):
+                    if part.arg == node.id and (at.module.place(part), node.id) in self._buses:
+                        return True
+        return False
+
+    def _said(self, topic: _Topic, arguments: list[ast.expr], module: Module, scope: Scope | None) -> None:
+        if not arguments:
+            topic.value.is_text = True
+            return
+        topic.has_class |= any(self._classes.classes_in(arguments[0], module, scope))
+        self._reader.write(arguments[0], module, scope, topic.value)
+
+    def _heard(self, topic: _Topic, text: str, arguments: list[ast.expr], place: Place) -> None:
+        callbacks = [scope for argument in arguments for scope in self._functions(argument)]
+        for callback in callbacks:
+            assert not isinstance(callback.node, ast.ClassDef)
+            names = [name for name in parameter_names(callback.node) if name != "self"]
+            if names:
+                self._reader.read_name(names[-1], callback, topic.value)
+        if topic.value.is_object and not topic.value.is_known:
+            question = f"What comes with the topic {text!r}? Attributes of it are read, and its class is not known"
+            self._questions.append(Question(question, "messages", place))
+        elif not callbacks:
+            question = f"What is done with the topic {text!r}? No function of the code is called with it"
+            self._questions.append(Question(question, "messages", place))
+
+    def _functions(self, argument: ast.expr) -> Iterator[Scope]:
+        name = dotted_name(argument).rpartition(".")[2]
+        yield from self._flow.methods.get(name, ()) if name else ()
