@@ -65,7 +65,7 @@ def test_the_cursor_goes_from_event_to_event_and_the_address_names_its_time(watc
     page.wait_for_selector("#test .timeline svg")
     assert _cursor(page) == 2.4
     panel = page.get_by_role("region", name="At the cursor")
-    assert "state\nOffer" in panel.inner_text()
+    assert "state Offer" in " ".join(panel.inner_text().split())
     page.keyboard.press("ArrowRight")
     assert _cursor(page) == 3.0
     assert "state Done" in panel.inner_text()
