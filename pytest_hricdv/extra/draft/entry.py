@@ -19,7 +19,22 @@ METHODS = ("run", "work", "serve", "main", "live", "loop", "main_loop", "run_for
            "control", "step", "tick", "update")  # fmt: skip
 """Methods of a robot's class that make it work, the likeliest first."""
 
-FUNCTIONS = ("main", "run", "work", "serve", "robot", "control", "loop", "start", "spin", "amain", "main_loop")
+FUNCTIONS = (
+    "main",
+    "run",
+    "work",
+    "serve",
+    "robot",
+    "control",
+    "loop",
+    "start",
+    "spin",
+    "amain",
+    "main_loop",
+    "worker",
+    "control_loop",
+    "event_loop",
+)
 """Functions that make a robot work."""
 
 QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
