@@ -3,45 +3,20 @@
 from __future__ import annotations
 
 import ast
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.extra.draft.constants import Member, Reference, is_enum, members
+from pytest_hricdv.extra.draft.constants import Reference
 from pytest_hricdv.extra.draft.findings import Machine, Place, State, Transition
+from pytest_hricdv.extra.draft.holders import Holder, enum_of, holders, initial_of_class, state_name
 from pytest_hricdv.extra.draft.sources import Function, Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
-
-STATE_NAMES = ("state", "mode", "phase", "status", "stage", "current", "step")
-"""A variable that has one of these in its name may hold a state, also where it is a text."""
 
 MAX_CALLS = 8
 """Methods that call methods (chosen)."""
 
 Names = frozenset[str]
-
-
-@dataclass(frozen=True)
-class Holder:
-    """A variable that holds a state: an attribute of a class, or a local variable of a function."""
-
-    attribute: str
-    owner: ast.ClassDef | None
-    function: ast.AST | None
-    module: Module
-
-    def is_it(self, node: ast.AST | None) -> bool:
-        """Whether an expression is this variable."""
-        if (
-            isinstance(node, ast.Attribute)
-            and node.attr in ("value", "name")
-            and self.attribute not in ("value", "name")
-        ):
-            return self.is_it(node.value)
-        if self.owner is not None:
-            return isinstance(node, ast.Attribute) and node.attr == self.attribute and dotted_name(node.value) == "self"
-        return isinstance(node, ast.Name) and node.id == self.attribute
 
 
 @dataclass
@@ -359,13 +334,6 @@ class Walk:
         return next((scope for _, scope, other in self.flow.nodes if other is node), None)
 
 
-def state_name(value: Any) -> str:
-    """How a state is called that a constant names; empty where it names none."""
-    if isinstance(value, Member):
-        return value.text
-    return value if isinstance(value, str) else ""
-
-
 def _either(left: Names | None, right: Names | None) -> Names | None:
     if left is None:
         return right
@@ -374,7 +342,7 @@ def _either(left: Names | None, right: Names | None) -> Names | None:
 
 def written_machines(sources: Sources, flow: ValueFlow) -> Iterator[Machine]:
     """Machines that are a variable with its tests and assignments."""
-    for holder, states in _holders(sources, flow):
+    for holder, states in holders(sources, flow):
         walk = Walk(sources, flow, holder, states)
         methods = [scope for scope in sources.functions if scope.owner is holder.owner and holder.owner is not None]
         if holder.function is not None:
@@ -387,24 +355,13 @@ def written_machines(sources: Sources, flow: ValueFlow) -> Iterator[Machine]:
                 walk.function(scope, frozenset())
             elif not _is_called_inside(flow, function, holder):
                 walk.function(scope, frozenset(states))
-        initial = walk.initial or _initial_of_class(flow, holder, sources)
+        initial = walk.initial or initial_of_class(flow, holder, sources)
         owner = holder.owner.name if holder.owner is not None else getattr(holder.function, "name", "")
         listed = tuple(State(name, place, name in initial) for name, place in states.items())
         moves = tuple(Transition(source, target, place) for (source, target), place in walk.moves.items())
         place = holder.module.place(holder.owner or holder.function or holder.module.tree)
         held = f"{holder.module.name}:{owner}.{holder.attribute}" if holder.owner is not None else ""
-        yield Machine(owner, "enum" if _enum_of(sources, flow, holder) else "text", listed, moves, place, held=held)
-
-
-def _initial_of_class(flow: ValueFlow, holder: Holder, sources: Sources) -> set[str]:
-    if holder.owner is None:
-        return set()
-    for statement in holder.owner.body:
-        if isinstance(statement, ast.AnnAssign | ast.Assign) and statement.value is not None:
-            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-            if any(isinstance(target, ast.Name) and target.id == holder.attribute for target in targets):
-                return {state_name(value) for value in flow.constants(statement.value, holder.module, None)}
-    return set()
+        yield Machine(owner, "enum" if enum_of(sources, flow, holder) else "text", listed, moves, place, held=held)
 
 
 def _is_called_inside(flow: ValueFlow, function: Function, holder: Holder) -> bool:
@@ -420,75 +377,3 @@ def _is_called_inside(flow: ValueFlow, function: Function, holder: Holder) -> bo
                 and isinstance(node.values[0], ast.Constant) and function.name.startswith(str(node.values[0].value))
                 and len(str(node.values[0].value)) > 2]  # fmt: skip
     return bool(tables or dispatch)
-
-
-def _holders(sources: Sources, flow: ValueFlow) -> Iterator[tuple[Holder, dict[str, Place]]]:
-    """Variables that hold a state: set to several constants, and tested, or named like one."""
-    assigned: dict[tuple[str, int, int], list[tuple[Module, Scope, ast.expr]]] = defaultdict(list)
-    for module, scope, node in flow.nodes:
-        if not isinstance(node, ast.Assign | ast.AnnAssign) or scope is None or node.value is None:
-            continue
-        for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
-            parts = [(target, node.value)]
-            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-                parts = list(zip(target.elts, node.value.elts, strict=False))
-            for part, value in parts:
-                if isinstance(part, ast.Attribute) and dotted_name(part.value) == "self" and scope.owner is not None:
-                    assigned[part.attr, id(scope.owner), 0].append((module, scope, value))
-                elif isinstance(part, ast.Name):
-                    assigned[part.id, 0, id(scope.node)].append((module, scope, value))
-    for (name, owner, _), values in assigned.items():
-        module, scope, _value = values[0]
-        holder = Holder(name, scope.owner if owner else None, None if owner else scope.node, module)
-        enum = _enum_of(sources, flow, holder)
-        is_named = any(part in name.lower() for part in STATE_NAMES)
-        if enum is not None:
-            states = {member.text: enum.module.place(where) for member, where in members(sources, enum)}
-        else:
-            states = {
-                text: place
-                for where, at, value in values
-                for constant, place in flow.constants(value, where, at).items()
-                if (text := state_name(constant))
-            }
-        tests = _tests(flow, holder)
-        if len(states) > 1 and len(values) > 1 and (tests if enum is not None else is_named and tests):
-            yield holder, states
-
-
-def _enum_of(sources: Sources, flow: ValueFlow, holder: Holder) -> Scope | None:
-    names: set[str] = set()
-    for module, scope, node in flow.nodes:
-        if isinstance(node, ast.Assign) and scope is not None and module is holder.module:
-            for target in node.targets:
-                if (
-                    holder.is_it(target)
-                    and (holder.owner is None or scope.owner is holder.owner)
-                    and (holder.function is None or scope.node is holder.function)
-                ):
-                    names |= {v.enum for v in flow.constants(node.value, module, scope) if isinstance(v, Member)}
-    for scope in sources.classes:
-        if scope.node.name in names and is_enum(sources, scope):
-            return scope
-    return None
-
-
-def _tests(flow: ValueFlow, holder: Holder) -> int:
-    """How often a variable is tested, matched, or looked up."""
-    count = 0
-    for module, scope, node in flow.nodes:
-        if module is not holder.module or scope is None:
-            continue
-        if scope.owner is not holder.owner and scope.node is not holder.function:
-            continue
-        if isinstance(node, ast.Compare):
-            count += any(holder.is_it(part) for part in (node.left, *node.comparators))
-        elif isinstance(node, ast.Match):
-            count += holder.is_it(node.subject) or any(holder.is_it(part) for part in ast.walk(node.subject))
-        elif isinstance(node, ast.Subscript):
-            count += holder.is_it(node.slice) or any(holder.is_it(part) for part in ast.walk(node.slice))
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "get":
-            count += any(holder.is_it(part) for part in node.args)
-        elif isinstance(node, ast.JoinedStr):
-            count += any(holder.is_it(part) for part in ast.walk(node))
-    return count

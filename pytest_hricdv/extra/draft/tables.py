@@ -10,8 +10,8 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.constants import Member, Reference, UnknownValueError, evaluate
 from pytest_hricdv.extra.draft.findings import Machine, Place, State, Transition
+from pytest_hricdv.extra.draft.holders import state_name
 from pytest_hricdv.extra.draft.sources import Module, Sources
-from pytest_hricdv.extra.draft.state_walk import state_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow
 
 TRANSITIONS = re.compile(r"transition|next|allowed|follow|edges|successor|moves", re.IGNORECASE)
