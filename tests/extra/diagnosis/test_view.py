@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis, DiagnosisEnd
+from pytest_hricdv.extra.diagnosis.records import (
+    CAUSES,
+    DIAGNOSIS,
+    Cause,
+    Decision,
+    Diagnosis,
+    DiagnosisEnd,
+    ShownEvent,
+)
 from pytest_hricdv.extra.diagnosis.view import VIEW
 from tests.report import sample
+from tests.report.test_html import render
 
 REPORT = sample.report(tests=3)
 OPEN, MENDED, KNOWN = (
@@ -44,3 +54,11 @@ def test_it_says_how_many_runs_would_bring_more(
     shown = VIEW.causes(report, 100)
     assert shown is not None
     assert shown.remark == f"causes: by association over all tests, and {said}"
+
+
+def test_a_decision_on_a_test_that_the_report_has_not_is_shown_without_links() -> None:
+    event = ShownEvent(time_s=1.5, text="hand_closing on")
+    decision = Decision(words="without it", kind="action", test="gone", runs=3, failing=(event,), passing=(event,))
+    page = render(CAUSES.put(REPORT, (replace(OPEN, decision=decision),)))
+    assert "<th>gone fails</th>" in page
+    assert "1.500 s" in page
