@@ -80,8 +80,8 @@ def suggest(project: Project, folder: Path) -> None:
 def figures(reports: Mapping[str, Report]) -> str:
     """The tables of the page."""
     results = {name: result for name, report in reports.items() if (result := SUGGESTIONS.of(report)) is not None}
-    what = ("testbench", "runs", "candidates", "refuted", "suggestions", "faults that change a run")
-    head = (*what, "noticed by exceptions", "with the first ten", "with all that are shown")
+    columns = ("testbench", "runs", "candidates", "refuted", "suggestions", "faults that change a run")
+    head = (*columns, "noticed by exceptions", "with the first ten", "with all that are shown")
     rows = [(name, *_row(result)) for name, result in results.items()]
     texts = [page.table(head, rows)]
     for name, report in reports.items():

@@ -122,25 +122,10 @@ def _stand_in(draft: Draft) -> list[str]:
     return ["    from ports import stand_in_for_missing_modules", "", "    stand_in_for_missing_modules()"]
 
 
-def _testbench(draft: Draft) -> list[str]:
-    findings = draft.findings
-    values = [
-        (f"{m.topic}.{p.name}", [v.text for v in p.values], p)
-        for m in draft.messages for p in m.fields if p.values and not p.by_type and p.kind == "str"
-    ]  # fmt: skip
-    units = [(f"{m.topic}.{p.name}", p.unit) for m in draft.messages for p in m.fields if p.unit]
-    units += [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
-              for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
-    names = ", ".join(message.name for message in draft.messages)
+def declared_model(draft: Draft) -> list[str]:
+    """The lines of a testbench down to its commands: name, model, beliefs."""
     covered = f'"{draft.person}", "robot"' if draft.things else f'"{draft.person}",'
-    lines = [
-        "",
-        "",
-        "def pytest_hricdv_testbench(config: object) -> Testbench:",
-        '    """What the plugin asks for."""',
-        *_stand_in(draft),
-        *_import(draft, [*_classes(draft.messages), ("world", "SIGNALS")]),
-        "",
+    return [
         "    return Testbench(",
         f'        name="{draft.robot}",',
         "        model=Model(",
@@ -157,6 +142,28 @@ def _testbench(draft: Draft) -> list[str]:
         "        ),",
         "        concretization=Concretization(",
         "            commands={",
+    ]
+
+
+def _testbench(draft: Draft) -> list[str]:
+    findings = draft.findings
+    values = [
+        (f"{m.topic}.{p.name}", [v.text for v in p.values], p)
+        for m in draft.messages for p in m.fields if p.values and not p.by_type and p.kind == "str"
+    ]  # fmt: skip
+    units = [(f"{m.topic}.{p.name}", p.unit) for m in draft.messages for p in m.fields if p.unit]
+    units += [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
+              for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
+    names = ", ".join(message.name for message in draft.messages)
+    lines = [
+        "",
+        "",
+        "def pytest_hricdv_testbench(config: object) -> Testbench:",
+        '    """What the plugin asks for."""',
+        *_stand_in(draft),
+        *_import(draft, [*_classes(draft.messages), ("world", "SIGNALS")]),
+        "",
+        *declared_model(draft),
     ]
     if draft.things:
         lines += [

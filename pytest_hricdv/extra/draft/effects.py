@@ -41,11 +41,11 @@ _HARMLESS = ("logging", "os.environ", "os.path", "pathlib", "typing", "dataclass
 
 def problems(sources: Sources, flow: ValueFlow) -> tuple[Problem, ...]:
     """All of them, syntax errors first; one for each kind and subject."""
-    found = [*sources.problems, *_missing(sources)]
+    effects = [*sources.problems, *_missing(sources)]
     for module in sources.modules:
-        found += _at_import(module)
-    found += _inside(flow)
-    unique = {(problem.kind, problem.text): problem for problem in reversed(found)}
+        effects += _at_import(module)
+    effects += _inside(flow)
+    unique = {(problem.kind, problem.text): problem for problem in reversed(effects)}
     return tuple(reversed(unique.values()))
 
 

@@ -47,15 +47,15 @@ def _place() -> str:
 
 
 def _look(event: str, arguments: tuple[Any, ...]) -> None:
-    told = REFUSED.get(event, "")
+    deed = REFUSED.get(event, "")
     if event == "open" and isinstance(arguments[1], str) and any(letter in arguments[1] for letter in "wax+"):
-        told = "writes a file"
-    if not told:
+        deed = "writes a file"
+    if not deed:
         return
     place = _place()
     if place and "__pycache__" not in str(arguments[0]):
-        os.write(_NOTES, f"{place}\t{told}\n".encode())
-        raise RefusedError(f"{place}: the code {told}; refused in the first runs of a draft")
+        os.write(_NOTES, f"{place}\t{deed}\n".encode())
+        raise RefusedError(f"{place}: the code {deed}; refused in the first runs of a draft")
 
 
 if ROOT in os.environ:

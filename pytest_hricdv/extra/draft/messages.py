@@ -80,8 +80,8 @@ def form_of(sources: Sources, scope: Scope) -> str:
 
 def _own_bases(sources: Sources, scope: Scope) -> list[Scope]:
     assert isinstance(scope.node, ast.ClassDef)
-    found = [sources.class_of(scope.module, base) for base in scope.node.bases]
-    return [base for base in found if base is not None and base.node is not scope.node]
+    bases = [sources.class_of(scope.module, base) for base in scope.node.bases]
+    return [base for base in bases if base is not None and base.node is not scope.node]
 
 
 class MessageFinder:
@@ -104,8 +104,10 @@ class MessageFinder:
                 self._annotated(module, scope, node, inside)
         for scope in self._sources.functions:
             self._callback(scope)
-        found = [self._message(key, uses) for key, uses in self._uses.items()]
-        return tuple(sorted((message for message in found if message is not None), key=lambda message: message.place))
+        messages = [self._message(key, uses) for key, uses in self._uses.items()]
+        return tuple(
+            sorted((message for message in messages if message is not None), key=lambda message: message.place)
+        )
 
     def classes_in(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> Iterator[Scope]:
         """Message classes whose instances (or members) an expression can be."""

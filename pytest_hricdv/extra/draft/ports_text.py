@@ -9,399 +9,20 @@ from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.naming import camel
 from pytest_hricdv.extra.draft.plain_text import plain_classes
-
-_ANYTHING = '''
-
-class Anything:
-    """In place of what is not known: it has each attribute, can be called, and says nothing."""
-
-    def __getattr__(self, name: str) -> Anything:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return Anything()
-
-    def __call__(self, *_: Any, **__: Any) -> Anything:
-        return Anything()
-
-    def __await__(self) -> Iterator[Any]:
-        return iter(())
-
-    def __getitem__(self, _: Any) -> Anything:
-        return Anything()
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(())
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        return None
-
-    def __len__(self) -> int:
-        return 0
-
-    def __bool__(self) -> bool:
-        return False
-
-    def __float__(self) -> float:
-        return 0.0
-
-    def __int__(self) -> int:
-        return 0
-
-    def __index__(self) -> int:
-        return 0
-
-    def _number(self, *_: Any) -> float:
-        return 0.0
-
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _number
-    __truediv__ = __neg__ = __abs__ = __or__ = __and__ = _number
-
-    def __lt__(self, other: Any) -> bool:
-        return bool(other > 0)
-
-    def __gt__(self, other: Any) -> bool:
-        return bool(other < 0)
-
-    def __le__(self, other: Any) -> bool:
-        return bool(other >= 0)
-
-    def __ge__(self, other: Any) -> bool:
-        return bool(other <= 0)
-'''
-
-_MISSING = '''
-
-class Missing(ModuleType):
-    """In place of a module that is not installed here."""
-
-    __path__: list[str] = []  # so that it has submodules
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return type(name, (Anything,), {}) if name[:1].isupper() and not name.isupper() else Anything()
-
-
-class MissingModules(MetaPathFinder, Loader):
-    """Finds the modules that are not installed, and hands out stand-ins."""
-
-    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
-        """For these modules only."""
-        return ModuleSpec(fullname, self, is_package=True) if fullname.partition(".")[0] in MISSING else None
-
-    def create_module(self, spec: ModuleSpec) -> Missing:
-        """A stand-in."""
-        return Missing(spec.name)
-
-    def exec_module(self, module: ModuleType) -> None:
-        """There is nothing to execute."""
-
-
-def stand_in_for_missing_modules() -> None:
-    """Let the code be imported, without what is not installed."""
-    if not any(isinstance(finder, MissingModules) for finder in sys.meta_path):
-        sys.meta_path.insert(0, MissingModules())
-'''
-
-_SYNC_QUEUES = '''
-
-class Inbox:
-    """A queue that the code takes from: what a person says goes into it."""
-
-    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = {taken}) -> None:
-        self._kernel, self._taken = run.kernel, taken
-        self._heard = [run.bus.port("robot").subscribe(kind) for kind in kinds]
-        self._next: list[Any] = []
-
-    def _look(self) -> bool:
-        """Whether there is a message."""
-        for heard in self._heard:
-            message = None if self._next else heard.poll()
-            if message is not None:
-                self._next.append(self._taken(message))
-        return bool(self._next)
-
-    def get(self, block: bool = True, timeout: float | None = None) -> Any:
-        """The oldest message; raises queue.Empty like a queue."""
-        ends_s = self._kernel.now_s + (REST_OF_RUN_S if timeout is None else timeout) if block else self._kernel.now_s
-        while not self._look():
-            left_s = ends_s - self._kernel.now_s
-            if left_s <= 0.0:
-                raise queue.Empty
-            if len(self._heard) == 1:
-                message = self._heard[0].wait(left_s)
-                if message is not None:
-                    return self._taken(message)
-            else:
-                self._kernel.sleep(min(LOOKS_EACH_S, left_s))
-        return self._next.pop(0)
-
-    def get_nowait(self) -> Any:
-        """The same without waiting."""
-        return self.get(block=False)
-
-    def __call__(self, *_: Any) -> Any:
-        """In place of a function that waits for something, such as `input`."""
-        return self.get()
-
-    def empty(self) -> bool:
-        """Whether there is none."""
-        return not self._look()
-
-    def qsize(self) -> int:
-        """One where there is any."""
-        return int(self._look())
-
-    def full(self) -> bool:
-        """It takes all."""
-        return False
-
-    def task_done(self) -> None:
-        """Nobody waits for it."""
-
-    def join(self) -> None:
-        """Nobody waits for it."""
-'''
-
-_ASYNC_QUEUES = '''
-
-class Inbox:
-    """A queue of an event loop that the code takes from: what a person says goes into it."""
-
-    def __init__(self, run: Run, *kinds: type[Any], taken: Callable[[Any], Any] = {taken}) -> None:
-        self._queue: asyncio.Queue[Any] = asyncio.Queue()
-        self._loop, self._taken = asyncio.get_running_loop(), taken
-        for kind in kinds:
-            heard = run.bus.port("robot").subscribe(kind)
-            run.kernel.spawn(f"robot hears {kind.__name__}", partial(self._hear, heard))
-
-    def _hear(self, heard: Any) -> None:
-        while not self._loop.is_closed():
-            message = heard.wait(REST_OF_RUN_S)
-            if message is not None and not self._loop.is_closed():
-                self._loop.call_soon_threadsafe(self._queue.put_nowait, self._taken(message))
-
-    async def get(self) -> Any:
-        """The oldest message; waits for one where there is none."""
-        return await self._queue.get()
-
-    def get_nowait(self) -> Any:
-        """The same without waiting; raises asyncio.QueueEmpty."""
-        return self._queue.get_nowait()
-
-    def empty(self) -> bool:
-        """Whether there is none."""
-        return self._queue.empty()
-
-    def qsize(self) -> int:
-        """How many there are."""
-        return self._queue.qsize()
-
-    def task_done(self) -> None:
-        """Nobody waits for it."""
-
-    def __aiter__(self) -> Inbox:
-        return self
-
-    async def __anext__(self) -> Any:
-        return await self.get()
-'''
-
-_OUTBOX = '''
-
-class Outbox:
-    """A queue, or a function, that the code hands messages to: the robot says them."""
-
-    def __init__(self, run: Run{kinds}) -> None:
-        self._port = run.bus.port("robot"){remember}
-
-    def __call__(self, *arguments: Any) -> None:
-        """Say it. TODO: what is of none of these classes is not said: which message is it?"""
-        message = {message}
-        if is_dataclass(message):
-            self._port.publish(message)
-
-    put_nowait = __call__
-
-    {put}
-        """Say it; it never waits."""
-        self({value})
-
-    def empty(self) -> bool:
-        """All that is said is taken at once."""
-        return True
-
-    def qsize(self) -> int:
-        """Nothing waits in it."""
-        return 0
-
-    def full(self) -> bool:
-        """It takes all."""
-        return False
-'''
-
-_STREAM = '''
-
-class Stream:
-    """A stream of lines, or its reading or writing half."""
-
-    def __init__(self, run: Run, heard: tuple[type[Any], ...], said: tuple[type[Any], ...]) -> None:
-        self._inbox, self._port, self._said = Inbox(run, *heard), run.bus.port("robot"), said
-
-    {async}def readline(self, *_: Any, **__: Any) -> bytes:
-        """{readline_doc}"""
-        {readline}
-
-    read = readuntil = readexactly = read_until = readline
-
-    @property
-    def in_waiting(self) -> int:
-        """Whether there is a line."""
-        return self._inbox.qsize()
-
-    def at_eof(self) -> bool:
-        """The other side stays."""
-        return False
-
-    def write(self, data: bytes) -> int:
-        """Say each line."""
-        for line in data.decode(errors="replace").splitlines():
-            message = of_plain(line, self._said)
-            if message is not None:
-                self._port.publish(message)
-        return len(data)
-
-    def writelines(self, lines: Any) -> None:
-        """Say them."""
-        for line in lines:
-            self.write(line)
-
-    {async}def drain(self) -> None:
-        """Nothing waits in it."""
-
-    flush = wait_closed = drain
-
-    def close(self) -> None:
-        """The other side stays."""
-
-    def is_closing(self) -> bool:
-        """It stays open."""
-        return False
-
-    def get_extra_info(self, name: str, default: Any = None) -> Any:
-        """There is none."""
-        return default
-'''
-
-_READLINE = """try:
-            line: bytes = self._inbox.get(timeout=READ_S)
-        except queue.Empty:
-            return b""
-        return line"""
-
-_ASYNC_BUS = '''
-
-class Bus:
-    """What the code's bus does, on the bus of the test."""
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._port = run.bus.port("robot")
-
-    def publish(self, message: Any) -> None:
-        """Say it."""
-        self._port.publish(message)
-
-    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any] | None = None) -> Inbox:
-        """An inbox for messages of this class; with a callback, this is called for each."""
-        inbox = Inbox(self._run, kind)
-        if callback is not None:
-            self._calling = asyncio.ensure_future(self._call(inbox, callback))
-        return inbox
-
-    async def _call(self, inbox: Inbox, callback: Callable[[Any], Any]) -> None:
-        while True:
-            made = callback(await inbox.get())
-            if asyncio.iscoroutine(made):
-                await made
-'''
-
-_CALLBACK_BUS = '''
-
-class Bus:
-    """What the code's bus does, on the bus of the test: it calls back."""
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._port = run.bus.port("robot")
-
-    def publish(self, message: Any) -> None:
-        """Say it."""
-        self._port.publish(message)
-
-    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any]) -> None:
-        """Call back for each message of this class, in a node of its own, as the thread of a middleware does."""
-        heard = self._port.subscribe(kind)
-
-        def hear() -> None:
-            while True:
-                message = heard.wait(REST_OF_RUN_S)
-                if message is not None:
-                    callback(message)
-
-        self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(hear))
-'''
-
-
-_TOPIC_BUS = '''
-
-class Bus:
-    """What the code's bus does, on the bus of the test: topics are texts, and it calls back."""
-
-    def __init__(self, run: Run) -> None:
-        self._run, self._port = run, run.bus.port("robot")
-
-    {async}def publish(self, topic: Any, message: Any = "", *_: Any, **__: Any) -> None:
-        """Say it."""
-        said = next((one for one in (topic, message) if is_dataclass(one)), None)
-        said = of_plain(message, SAID.get(topic, ())) if said is None else said
-        if said is not None:
-            self._port.publish(said)
-
-    {async_subscribe}def subscribe(self, topic: Any, callback: Callable[..., Any] | None = None, *_: Any) -> Any:
-        """Call back for each message of the topic; without a callback, an inbox for them."""
-        kinds = HEARD.get(topic, ()) if isinstance(topic, str) else (topic,)
-        if callback is None:
-            return Inbox(self._run, *kinds)
-        count = len(signature(callback).parameters)
-
-        def call(content: Any) -> Any:
-            return callback(*(topic, content)[2 - min(count, 2) :])
-
-{hearing}
-        return None
-{aliases}'''
-
-_HEARING = """        def hear(heard: Any) -> None:
-            while True:
-                message = heard.wait(REST_OF_RUN_S)
-                if message is not None:
-                    call(to_plain(message))
-
-        for kind in kinds:
-            heard = self._port.subscribe(kind)
-            self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(partial(hear, heard)))"""
-
-_ASYNC_HEARING = """        async def hear(inbox: Inbox) -> None:
-            while True:
-                made = call(await inbox.get())
-                if asyncio.iscoroutine(made):
-                    await made
-
-        self._hearing = [*getattr(self, "_hearing", ()), asyncio.ensure_future(hear(Inbox(self._run, *kinds)))]"""
+from pytest_hricdv.extra.draft.port_templates import (
+    ANYTHING,
+    ASYNC_BUS,
+    ASYNC_HEARING,
+    ASYNC_QUEUES,
+    CALLBACK_BUS,
+    HEARING,
+    MISSING,
+    OUTBOX,
+    READLINE,
+    STREAM,
+    SYNC_QUEUES,
+    TOPIC_BUS,
+)
 
 
 def _topic_bus(draft: Draft) -> str:
@@ -419,10 +40,10 @@ def _topic_bus(draft: Draft) -> str:
     says = [name for name in used if name.strip("_") in SAYS and name != "publish"]
     hears = [name for name in used if name.strip("_") in SUBSCRIBES and name != "subscribe"]
     aliases = [f"    {name} = publish" for name in says] + [f"    {name} = subscribe" for name in hears]
-    text = _TOPIC_BUS.replace("{async}", "async " if any(used.get(n) for n in ("publish", *says)) else "")
+    text = TOPIC_BUS.replace("{async}", "async " if any(used.get(n) for n in ("publish", *says)) else "")
     is_async = any(used.get(name) for name in ("subscribe", *hears))
     text = text.replace("{async_subscribe}", "async " if is_async else "")
-    text = text.replace("{hearing}", _ASYNC_HEARING if draft.is_async else _HEARING)
+    text = text.replace("{hearing}", ASYNC_HEARING if draft.is_async else HEARING)
     return "\n".join(lines) + "\n" + text.replace("{aliases}", "\n".join(["", *aliases, ""]) if aliases else "")
 
 
@@ -431,16 +52,16 @@ def ports(draft: Draft) -> str:
     parts = []
     roles = {port.role for port in draft.ports}
     if draft.missing or any(_is_unknown(operation) for port in draft.devices for operation in port.operations):
-        parts.append(_ANYTHING)
+        parts.append(ANYTHING)
     if draft.missing:
-        parts.append(_MISSING)
+        parts.append(MISSING)
     how = bus_kind(draft)
     is_plain = any(message.form != "state" for message in draft.plain)
     parts.append(plain_classes(draft))
     is_stream = bool(roles & {"reader", "writer"}) and is_plain
     if "queue" in roles or is_stream or how in ("async", "topics") or draft.findings.channels:
         taken = "to_plain" if is_plain else "lambda message: message"
-        parts.append((_ASYNC_QUEUES if draft.is_async else _SYNC_QUEUES).replace("{taken}", taken))
+        parts.append((ASYNC_QUEUES if draft.is_async else SYNC_QUEUES).replace("{taken}", taken))
     if roles & {"queue", "publish"} or draft.findings.channels:
         parts.append(_outbox(draft))
     if is_stream:
@@ -448,7 +69,7 @@ def ports(draft: Draft) -> str:
     if how == "topics":
         parts.append(_topic_bus(draft))
     if how in ("async", "callback"):
-        parts.append(_ASYNC_BUS if how == "async" else _CALLBACK_BUS)
+        parts.append(ASYNC_BUS if how == "async" else CALLBACK_BUS)
     parts += [_device(draft, port) for port in draft.devices]
     body = "".join(parts)
     return _head(draft, body) + body
@@ -470,7 +91,7 @@ def _outbox(draft: Draft) -> str:
         "{put}": put,
         "{value}": "message",
     }
-    text = _OUTBOX
+    text = OUTBOX
     for mark, content in replaced.items():
         text = text.replace(mark, content)
     return text
@@ -479,8 +100,8 @@ def _outbox(draft: Draft) -> str:
 def _stream(draft: Draft) -> str:
     """The class of a stream."""
     is_async = draft.is_async
-    text = _STREAM.replace("{async}", "async " if is_async else "")
-    text = text.replace("{readline}", "return bytes(await self._inbox.get())" if is_async else _READLINE)
+    text = STREAM.replace("{async}", "async " if is_async else "")
+    text = text.replace("{readline}", "return bytes(await self._inbox.get())" if is_async else READLINE)
     doc = "The next line; waits for it." if is_async else "The next line; empty where there is none for a while."
     return text.replace("{readline_doc}", doc)
 

@@ -7,9 +7,8 @@ import json
 import os
 from collections.abc import Sequence
 
-from pytest_hricdv.extra.draft.conftest_text import constants, tuple_text
+from pytest_hricdv.extra.draft.conftest_text import constants, declared_model, tuple_text
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
-from pytest_hricdv.extra.draft.model_text import groups, neutral_beliefs, start_beliefs
 from pytest_hricdv.extra.draft.neutral import MANY
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, RosStart
 
@@ -145,7 +144,6 @@ def _unique(endpoints: Sequence[Endpoint]) -> list[Endpoint]:
 
 
 def _testbench(draft: Draft, start: RosStart) -> list[str]:
-    covered = f'"{draft.person}", "robot"' if draft.things else f'"{draft.person}",'
     values = [(f"{m.topic}.{p.name}", [v.text for v in p.values], p.values[0].place)
               for m in draft.messages for p in m.fields if p.values]  # fmt: skip
     interfaces = [os.path.relpath(folder, draft.folder) for folder in start.interfaces]
@@ -153,22 +151,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
     lines = [
         "", "", "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
-        "    return Testbench(",
-        f'        name="{draft.robot}",',
-        "        model=Model(",
-        f'            HERE / "models" / "{draft.robot}.mas2j",',
-        f'            actor="{draft.person}",',
-        f"            covered=({covered}),",
-        "        ),",
-        "        beliefs=BeliefSpace(",
-        f"            start={tuple_text(start_beliefs(draft))},",
-        "            groups={",
-        *(f"                {json.dumps(name)}: {tuple_text(beliefs)}," for name, beliefs in groups(draft).items()),
-        "            },",
-        *([f"            neutral={tuple_text(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
-        "        ),",
-        "        concretization=Concretization(",
-        "            commands={",
+        *declared_model(draft),
     ]  # fmt: skip
     if draft.things:
         lines += [

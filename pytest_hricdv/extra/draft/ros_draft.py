@@ -79,9 +79,9 @@ def _without_stand_in(problem: Problem) -> Problem:
         return replace(problem, text=text)
     if problem.kind not in ("missing module", "hardware"):
         return problem
-    told = problem.text.partition(":")[0]
+    subject = problem.text.partition(":")[0]
     return replace(
-        problem, text=f"{told}: the node cannot be started as it is; install it, or put a module in its place"
+        problem, text=f"{subject}: the node cannot be started as it is; install it, or put a module in its place"
     )
 
 
@@ -89,8 +89,8 @@ def _messages(executable: Executable, start: RosStart) -> list[Message]:
     messages: dict[str, Message] = {}
     for endpoint in start.declared:
         form, end, direction, part = _FORMS[endpoint.kind]
-        told = fields(endpoint.type, part, executable.packages, endpoint.place)
-        _add(messages, _message(endpoint, form, end, direction, told or ()))
+        parts = fields(endpoint.type, part, executable.packages, endpoint.place)
+        _add(messages, _message(endpoint, form, end, direction, parts or ()))
         if endpoint.kind in _ANSWERS:
             answer = fields(endpoint.type, 1, executable.packages, endpoint.place)
             _add(messages, _message(endpoint, form, _ANSWERS[endpoint.kind], "said", answer or ()))

@@ -50,12 +50,12 @@ def fields(
     Returns:
         Its truths, texts and numbers, those of messages in it by paths (`linear.x`); None where no file says them.
     """
-    told = _part(kind, part, packages)
-    if told is None:
+    definition = _part(kind, part, packages)
+    if definition is None:
         return None
     numbers = 0
     chosen: list[MessageField] = []
-    for made in _fields(told, "", 0 if kind.split("/")[1] == "msg" else _DEPTH, packages, place):
+    for made in _fields(definition, "", 0 if kind.split("/")[1] == "msg" else _DEPTH, packages, place):
         numbers += made.kind == "float" and made.type != "list"  # a scan without its ranges says nothing
         if made.kind != "float" or made.type == "list" or numbers <= MOST_NUMBERS:
             chosen.append(made)

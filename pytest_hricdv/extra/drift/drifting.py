@@ -123,13 +123,13 @@ def _machine(machine: Machine, testbench: Testbench) -> Iterator[Drift]:
             yield Drift("value", f"{testbench.state}={name}", str(state.place), text)
     if not testbench.transitions or not machine.transitions:
         return
-    known = {(transition.source, transition.target): transition for transition in machine.transitions}
-    for (source, target), transition in known.items():
+    moves = {(transition.source, transition.target): transition for transition in machine.transitions}
+    for (source, target), transition in moves.items():
         if (source, target) not in testbench.transitions and source in states and target in states:
             text = f"the code goes from {source} to {target}, which is none of the testbench's transitions"
             yield Drift("transition", f"{source}->{target}", str(transition.place), text, is_undeclared=True)
     for source, target in testbench.transitions:
-        if (source, target) not in known:
+        if (source, target) not in moves:
             text = f"the testbench has a transition from {source} to {target}, which the code no longer has"
             yield Drift("gone", f"{source}->{target}", "", text)
 
@@ -140,9 +140,9 @@ def _reached(machine: Machine, tests: Sequence[TestResult]) -> Iterator[Drift]:
     states: set[str] = set()
     moves: set[tuple[str, str]] = set()
     for test in tests:
-        told = [*_told(test, topic, field)]
-        states |= {*told}
-        moves |= {*pairwise(told)}
+        visited = [*_told(test, topic, field)]
+        states |= {*visited}
+        moves |= {*pairwise(visited)}
     if not states:
         return
     of_tests = f"of {len(tests)} tests" if len(tests) > 1 else "of the one test"

@@ -56,11 +56,11 @@ class DriftPart(Part[DriftOptions]):
             return report
         from pytest_hricdv.extra.drift.looking import looked  # it reads code
 
-        found = looked(session.context, report.tests if session.is_whole else None, settings.known)
-        session.warnings += [f"drift: {text}" for text in (*found.problems, *found.outdated)]
-        if found.new:
-            shown = "; ".join(f"{drift.text} ({drift.place or 'declared'})" for drift in found.new[:MOST_SHOWN])
-            more = f"; and {len(found.new) - MOST_SHOWN} more" if len(found.new) > MOST_SHOWN else ""
+        drift_seen = looked(session.context, report.tests if session.is_whole else None, settings.known)
+        session.warnings += [f"drift: {text}" for text in (*drift_seen.problems, *drift_seen.outdated)]
+        if drift_seen.new:
+            shown = "; ".join(f"{drift.text} ({drift.place or 'declared'})" for drift in drift_seen.new[:MOST_SHOWN])
+            more = f"; and {len(drift_seen.new) - MOST_SHOWN} more" if len(drift_seen.new) > MOST_SHOWN else ""
             session.problems.append(
                 f"--hri-fail-on-drift: {shown}{more}. The lines to add: python -m pytest_hricdv init --update; what "
                 "may be so goes to hri_known_drift"

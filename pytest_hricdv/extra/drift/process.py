@@ -26,18 +26,18 @@ SUITE = "pseudorandom"
 def compare(context: RunContext, *, write: bool, say: Callable[[str], None]) -> int:
     """Tell the drift, and the change of the conftest file; returns the exit status: 1 where there is drift."""
     tests, of_tests = _tests(context)
-    found = looked(context, tests, PART.settings(context.options).known)
-    for text in (of_tests, *found.problems, *found.outdated):
+    drift_seen = looked(context, tests, PART.settings(context.options).known)
+    for text in (of_tests, *drift_seen.problems, *drift_seen.outdated):
         if text:
             say(text)
-    for drift in found.new:
+    for drift in drift_seen.new:
         say(f"{drift.place or 'conftest.py'}: {drift.text}  [{drift.key}]")
-    if found.known:
-        say(f"known: {', '.join(drift.key for drift in found.known)}")
-    if not found.new:
+    if drift_seen.known:
+        say(f"known: {', '.join(drift.key for drift in drift_seen.known)}")
+    if not drift_seen.new:
         say("no drift: testbench and tests have what the code has")
         return 0
-    _propose(context, found.new, write=write, say=say)
+    _propose(context, drift_seen.new, write=write, say=say)
     return 1
 
 

@@ -129,8 +129,8 @@ def _parts(parts: Sequence[Rated]) -> list[Rated]:
 def _conjunction(parts: Sequence[Candidate]) -> Candidate:
     first = parts[0]
     texts = [f"({part.response})" if "|" in part.response else part.response for part in parts]
-    what = [part.title.removesuffix(" only").partition(" happens ")[2] for part in parts]
-    listed = ", ".join(what[:-1]) + f" and {what[-1]}"
+    events = [part.title.removesuffix(" only").partition(" happens ")[2] for part in parts]
+    listed = ", ".join(events[:-1]) + f" and {events[-1]}"
     return replace(
         first,
         title=f"{first.title.partition(' happens ')[0]} happens {listed} only",

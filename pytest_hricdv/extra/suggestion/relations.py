@@ -166,8 +166,8 @@ def _others(runs: Runs, topic: str, cases: Sequence[Case]) -> Iterator[Candidate
     for other, fields in runs.vocabulary.messages.items():
         if other == topic:
             continue
-        found = (_last(runs.messages[other][run], message.time_s) for run, message in cases)
-        lasts = [last for last in found if last is not None]
+        latest = (_last(runs.messages[other][run], message.time_s) for run, message in cases)
+        lasts = [last for last in latest if last is not None]
         if len(lasts) < len(cases):
             continue
         for member, kind in mine.items():

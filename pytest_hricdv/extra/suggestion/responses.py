@@ -86,19 +86,19 @@ def _is_part(reaction: Event, trigger: Event) -> bool:
 
 
 def _response(runs: Runs, trigger: Event, reaction: Event) -> Iterator[tuple[Candidate, float]]:
-    found = _delays(runs, trigger, reaction)
-    if found is None or len(found.delays_s) < LEAST_SUPPORT:
+    delays = _delays(runs, trigger, reaction)
+    if delays is None or len(delays.delays_s) < LEAST_SUPPORT:
         return
-    longest_s, shortest_s = max(found.delays_s), min(found.delays_s)
-    if any(open_s > longest_s for open_s in found.open_s):
+    longest_s, shortest_s = max(delays.delays_s), min(delays.delays_s)
+    if any(open_s > longest_s for open_s in delays.open_s):
         return
-    if found.prompt < LEAST_ANSWERED * len(found.delays_s):
+    if delays.prompt < LEAST_ANSWERED * len(delays.delays_s):
         return
-    if trigger.author != "person" and found.between > MOST_BETWEEN * len(found.delays_s):
+    if trigger.author != "person" and delays.between > MOST_BETWEEN * len(delays.delays_s):
         return
     base = _base(runs, reaction, longest_s)
     # A message that is answered before the next one, each time: that it takes long makes it no accident.
-    is_round = found.prompt == len(found.delays_s) and not trigger.narrow and trigger.text.startswith("on(")
+    is_round = delays.prompt == len(delays.delays_s) and not trigger.narrow and trigger.text.startswith("on(")
     if base > MOST_BASE and not is_round:
         return
     spread_s = longest_s - shortest_s
@@ -112,7 +112,7 @@ def _response(runs: Runs, trigger: Event, reaction: Event) -> Iterator[tuple[Can
         trigger.text,
         f"eventually[{number(lower)}:{number(upper)}]({reaction.text})",
         frozenset({trigger.subject, reaction.subject}),
-        len(found.delays_s),
+        len(delays.delays_s),
         f"observed {seen}",
         1.0 - base,
         trigger.is_state or reaction.is_state,

@@ -68,8 +68,8 @@ VIEW = SuggestionView()
 
 def headline(result: SuggestionResult) -> str:
     """`suggestions: 12 requirements, of 34 runs, in 3 min 20 s`."""
-    what = plural(len(result.suggestions), "requirement")
-    return f"suggestions: {what}, of {plural(result.runs + result.further, 'run')}, in {seconds(result.wall_s)}"
+    amount = plural(len(result.suggestions), "requirement")
+    return f"suggestions: {amount}, of {plural(result.runs + result.further, 'run')}, in {seconds(result.wall_s)}"
 
 
 def grounds(result: SuggestionResult) -> Iterator[str]:
