@@ -20,6 +20,7 @@ from pytest_hricdv.extra.draft.findings import (
     State,
 )
 from pytest_hricdv.extra.draft.machines import LibraryMachines
+from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.messages import MessageFinder
 from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.plain import PlainFinder
@@ -61,10 +62,10 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
     """
     flow = ValueFlow(sources)
     entry = EntryFinder(sources, flow).entry(entry_name)
-    finder = MessageFinder(sources, flow)
-    messages = finder.messages()
-    plain = PlainFinder(sources, flow, finder, entry).found()
-    topics, open_topics = TopicFinder(sources, flow, finder, entry).found()
+    classes = MessageClasses(sources, flow)
+    messages = MessageFinder(sources, flow, classes).messages()
+    plain = PlainFinder(sources, flow, classes, entry).found()
+    topics, open_topics = TopicFinder(sources, flow, classes, entry).found()
     messages += topics
     if any(message.direction != "heard" for message in messages):
         plain = plain.without("print")

@@ -17,10 +17,11 @@ from pytest_hricdv.extra.draft.findings import (
     Place,
     Question,
 )
-from pytest_hricdv.extra.draft.messages import QUEUES, MessageFinder
+from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.naming import camel, snake, unit_of, word
 from pytest_hricdv.extra.draft.plain_values import PlainReader, PlainValue, fields_of
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, imported_name
+from pytest_hricdv.extra.draft.speech import QUEUES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 TAKES = ("get", "get_nowait")
@@ -87,7 +88,7 @@ class Plain:
 class PlainFinder:
     """Finds messages without a class."""
 
-    def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageFinder, entry: Entry | None) -> None:
+    def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageClasses, entry: Entry | None) -> None:
         self._sources, self._flow, self._classes, self._entry = sources, flow, classes, entry
         self._reader = PlainReader(sources, flow)
         ports = (*entry.ports, *entry.method_ports) if entry is not None else ()

@@ -4,25 +4,14 @@ from __future__ import annotations
 
 import re
 
+from pytest_hricdv.extra.draft.bus_templates import ASYNC_BUS, ASYNC_HEARING, CALLBACK_BUS, HEARING, TOPIC_BUS
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Operation, Port
-from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.naming import camel
 from pytest_hricdv.extra.draft.plain_text import plain_classes
-from pytest_hricdv.extra.draft.port_templates import (
-    ANYTHING,
-    ASYNC_BUS,
-    ASYNC_HEARING,
-    ASYNC_QUEUES,
-    CALLBACK_BUS,
-    HEARING,
-    MISSING,
-    OUTBOX,
-    READLINE,
-    STREAM,
-    SYNC_QUEUES,
-    TOPIC_BUS,
-)
+from pytest_hricdv.extra.draft.queue_templates import ASYNC_QUEUES, OUTBOX, READLINE, STREAM, SYNC_QUEUES
+from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
+from pytest_hricdv.extra.draft.stand_in_templates import ANYTHING, MISSING
 
 
 def _topic_bus(draft: Draft) -> str:

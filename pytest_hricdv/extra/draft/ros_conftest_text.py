@@ -7,10 +7,11 @@ import json
 import os
 from collections.abc import Sequence
 
-from pytest_hricdv.extra.draft.conftest_text import constants, declared_model, tuple_text
+from pytest_hricdv.extra.draft.conftest_text import constants, declared_model
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
 from pytest_hricdv.extra.draft.neutral import MANY
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, RosStart
+from pytest_hricdv.extra.draft.source_text import tuple_text
 
 _MAPS = {
     "TOPICS": ("publisher", "subscription"),

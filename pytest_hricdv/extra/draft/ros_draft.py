@@ -8,13 +8,12 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.analysis import analysed
 from pytest_hricdv.extra.draft.findings import Direction, Findings, FoundValue, Message, MessageField, Problem, Question
-from pytest_hricdv.extra.draft.messages import function_of
 from pytest_hricdv.extra.draft.place import Place
 from pytest_hricdv.extra.draft.ros_executable import Executable
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, Kind, RosStart
 from pytest_hricdv.extra.draft.ros_interfaces import fields, is_installed
 from pytest_hricdv.extra.draft.ros_nodes import FOLDERS
-from pytest_hricdv.extra.draft.sources import DraftError, Function, Sources, dotted_name
+from pytest_hricdv.extra.draft.sources import DraftError, Function, Scope, Sources, dotted_name
 
 _FORMS: dict[Kind, tuple[str, str, Direction, int]] = {
     "publisher": ("topic", "", "said", 0), "subscription": ("topic", "", "heard", 0),
@@ -126,7 +125,7 @@ def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sou
         for part in message.fields:
             texts: list[FoundValue] = []
             for scope in functions if part.kind == "str" else ():
-                texts += _compared(function_of(scope), part.name, scope.module.file)
+                texts += _compared(_function(scope), part.name, scope.module.file)
             first = {value.text: value for value in reversed(texts)}
             parts.append(replace(part, values=tuple(sorted(first.values(), key=lambda value: value.place))))
         yield replace(message, fields=tuple(parts))
@@ -167,3 +166,9 @@ def _questions(findings: Findings) -> Iterator[Question]:
                 yield Question(text, f"{message.topic}.{part.name}", message.place)
     for endpoint in findings.ros.of("client", "action client"):
         yield Question(f"What does {endpoint.name or 'it'} answer, which the node asks?", "answer", endpoint.place)
+
+
+def _function(scope: Scope) -> Function:
+    """The function of a scope that is no class."""
+    assert not isinstance(scope.node, ast.ClassDef)
+    return scope.node

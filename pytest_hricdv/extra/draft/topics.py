@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.draft.findings import Direction, Entry, Message, Place, Question
-from pytest_hricdv.extra.draft.messages import SAYS, SUBSCRIBES, MessageFinder
+from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.plain import Holder, messages_of
 from pytest_hricdv.extra.draft.plain_values import PlainReader, PlainValue
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 
@@ -24,7 +25,7 @@ class _Topic:
 class TopicFinder:
     """Finds topics that are texts, on a bus that the robot is handed."""
 
-    def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageFinder, entry: Entry | None) -> None:
+    def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageClasses, entry: Entry | None) -> None:
         self._sources, self._flow, self._classes = sources, flow, classes
         self._reader = PlainReader(sources, flow)
         ports = (*entry.ports, *entry.method_ports) if entry is not None else ()

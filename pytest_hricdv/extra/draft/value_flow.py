@@ -49,7 +49,7 @@ class ValueFlow:
         by_name: dict[str, list[Call]] = defaultdict(list)
         for module, scope, node in self.nodes:
             if isinstance(node, ast.Call):
-                by_name[_last(node.func)].append(Call(module, scope, node))
+                by_name[last_name(node.func)].append(Call(module, scope, node))
         return by_name
 
     @cached_property
@@ -262,7 +262,7 @@ class ValueFlow:
     def _returned(
         self, node: ast.Call, module: Module, scope: Scope | None
     ) -> Iterator[tuple[Any, Module, Scope | None]]:
-        name = _last(node.func)
+        name = last_name(node.func)
         if isinstance(node.func, ast.Attribute) and name in _SAME:
             yield node.func.value, module, scope
         if isinstance(node.func, ast.Attribute) and name == "get" and node.args:
@@ -355,7 +355,7 @@ def argument_of(call: ast.Call, function: Function, name: str, is_method: bool) 
         if keyword.arg == name:
             return keyword.value
     names = parameter_names(function)
-    if is_method and not any(_last(decorator) == "staticmethod" for decorator in function.decorator_list):
+    if is_method and not any(last_name(decorator) == "staticmethod" for decorator in function.decorator_list):
         names = names[1:]
     if name in names and names.index(name) < len(call.args):
         value = call.args[names.index(name)]
@@ -364,7 +364,8 @@ def argument_of(call: ast.Call, function: Function, name: str, is_method: bool) 
     return None
 
 
-def _last(node: ast.AST) -> str:
+def last_name(node: ast.AST) -> str:
+    """The last part of a name: `self._bus.publish` -> `publish`; empty for what is no name."""
     if isinstance(node, ast.Name):
         return node.id
     return node.attr if isinstance(node, ast.Attribute) else ""

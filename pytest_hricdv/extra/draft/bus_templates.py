@@ -1,0 +1,102 @@
+"""Buses of a drafted `ports.py`, as text: of an event loop, with callbacks, with topics that are texts."""
+
+ASYNC_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._port = run.bus.port("robot")
+
+    def publish(self, message: Any) -> None:
+        """Say it."""
+        self._port.publish(message)
+
+    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any] | None = None) -> Inbox:
+        """An inbox for messages of this class; with a callback, this is called for each."""
+        inbox = Inbox(self._run, kind)
+        if callback is not None:
+            self._calling = asyncio.ensure_future(self._call(inbox, callback))
+        return inbox
+
+    async def _call(self, inbox: Inbox, callback: Callable[[Any], Any]) -> None:
+        while True:
+            made = callback(await inbox.get())
+            if asyncio.iscoroutine(made):
+                await made
+'''
+
+CALLBACK_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test: it calls back."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._port = run.bus.port("robot")
+
+    def publish(self, message: Any) -> None:
+        """Say it."""
+        self._port.publish(message)
+
+    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any]) -> None:
+        """Call back for each message of this class, in a node of its own, as the thread of a middleware does."""
+        heard = self._port.subscribe(kind)
+
+        def hear() -> None:
+            while True:
+                message = heard.wait(REST_OF_RUN_S)
+                if message is not None:
+                    callback(message)
+
+        self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(hear))
+'''
+
+
+TOPIC_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test: topics are texts, and it calls back."""
+
+    def __init__(self, run: Run) -> None:
+        self._run, self._port = run, run.bus.port("robot")
+
+    {async}def publish(self, topic: Any, message: Any = "", *_: Any, **__: Any) -> None:
+        """Say it."""
+        said = next((one for one in (topic, message) if is_dataclass(one)), None)
+        said = of_plain(message, SAID.get(topic, ())) if said is None else said
+        if said is not None:
+            self._port.publish(said)
+
+    {async_subscribe}def subscribe(self, topic: Any, callback: Callable[..., Any] | None = None, *_: Any) -> Any:
+        """Call back for each message of the topic; without a callback, an inbox for them."""
+        kinds = HEARD.get(topic, ()) if isinstance(topic, str) else (topic,)
+        if callback is None:
+            return Inbox(self._run, *kinds)
+        count = len(signature(callback).parameters)
+
+        def call(content: Any) -> Any:
+            return callback(*(topic, content)[2 - min(count, 2) :])
+
+{hearing}
+        return None
+{aliases}'''
+
+HEARING = """        def hear(heard: Any) -> None:
+            while True:
+                message = heard.wait(REST_OF_RUN_S)
+                if message is not None:
+                    call(to_plain(message))
+
+        for kind in kinds:
+            heard = self._port.subscribe(kind)
+            self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(partial(hear, heard)))"""
+
+ASYNC_HEARING = """        async def hear(inbox: Inbox) -> None:
+            while True:
+                made = call(await inbox.get())
+                if asyncio.iscoroutine(made):
+                    await made
+
+        self._hearing = [*getattr(self, "_hearing", ()), asyncio.ensure_future(hear(Inbox(self._run, *kinds)))]"""

@@ -1,0 +1,181 @@
+"""What code does with something that it is handed: the attributes that it reads and sets, the methods that it calls."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pytest_hricdv.extra.draft.findings import Operation
+from pytest_hricdv.extra.draft.naming import unit_of
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, last_name, parameter_names
+
+MAX_DEPTH = 6
+"""So often a port may be handed on (chosen)."""
+
+
+class OperationFinder:
+    """Finds the operations on parameters of functions and on attributes of classes."""
+
+    def __init__(self, sources: Sources, flow: ValueFlow) -> None:
+        self._sources, self._flow = sources, flow
+
+    def of_parameter(self, scope: Scope, name: str, depth: int) -> Iterator[Operation]:
+        """What a function does with a parameter, and those do that it hands it on to."""
+        if depth > MAX_DEPTH:
+            return
+        for node in ast.walk(scope.node):
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name:
+                yield self._operation(node, scope.module)
+            elif isinstance(node, ast.Call):
+                if isinstance(node.func, ast.Name) and node.func.id == name:
+                    yield Operation("__call__", "method", (), "", scope.module.place(node))
+                yield from self._handed_on(node, scope, name, depth)
+            elif isinstance(node, ast.Assign | ast.AnnAssign) and scope.owner is not None:
+                for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                    pairs = [(target, node.value)]
+                    if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                        pairs = list(zip(target.elts, node.value.elts, strict=False))
+                    for part, value in pairs:
+                        if isinstance(value, ast.Name) and value.id == name and dotted_name(part).startswith("self."):
+                            yield from self.of_attribute(scope.owner, dotted_name(part)[5:], depth + 1)
+
+    def _handed_on(self, node: ast.Call, scope: Scope, name: str, depth: int) -> Iterator[Operation]:
+        arguments = [*node.args, *(keyword.value for keyword in node.keywords)]
+        if not any(isinstance(argument, ast.Name) and argument.id == name for argument in arguments):
+            return
+        for callee in self._callees(node, scope):
+            assert not isinstance(callee.node, ast.ClassDef)
+            for parameter in parameter_names(callee.node):
+                value = argument_of(node, callee.node, parameter, is_method=callee.owner is not None)
+                if isinstance(value, ast.Name) and value.id == name:
+                    yield from self.of_parameter(callee, parameter, depth + 1)
+
+    def _callees(self, node: ast.Call, scope: Scope) -> list[Scope]:
+        own = self._sources.class_of(scope.module, node.func)
+        if own is not None:
+            begin = methods_of(self._sources, own).get("__init__")
+            return [begin] if begin is not None else []
+        methods = self._flow.methods.get(last_name(node.func), [])
+        return methods if len(methods) == 1 else [method for method in methods if method.owner is scope.owner]
+
+    def of_attribute(self, owner: ast.ClassDef, attribute: str, depth: int) -> Iterator[Operation]:
+        """What is done with an attribute of a class."""
+        if depth > MAX_DEPTH:
+            return
+        for module, scope, node in self._flow.nodes:
+            if scope is None:
+                continue
+            if isinstance(node, ast.Attribute) and self._is_attribute(node.value, owner, attribute, scope):
+                yield self._operation(node, module)
+            elif isinstance(node, ast.Call):
+                if self._is_attribute(node.func, owner, attribute, scope):
+                    yield Operation("__call__", "method", (), "", module.place(node))
+                for callee in self._callees(node, scope) if node.args or node.keywords else ():
+                    assert not isinstance(callee.node, ast.ClassDef)
+                    for parameter in parameter_names(callee.node):
+                        value = argument_of(node, callee.node, parameter, is_method=callee.owner is not None)
+                        if value is not None and self._is_attribute(value, owner, attribute, scope):
+                            yield from self.of_parameter(callee, parameter, depth + 1)
+
+    def _is_attribute(self, node: ast.expr, owner: ast.ClassDef, attribute: str, scope: Scope) -> bool:
+        return (
+            isinstance(node, ast.Attribute)
+            and node.attr == attribute
+            and self._flow.owner_of(node.value, scope.module, scope) is owner
+        )
+
+    def _operation(self, node: ast.Attribute, module: Module) -> Operation:
+        parent = self._parents.get(id(node))
+        place = module.place(node)
+        if isinstance(parent, ast.Call) and parent.func is node:
+            names = [last_name(argument) or f"argument_{number}" for number, argument in enumerate(parent.args)]
+            names = [name if names.count(name) == 1 else f"{name}_{number}" for number, name in enumerate(names)]
+            names += [keyword.arg for keyword in parent.keywords if keyword.arg]
+            above = self._parents.get(id(parent))
+            is_async = isinstance(above, ast.Await)
+            returns = self._used_as(above if is_async and above is not None else parent, node.attr)
+            value = above if is_async and above is not None else parent
+            compared = self._compared(value, module)
+            return Operation(node.attr, "method", tuple(names), returns, place, is_async, compared=compared)
+        is_set = isinstance(node.ctx, ast.Store)
+        compared, returns = self._compared(node, module), self._used_as(node, node.attr)
+        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared)
+
+    def _compared(self, node: ast.AST, module: Module) -> tuple[float, ...]:
+        """The numbers that a value is compared with where it stands."""
+        parent = self._parents.get(id(node))
+        if not isinstance(parent, ast.Compare):
+            return ()
+        scope = next((at for _, at, other in self._flow.nodes if other is parent), None)
+        parts = [part for part in (parent.left, *parent.comparators) if part is not node]
+        values = [value for part in parts for value in self._flow.constants(part, module, scope)]
+        return tuple(float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool))
+
+    def _used_as(self, node: ast.AST, name: str) -> str:
+        """The kind of a value, by its use: "bool", "float", "text"; empty where it says none."""
+        parent = self._parents.get(id(node))
+        if isinstance(parent, ast.Compare):
+            others = [part for part in (parent.left, *parent.comparators) if part is not node]
+            if any(isinstance(part, ast.Constant) and isinstance(part.value, str) for part in others):
+                return "text"
+            if any(isinstance(part, ast.Constant) and part.value is None for part in others):
+                return ""
+            return "float"
+        if isinstance(parent, ast.BinOp | ast.AugAssign) or (
+            isinstance(parent, ast.UnaryOp) and isinstance(parent.op, ast.USub)
+        ):
+            return "float"
+        if isinstance(parent, ast.If | ast.While | ast.IfExp | ast.BoolOp | ast.UnaryOp | ast.Assert):
+            return "bool"
+        if isinstance(parent, ast.Call) and last_name(parent.func) in (
+            "abs",
+            "min",
+            "max",
+            "float",
+            "round",
+            "hypot",
+            "sqrt",
+        ):
+            return "float"
+        if unit_of(name):
+            return "float"
+        return "bool" if name.startswith(("is_", "has_")) or "_is_" in name else ""
+
+    @property
+    def _parents(self) -> dict[int, ast.AST]:
+        parents: dict[int, ast.AST] | None = self.__dict__.get("_parent_of")
+        if parents is None:
+            parents = {id(child): node for _, _, node in self._flow.nodes for child in ast.iter_child_nodes(node)}
+            self.__dict__["_parent_of"] = parents
+        return parents
+
+
+def merged(before: Operation | None, operation: Operation) -> Operation:
+    """Two uses of the same operation as one."""
+    if before is None:
+        return operation
+    return replace(
+        before,
+        kind="method" if "method" in (before.kind, operation.kind) else "attribute",
+        returns=before.returns or operation.returns,
+        arguments=max(before.arguments, operation.arguments, key=len),
+        is_async=before.is_async or operation.is_async,
+        is_set=before.is_set or operation.is_set,
+        compared=tuple(dict.fromkeys(before.compared + operation.compared)),
+    )
+
+
+def methods_of(sources: Sources, scope: Scope) -> dict[str, Scope]:
+    """The methods of a class by their names, with those of its bases in the code."""
+    assert isinstance(scope.node, ast.ClassDef)
+    methods: dict[str, Scope] = {}
+    for base in reversed(scope.node.bases):
+        own = sources.class_of(scope.module, base)
+        if own is not None and own.node is not scope.node:
+            methods |= methods_of(sources, own)
+    for statement in scope.node.body:
+        if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
+            methods[statement.name] = Scope(scope.module, statement, scope.node)
+    return methods

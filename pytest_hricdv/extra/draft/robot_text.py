@@ -1,0 +1,124 @@
+"""The node of a drafted run that calls the robot's code, and what this is handed."""
+
+from __future__ import annotations
+
+import json
+
+from pytest_hricdv.extra.draft.drafted import Draft, Thing
+from pytest_hricdv.extra.draft.findings import Port
+from pytest_hricdv.extra.draft.ports_text import bus_kind, device_class
+from pytest_hricdv.extra.draft.source_text import import_lines, message_classes
+
+
+def robot_lines(draft: Draft) -> list[str]:
+    """The function `robot` of a run."""
+    entry = draft.entry
+    if entry is None:
+        return ["    def robot() -> None:", "        # TODO: nothing was found to call: call what runs the robot.",
+                *(f"        import {name}  # noqa: F401" for name in draft.findings.code)]  # fmt: skip
+    lines = []
+    needs = [(entry.module, entry.name)]
+    needs += [("ports", device_class(port)) for port in draft.devices]
+    roles = {port.role for port in draft.ports if not port.default}
+    needs += [("ports", "Stream")] if roles & {"reader", "writer"} and _streams(draft) else []
+    channels = draft.findings.channels
+    is_said = any(channel.direction == "said" for channel in channels)
+    needs += [("ports", "Outbox")] if roles & {"publish", "queue"} or is_said else []
+    is_heard = any(p.role == "queue" and p.direction != "said" for p in draft.ports)
+    needs += [("ports", "Inbox")] if is_heard or any(channel.direction == "heard" for channel in channels) else []
+    needs += message_classes(message for message in draft.plain if message.form != "state")
+    needs += [("ports", "look") for message in draft.plain if message.form == "state"]
+    needs += [need for port in draft.ports if port.role in ("settings", "parameter") for need in port.needs]
+    queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
+    needs += message_classes(thing.message for port in queues for thing in _things_of(draft, port))
+    needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "topics") else []
+    imports = [line[4:] for line in import_lines(draft, needs)]
+    making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"
+    handed = ", ".join(_handed(draft, port) for port in entry.method_ports if _is_handed(port))
+    called = f"made.{entry.method}({handed})" if entry.method else making
+    if entry.is_made and not entry.method:
+        called = ("asyncio.sleep" if entry.is_async else "run.kernel.sleep") + "(LIMIT_S)  # it is called back"
+    made = [*_variables(draft), *([f"made = {making}"] if entry.is_made else []), *_attributes(draft)]
+    looked_at = [message for message in draft.plain if message.form == "state"]
+    made += [f'run.kernel.spawn("looks at {m.channel}", partial(look, run, made))  # {m.place}' for m in looked_at]
+    body = [f"        {line}" for line in [*imports, "", f"make: Any = {entry.name}", *made]]
+    if entry.is_async:
+        lines = ["    async def program() -> None:", *body, f"        await {called}", ""]
+        lines += ["    def robot() -> None:", "        asyncio.run(program())"]
+    else:
+        lines = ["    def robot() -> None:", *body, f"        {called}"]
+    lines += [] if draft.findings.said else ['        world.record("robot_works", False)']
+    return [*lines, '        run.kernel.stop("the robot has ended its work")']
+
+
+def _variables(draft: Draft) -> list[str]:
+    """Queues of the code's modules that are those of the test."""
+    lines = []
+    for channel in draft.findings.channels:
+        if channel.variables:
+            lines.append(f"{channel.name}_: Any = {_end(draft, channel.name, channel.direction)}  # {channel.place}")
+            end = f"{channel.name}_"
+            if channel.name == "print":
+                end = 'lambda *parts, **_: print_(" ".join(map(str, parts)))'
+            for module, name in channel.variables:
+                lines += [f"import_module({json.dumps(module)}).__dict__[{json.dumps(name)}] = {end}"]
+    return lines
+
+
+def _attributes(draft: Draft) -> list[str]:
+    """Queues that the robot makes itself, likewise."""
+    return [
+        f"made.{channel.attribute} = {_end(draft, channel.name, channel.direction)}  # {channel.place}"
+        for channel in draft.findings.channels
+        if channel.attribute
+    ]
+
+
+def _end(draft: Draft, name: str, direction: str) -> str:
+    """The queue of the test for what comes or goes by a name."""
+    if direction == "heard":
+        things = [thing.message.name for thing in draft.things if thing.message.channel in ("", name)]
+        return f"Inbox({', '.join(['run', *things])})"
+    kinds = [m.name for m in draft.plain if m.channel in ("", name) and m.direction != "heard" and m.form != "state"]
+    return f"Outbox({', '.join(['run', *kinds])})"
+
+
+def _is_handed(port: Port) -> bool:
+    return not port.default
+
+
+def _handed(draft: Draft, port: Port) -> str:
+    """What the code gets for a port."""
+    name = f"{port.name}=" if port.keyword else ""
+    if port.role == "bus":
+        return name + ('run.bus.port("robot")' if bus_kind(draft) == "own" else "Bus(run)")
+    if port.role == "clock":
+        return name + "run.kernel"
+    if port.role == "publish":
+        return name + _end(draft, port.name.strip("_"), "said")
+    if port.role == "queue":
+        return name + _end(draft, port.name.strip("_"), "said" if port.direction == "said" else "heard")
+    if port.role in ("reader", "writer") and _streams(draft):
+        return name + f"Stream(run, {', '.join(_side(draft, port, side) for side in ('heard', 'said'))})"
+    if port.role == "device":
+        return name + f"{device_class(port)}(world)"
+    if port in draft.parameters:
+        number = f'run.test.run["{port.name}"]'
+        return name + (f"round({number})" if port.annotation == "int" else number)
+    return name + (port.made or "None")
+
+
+def _streams(draft: Draft) -> bool:
+    """Whether lines come or go."""
+    return any(message.form == "line" for message in draft.plain)
+
+
+def _side(draft: Draft, port: Port, side: str) -> str:
+    """The messages that come or go by a stream."""
+    names = [m.name for m in draft.plain if m.channel == port.name.strip("_") and m.direction == side]
+    return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
+
+
+def _things_of(draft: Draft, port: Port) -> list[Thing]:
+    """What comes through a queue."""
+    return [thing for thing in draft.things if thing.message.channel in ("", port.name.strip("_"))]
