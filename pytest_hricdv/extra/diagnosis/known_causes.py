@@ -22,14 +22,20 @@ def compared(report: Report, entries: Mapping[str, Exemption]) -> Iterator[tuple
     """
     subject = Subject.of(report)
     diagnosis = DIAGNOSIS.of(report)
-    groups = subject.groups(Evidence() if diagnosis is None else evidence_of(diagnosis.experiments))
-    ids = {id_of(group) for group in groups}
+    evidence = Evidence() if diagnosis is None else evidence_of(diagnosis.experiments, diagnosis.mended)
+    groups = subject.groups(evidence)
+    # Experiments are made only while something is new: what is named by association alone is meant, too.
+    associated = groups if evidence == Evidence() else subject.groups(Evidence())
+    otherwise = {failure: id_of(group) for group in associated for failure in group.failures}
+    ids = {id_of(group) for group in groups} | {*otherwise.values()}
     for requirement, entry in entries.items():
         if not entry.causes:
             continue
         for group in groups:
             failing = [
-                failure.nodeid for failure in group.failures if failure.requirement == requirement and failure.is_known
+                failure.nodeid
+                for failure in group.failures
+                if failure.requirement == requirement and failure.is_known and otherwise[failure] not in entry.causes
             ]
             if failing and id_of(group) not in entry.causes:
                 tests = f"{plural(len(failing), 'test')} {'violates' if len(failing) == 1 else 'violate'}"

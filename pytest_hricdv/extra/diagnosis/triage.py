@@ -1,4 +1,7 @@
-"""Triage: for each cause an entry of `hri_known_violations`, with a condition for its violations and no others."""
+"""Triage: for each cause an entry of `hri_known_violations`, with a condition for its violations and no others.
+
+It names the cause, too: what the condition lets pass later on for another cause is new then, and fails the session.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from pytest_hricdv.extra.diagnosis.conditions import Condition, Examples, Moment, condition_for
-from pytest_hricdv.extra.diagnosis.diagnosing import Subject
+from pytest_hricdv.extra.diagnosis.diagnosing import Subject, id_of
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
-from pytest_hricdv.extra.diagnosis.failures import FAULT
-from pytest_hricdv.extra.diagnosis.grouping import Group
+from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
+from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
 from pytest_hricdv.extra.diagnosis.logs import log_of, rounded, vocabulary_of
 from pytest_hricdv.extra.diagnosis.records import Diagnosis
 from pytest_hricdv.monitor import Log, Vocabulary
@@ -58,9 +61,12 @@ def proposals(report: Report, diagnosis: Diagnosis) -> tuple[Proposal, ...]:
         report: with failing tests.
         diagnosis: of it.
     """
-    triage = _Triage(report, vocabulary_of(diagnosis))
     subject = Subject.of(report)
-    groups = [group for group in subject.groups(evidence_of(diagnosis.experiments)) if not group.is_known]
+    # Once they are known, nobody makes experiments with them: a later session compares causes by association alone.
+    ids = {failure: id_of(group) for group in subject.groups(Evidence()) for failure in group.failures}
+    triage = _Triage(report, vocabulary_of(diagnosis), ids)
+    evidence = evidence_of(diagnosis.experiments, diagnosis.mended)
+    groups = [group for group in subject.groups(evidence) if not group.is_known]
     return tuple(Proposal(group, tuple(triage.entries(group))) for group in groups)
 
 
@@ -68,6 +74,8 @@ def proposals(report: Report, diagnosis: Diagnosis) -> tuple[Proposal, ...]:
 class _Triage:
     report: Report
     vocabulary: Vocabulary
+    ids: Mapping[Failure, str]
+    """Failures -> the causes that an entry names for them."""
     _logs: dict[str, Log] = field(default_factory=dict)
 
     @cached_property
@@ -80,18 +88,30 @@ class _Triage:
             if requirement == FAULT:
                 yield Entry(FAULT, None, note="a fault of a run is no violation: no entry makes it a known one")
             else:
-                tests = {failure.nodeid for failure in group.failures if failure.requirement == requirement}
-                yield self._entry(requirement, tests)
+                yield self._entry(
+                    requirement, [failure for failure in group.failures if failure.requirement == requirement]
+                )
 
-    def _entry(self, requirement: str, tests: set[str]) -> Entry:
-        examples = self._examples(requirement, tests)
+    def _entry(self, requirement: str, failures: Sequence[Failure]) -> Entry:
+        examples = self._examples(requirement, {failure.nodeid for failure in failures})
         condition = condition_for(examples, self._logs_of(examples), self.vocabulary)
         if condition is None or condition.wrong:
             return Entry(requirement, condition, note=self._inseparable(requirement, examples, condition))
         replaces = "" if self.report.strict else self.report.known_while.get(requirement, "")
         text = f"({replaces}) | ({condition.text})" if replaces else condition.text
         reason = f"{self.report.known_violations[requirement]}; {REASON}" if replaces else REASON
-        return Entry(requirement, condition, f"{requirement} while {text}: {reason}", replaces)
+        causes = ",".join(
+            dict.fromkeys(
+                (*(self._known(requirement) if replaces else ()), *(self.ids[failure] for failure in failures))
+            )
+        )
+        return Entry(requirement, condition, f"{requirement} of {causes} while {text}: {reason}", replaces)
+
+    def _known(self, requirement: str) -> Iterator[str]:
+        """The causes of what the entry of a requirement tolerates by now."""
+        for failure, name in self.ids.items():
+            if failure.requirement == requirement and failure.is_known:
+                yield name
 
     def _examples(self, requirement: str, tests: set[str]) -> Examples:
         """All new violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
@@ -152,7 +172,8 @@ def lines(report: Report, made: Sequence[Proposal]) -> Iterator[str]:
     twice = sorted({entry.requirement for entry in entries if _count(entries, entry.requirement) > 1})
     if twice:
         yield ""
-        yield f"A requirement has one entry: to tolerate several causes of {', '.join(twice)}, join conditions by |."
+        names = ", ".join(twice)
+        yield f"A requirement has one entry: to tolerate several causes of {names}, name all, and join conditions by |."
     if entries:
         yield ""
         yield "An entry goes into the list hri_known_violations, with a reason and an owner."

@@ -22,13 +22,15 @@ def test_an_entry_that_is_pasted_makes_known_what_fails_for_its_cause_and_nothin
     causes = report(surging.path)["causes"]
     done = command("triage", "hri-report")
     assert (done.returncode, done.stderr) == (0, "")
-    entries = re.findall(r"^    (R2 while .*)$", done.stdout, re.MULTILINE)
+    entries = re.findall(r"^    (R2 of .*)$", done.stdout, re.MULTILINE)
     assert len(entries) == len(causes) == 2
-    assert "join conditions by |" in done.stdout
+    assert "name all, and join conditions by |" in done.stdout
     for entry, cause in zip(entries, causes, strict=True):
+        assert entry.startswith(f"R2 of {cause['id']} while ")
         before = (surging.path / "pytest.ini").read_text(encoding="utf-8")
         (surging.path / "pytest.ini").write_text(before + f"    {entry}\n", encoding="utf-8")
-        surging.runpytest_inprocess(SUITE)
+        done = surging.runpytest_inprocess(SUITE)
+        assert "is known of" not in done.stdout.str()
         found = outcomes(surging.path)
         assert {name for name, outcome in found.items() if outcome == "known-violation"} == set(cause["tests"])
         others = {test for other in causes if other is not cause for test in other["tests"]}
@@ -43,12 +45,12 @@ def test_an_entry_joins_the_one_that_is_there(surging: pytest.Pytester) -> None:
     )
     surging.runpytest_inprocess(SUITE)
     done = command("triage", "hri-report")
-    (entry,) = re.findall(r"^    (R2 while .*)$", done.stdout, re.MULTILINE)
-    assert entry.startswith("R2 while (once(on(wish))) | (")
+    (entry,) = re.findall(r"^    (R2 of .*)$", done.stdout, re.MULTILINE)
+    assert re.match(r"R2 of [0-9a-f]{8},[0-9a-f]{8} while \(once\(on\(wish\)\)\) \| \(", entry)
     assert entry.endswith(": no dimmer; why is this tolerated? [owner?]")
     assert "instead of the entry R2 while once(on(wish))" in done.stdout
     change(surging.path, "pytest.ini", "R2 while once(on(wish)): no dimmer", entry)
-    surging.runpytest_inprocess(SUITE)
+    assert surging.runpytest_inprocess(SUITE, "--hri-allow-nc=R3").ret == 0  # both causes are named
     assert sorted(set(outcomes(surging.path).values())) == ["known-violation", "passed"]
 
 
@@ -65,3 +67,15 @@ def test_a_report_without_causes(lamps: pytest.Pytester) -> None:
     done = command("triage", "hri-report")
     assert (done.returncode, done.stdout) == (2, "")
     assert "no causes in it; run the suite again without --hri-diagnose=0" in done.stderr
+
+
+@pytest.mark.slow
+def test_an_entry_with_a_condition_that_is_too_wide_hides_no_other_cause(surging: pytest.Pytester) -> None:
+    change(surging.path, "pytest.ini", *WITHOUT_KNOWN)
+    surging.runpytest_inprocess(SUITE)
+    surge, wish = (cause["id"] for cause in report(surging.path)["causes"])
+    entry = next(iter(re.findall(r"^    (R2 of .*)$", command("triage", "hri-report").stdout, re.MULTILINE)))
+    wide = entry.replace(re.search(r"while (.*): why", entry)[1], "lamp_level >= 0.0")  # type: ignore[index]
+    done = surging.runpytest_inprocess(SUITE, f"--hri-known={wide}", "--hri-allow-nc=R3")
+    assert done.ret == 1
+    done.stdout.fnmatch_lines([f"FAILED R2 is known of cause {surge}, but 2 tests violate it for cause {wish}, *"])
