@@ -93,7 +93,7 @@ class LibraryMachines:
         if initial is None and "initial" not in arguments and growing.states:
             initial = "initial"
         if initial is not None:
-            growing.add_state(_name(initial), module.place(arguments.get("initial") or node), initial=True)
+            growing.add_state(_state(initial), module.place(arguments.get("initial") or node), initial=True)
         for value in self._values(arguments.get("transitions"), module, scope):
             for row in value if isinstance(value, tuple) else ():
                 self._add_row(growing, row, module.place(arguments["transitions"]))
@@ -108,14 +108,14 @@ class LibraryMachines:
         for row in rows:
             content = dict(row.pairs) if hasattr(row, "pairs") else row
             if isinstance(content, dict):
-                name = prefix + _name(content.get("name", ""))
+                name = prefix + _state(content.get("name", ""))
                 growing.add_state(name, place, final=bool(content.get("final")))
                 if content.get("children"):
                     self._add_states(growing, content["children"], place, name + "_")
                 for inner in content.get("transitions", ()) or ():
                     self._add_row(growing, inner, place, name + "_")
             elif isinstance(content, str | Member):
-                growing.add_state(prefix + _name(content), place)
+                growing.add_state(prefix + _state(content), place)
 
     def _add_row(self, growing: Growing, row: Any, place: Place, prefix: str = "") -> None:
         content = dict(row.pairs) if hasattr(row, "pairs") else row
@@ -126,11 +126,11 @@ class LibraryMachines:
         sources, target, event = content.get("source"), content.get("dest"), _name(content.get("trigger", ""))
         if sources is None or target is None:
             return
-        every = [prefix + _name(source) for source in (sources if isinstance(sources, tuple) else (sources,))]
+        every = [prefix + _state(source) for source in (sources if isinstance(sources, tuple) else (sources,))]
         if every == [prefix + "*"]:
             every = list(growing.states)
         for source in every:
-            into = source if target == "=" else prefix + _name(target)
+            into = source if target == "=" else prefix + _state(target)
             for name in (source, into):
                 if name not in growing.states:
                     growing.add_state(name, place)
@@ -329,3 +329,8 @@ def _is_super(node: ast.Call) -> bool:
 
 def _name(value: Any) -> str:
     return value.name if isinstance(value, Member | Reference) else str(value)
+
+
+def _state(value: Any) -> str:
+    """How `transitions` tells a state: a member of an enumeration stays one, which is recorded as `text_of` says."""
+    return value.text if isinstance(value, Member) else _name(value)

@@ -148,3 +148,24 @@ def test_transitions_that_a_function_computes_are_those_that_it_returns() -> Non
     assert {"Ready>Fridge", "Fridge>Grab", "Recharge>Charging", "Ready>Off"} <= moves(machine)
     assert len(machine.transitions) == 17
     assert {move.how for move in machine.transitions} == {"run"}
+
+
+def test_states_of_an_enumeration_are_told_as_the_record_calls_them(tmp_path: Path) -> None:
+    source = """
+from enum import Enum
+from transitions import Machine
+
+
+class Phase(Enum):
+    IDLE = "idle"
+    BUSY = "busy"
+
+
+class Robot:
+    def __init__(self):
+        self.machine = Machine(self, states=Phase, initial=Phase.IDLE, transitions=[["go", Phase.IDLE, Phase.BUSY]])
+"""
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    machine = analyse("robot_code", tmp_path).machines[0]
+    assert [state.name for state in machine.states] == ["idle", "busy"]
+    assert [(move.source, move.target) for move in machine.transitions] == [("idle", "busy")]
