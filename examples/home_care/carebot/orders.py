@@ -49,6 +49,11 @@ class OrderDesk:
         """Whether an order waits."""
         return bool(self._waiting)
 
+    @property
+    def ends(self) -> bool:
+        """Whether nothing waits but the end of orders."""
+        return bool(self._waiting) and self._waiting[0].kind == ENDED
+
     async def some(self) -> None:
         """Wait until an order waits."""
         await self._some.wait()

@@ -55,11 +55,19 @@ class Carebot:
         self._enter(OFF)
 
     async def _following(self) -> Waiting:
-        """The next order. Without one for a while the robot is idle, and goes to its charger."""
-        while not await self._is_ordered_in_time():
-            self._bus.publish(Idle())
-            await self._unless_ordered(self._go_home())
-        return self._desk.take()
+        """The next order. Without one for a while the robot is idle, and goes to its charger.
+
+        With a low battery it goes there before the order, be it the last one: switched off, it could not any more.
+        """
+        while True:
+            while not await self._is_ordered_in_time():
+                self._bus.publish(Idle())
+                await self._unless_ordered(self._go_home())
+            if self._battery.level() < self._config.battery_low:
+                await self._go_home()
+                await self._charge()
+            if self._desk.has_some:  # meanwhile it may have been given up
+                return self._desk.take()
 
     async def _is_ordered_in_time(self) -> bool:
         faulty = self._config.faults.never_idle_first and not self._has_served
@@ -73,10 +81,7 @@ class Carebot:
         await self._carry_out(order)
         if not self._hand.is_empty:
             await self._put_down()
-        if self._battery.level() < self._config.battery_low:
-            await self._go_home()
-            await self._charge()
-        elif not self._desk.has_some:
+        if not self._desk.has_some:
             await self._unless_ordered(self._go_home())
         self._desk.busy = False
 
@@ -134,7 +139,7 @@ class Carebot:
             self._bus.publish(Docked())
 
     async def _charge(self) -> None:
-        """Stay at the charger until the battery is not low any more."""
+        """Stay at the charger until the battery is not low any more, or there are to be no more orders."""
         if self._is_to_charge():
             self._enter(CHARGING)
         while self._is_to_charge():
@@ -142,7 +147,8 @@ class Carebot:
         self._enter(READY)
 
     def _is_to_charge(self) -> bool:
-        return self._is_at_charger() and self._battery.level() < self._config.battery_enough
+        low = self._battery.level() < self._config.battery_enough
+        return low and self._is_at_charger() and not self._desk.ends
 
     def _is_at_charger(self) -> bool:
         pose, (x, y) = self._base.pose(), PLACES[CHARGER]

@@ -218,6 +218,7 @@ class House:
     def battery_is(self, level: float) -> None:
         """The battery is this full now: emptier than one thought."""
         self.battery.is_at(level, self._us)
+        self._record()  # at once: what the robot says of it comes at the same time
 
     def take_food(self) -> None:
         """The person takes what the gripper holds."""
