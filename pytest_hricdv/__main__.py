@@ -36,6 +36,8 @@ def _init(options: argparse.Namespace) -> int:
     try:
         if options.source and options.ros2 is not None:
             raise InputError("expected --from or --ros2, and both came: --ros2 reads the code of its node, too")
+        if options.recording and not options.source and options.ros2 is None:
+            raise InputError("--recording: expected --from or --ros2, too: its ranges are those of what the code hears")
         if options.source or options.ros2 is not None:
             return _draft(options)
         robot = options.robot or name_like(options.folder.resolve().name)
@@ -55,10 +57,11 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _draft(options: argparse.Namespace) -> int:
-    from pytest_hricdv.extra.draft.command import draft, draft_node
+    from pytest_hricdv.extra.draft.command import Asked, draft, draft_node
 
-    begin, asked = (draft_node, options.ros2) if options.ros2 is not None else (draft, options.source)
-    for line in begin(asked, options.folder, options.robot or "", options.person, not options.no_run):
+    begin, code = (draft_node, options.ros2) if options.ros2 is not None else (draft, options.source)
+    recordings = tuple(options.recording)
+    for line in begin(code, Asked(options.folder, options.robot or "", options.person, not options.no_run, recordings)):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "
     print()
@@ -92,6 +95,15 @@ def _parser() -> argparse.ArgumentParser:
         "--ros2",
         metavar="'PACKAGE EXECUTABLE'",
         help="draft it for a node of ROS 2, as of `ros2 run`, or for PATH.py[:FUNCTION] (docs/draft.md)",
+    )
+    init.add_argument(
+        "--recording",
+        metavar="FILE",
+        type=Path,
+        action="append",
+        default=[],
+        help="of a draft, take ranges of times and values from a recording of the real system: a bag of ROS 2 or an "
+        "MCAP file; several times for several (docs/draft.md)",
     )
     init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")
     init.add_argument(

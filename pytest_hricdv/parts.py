@@ -26,6 +26,7 @@ PARTS = MappingProxyType(
         "suggestion": ("part", "records", "view"),
         "engines": ("part", "records", "view"),
         "draft": (),  # commands of `python -m pytest_hricdv` only
+        "recordings": (),  # read for drafts
         "drift": ("part",),
         "closing": ("part", "records", "merging", "view"),
         "campaign": ("records", "view"),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.analysis import analyse
@@ -13,7 +14,10 @@ from pytest_hricdv.extra.draft.ros_draft import ros_findings
 from pytest_hricdv.extra.draft.ros_executable import executable
 from pytest_hricdv.extra.draft.ros_findings import ros_lines
 from pytest_hricdv.extra.draft.running import with_transitions
+from pytest_hricdv.extra.draft.sources import DraftError
 from pytest_hricdv.extra.draft.trial import Trial, mend, tried
+from pytest_hricdv.extra.recordings.observed import Observed
+from pytest_hricdv.extra.ros2.packages import SourcePackage
 from pytest_hricdv.skeleton.skeleton import name_like
 
 NO_NODES = (
@@ -22,35 +26,74 @@ NO_NODES = (
 )
 
 
-def draft(package: str, folder: Path, robot: str, person: str, runs: bool = True) -> Iterator[str]:
+@dataclass(frozen=True)
+class Asked:
+    """What a draft is asked for.
+
+    Args:
+        folder: where it is written.
+        robot: name of the project; empty for that of the code.
+        person: name of the person's agent.
+        runs: whether first runs are made.
+        recordings: of the real system, whose ranges it has.
+    """
+
+    folder: Path
+    robot: str = ""
+    person: str = "person"
+    runs: bool = True
+    recordings: tuple[Path, ...] = ()
+
+
+def draft(package: str, asked: Asked) -> Iterator[str]:
     """Read the code, run a draft where nothing outside is touched, and write it; yields lines for the terminal.
 
     Raises:
         DraftError: there is no such code, or a file of the draft exists.
     """
     findings = analyse(package)
-    findings = with_transitions(findings) if runs else findings
-    made = Draft(findings, robot or robot_name(findings), person, folder.resolve())
-    check(made, folder)
-    yield from _found(findings)
+    findings = with_transitions(findings) if asked.runs else findings
+    findings, observed = _observed(findings, asked, {})
+    name = asked.robot or robot_name(findings)
+    made = Draft(findings, name, asked.person, asked.folder.resolve(), observed=observed)
+    check(made, asked.folder)
+    yield from _read(findings)
     if findings.ros.nodes or findings.ros.endpoints:
         yield NO_NODES
-    yield from _written(made, folder, runs)
+    yield from _written(made, asked.folder, asked.runs)
 
 
-def draft_node(asked: str, folder: Path, robot: str, person: str, runs: bool = True) -> Iterator[str]:
+def _observed(
+    findings: Findings, asked: Asked, packages: Mapping[str, SourcePackage]
+) -> tuple[Findings, Observed | None]:
+    if not asked.recordings:
+        return findings, None
+    missing = next((path for path in asked.recordings if not path.exists()), None)
+    if missing is not None:
+        raise DraftError(f"--recording={missing}: there is no file or folder {missing.absolute()}")
+    try:
+        from pytest_hricdv.extra.draft.recorded import with_recordings  # the readers of bags need an extra
+    except ModuleNotFoundError as error:
+        extra = 'pip install "pytest-hricdv[ros2,traces]"'
+        raise DraftError(f"--recording: {error.name} is needed to read bags; install the extras: {extra}") from None
+    return with_recordings(findings, asked.recordings, packages)
+
+
+def draft_node(node: str, asked: Asked) -> Iterator[str]:
     """The same for a node of ROS 2, "PACKAGE EXECUTABLE" or the path of its file.
 
     Raises:
         DraftError: there is no such executable of Python, or a file of the draft exists.
     """
-    findings, start = ros_findings(executable(asked, Path.cwd().resolve()))
-    name = robot or name_like(asked.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
-    made = Draft(findings, name, person, folder.resolve(), ros=start)
-    check(made, folder)
-    yield from _found(findings)
+    program = executable(node, Path.cwd().resolve())
+    findings, start = ros_findings(program)
+    findings, observed = _observed(findings, asked, program.packages)
+    name = asked.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
+    made = Draft(findings, name, asked.person, asked.folder.resolve(), ros=start, observed=observed)
+    check(made, asked.folder)
+    yield from _read(findings)
     is_runnable = all(problem.kind not in ("missing module", "hardware") for problem in findings.problems)
-    yield from _written(made, folder, runs and is_runnable)
+    yield from _written(made, asked.folder, asked.runs and is_runnable)
 
 
 def _written(made: Draft, folder: Path, runs: bool) -> Iterator[str]:
@@ -61,7 +104,7 @@ def _written(made: Draft, folder: Path, runs: bool) -> Iterator[str]:
         yield str(folder / name)
 
 
-def _found(findings: Findings) -> Iterator[str]:
+def _read(findings: Findings) -> Iterator[str]:
     machine = findings.machines[0] if findings.machines else None
     yield (
         f"read: {len(findings.heard)} messages heard, {len(findings.said)} said, "

@@ -8,6 +8,7 @@ from pytest_hricdv.extra.draft.drafted import Draft, Sensor
 from pytest_hricdv.extra.draft.findings import Port
 from pytest_hricdv.extra.draft.model_text import groups, levels, neutral_beliefs, start_beliefs
 from pytest_hricdv.extra.draft.naming import unit_of, word
+from pytest_hricdv.extra.draft.observed_text import answer_s, lateness, reaction_lines, said_lines_of, times_of_lines
 from pytest_hricdv.extra.draft.run_text import run_lines, said_lines
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes, tuple_text
 
@@ -58,11 +59,13 @@ def constants(draft: Draft) -> list[str]:
     """The constants of a testbench: times, and what a person can say."""
     late_s, place = draft.late_s
     reason = f"longer than {place}" if place is not None else "TODO: the code has no time-out"
+    waits_s, why = answer_s(draft, max(draft.patience_s, min(late_s, 60.0)))
     lines = [
         "HERE = Path(__file__).parent",
         "",
         "LIMIT_S = 900.0  # no run needs as long; TODO",
-        f"ANSWER_S = {max(draft.patience_s, min(late_s, 60.0)):g}  # so long a person waits for an answer; TODO",
+        *reaction_lines(draft),
+        f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
         "LOOKS_EACH_S = 0.1  # how often a person looks whether there is one",
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
@@ -79,13 +82,8 @@ def constants(draft: Draft) -> list[str]:
             "# What a person can say to the robot, with the numbers in it.",
             "SAYS: dict[str, dict[str, Range]] = {",
         ]
-        for thing in draft.things:
-            numbers = ", ".join(f'"{p.name}": Range(0.0, 1.0, "{p.unit}")' for p in thing.numbers)
-            mark = "  # TODO: between which numbers?" if numbers else ""
-            lines += [
-                f'    "{command}": {{{numbers}}},{mark or f"  # {kind.place}"}' for command, kind in thing.commands
-            ]
-        lines.append("}")
+        lines += [line for thing in draft.things for line in said_lines_of(draft, thing)]
+        lines += ["}", *times_of_lines(draft)]
     if draft.states:
         machine = next(machine for machine in draft.findings.machines if machine.told)
         lines += ["", "STATES = (", *(f"    {json.dumps(s.name)},  # {s.place}" for s in machine.states), ")"]
@@ -121,6 +119,22 @@ def declared_model(draft: Draft) -> list[str]:
     ]
 
 
+def said_commands(draft: Draft) -> list[str]:
+    """The commands of what a person says."""
+    if not draft.things:
+        return []
+    times = (
+        "**times, **TIMES_OF.get(what, {}).get(how, {}), **numbers" if times_of_lines(draft) else "**times, **numbers"
+    )
+    return [
+        "                **{",
+        f'                    f"{{what}} {{how}}": {{{times}}}',
+        "                    for what, numbers in SAYS.items()",
+        "                    for how, times in TIMES.items()",
+        "                },",
+    ]
+
+
 def _testbench(draft: Draft) -> list[str]:
     findings = draft.findings
     values = [
@@ -141,14 +155,7 @@ def _testbench(draft: Draft) -> list[str]:
         "",
         *declared_model(draft),
     ]
-    if draft.things:
-        lines += [
-            "                **{",
-            '                    f"{what} {how}": {**times, **numbers}',
-            "                    for what, numbers in SAYS.items()",
-            "                    for how, times in TIMES.items()",
-            "                },",
-        ]
+    lines += said_commands(draft)
     for sensor in draft.sensors:
         lines += _sensor_commands(sensor)
     lines += ['                "wait_answer": {},', "            },"]
@@ -217,7 +224,8 @@ def _disturbances(draft: Draft) -> list[str]:
         topic = message.topic
         lines.append(f'            "{topic}_lost": Lost("{topic}"),')
         if message.direction != "said":
-            lines.append(f'            "{topic}_late": Late("{topic}", Range(0.5, 5.0, "s")),  # TODO: how late?')
+            ends, mark = lateness(draft, topic)
+            lines.append(f'            "{topic}_late": Late("{topic}", Range({ends}, "s")),  # {mark}')
             lines.append(
                 f'            "{topic}_doubled": Doubled("{topic}", Range(0.1, 5.0, "s")),  # TODO: how much later?'
             )

@@ -10,6 +10,7 @@ from pathlib import Path
 from pytest_hricdv.extra.draft.findings import Entry, Findings, Message, MessageField, Operation, Place, Port
 from pytest_hricdv.extra.draft.naming import word
 from pytest_hricdv.extra.draft.ros_findings import RosStart
+from pytest_hricdv.extra.recordings.observed import Observed
 from pytest_hricdv.skeleton.skeleton import name_like
 
 MANNERS = ("in_time", "too_early", "too_late", "twice")
@@ -104,6 +105,7 @@ class Draft:
         takes_time: whether each call of a device takes some simulated time; else a loop without a wait would not end.
         dropped: subjects of requirements that did not hold in the first runs.
         ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
+        observed: what recordings of the real system show; None without them.
     """
 
     findings: Findings
@@ -113,6 +115,7 @@ class Draft:
     takes_time: bool = False
     dropped: tuple[str, ...] = ()
     ros: RosStart | None = None
+    observed: Observed | None = None
 
     @property
     def entry(self) -> Entry | None:

@@ -7,9 +7,10 @@ import json
 import os
 from collections.abc import Sequence
 
-from pytest_hricdv.extra.draft.conftest_text import constants, declared_model
+from pytest_hricdv.extra.draft.conftest_text import constants, declared_model, said_commands
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
 from pytest_hricdv.extra.draft.neutral import MANY
+from pytest_hricdv.extra.draft.observed_text import lateness
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, RosStart
 from pytest_hricdv.extra.draft.source_text import tuple_text
 
@@ -154,14 +155,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         '    """What the plugin asks for."""',
         *declared_model(draft),
     ]  # fmt: skip
-    if draft.things:
-        lines += [
-            "                **{",
-            '                    f"{what} {how}": {**times, **numbers}',
-            "                    for what, numbers in SAYS.items()",
-            "                    for how, times in TIMES.items()",
-            "                },",
-        ]
+    lines += said_commands(draft)
     lines += ['                "wait_answer": {},', "            },", "        ),",
               '        requirements=HERE / "requirements.toml",', "        messages=(),"]  # fmt: skip
     lines.append("        signals={}," if draft.findings.said else '        signals={"person_is_there": bool},')
@@ -194,7 +188,8 @@ def _disturbances(draft: Draft) -> list[str]:
             topic = message.topic
             lines.append(f'            "{topic}_lost": Lost("{topic}"),')
             if message.direction != "said":
-                lines.append(f'            "{topic}_late": Late("{topic}", Range(0.5, 5.0, "s")),  # TODO: how late?')
+                ends, mark = lateness(draft, topic)
+                lines.append(f'            "{topic}_late": Late("{topic}", Range({ends}, "s")),  # {mark}')
     return lines
 
 

@@ -34,10 +34,14 @@ class BagTopic:
     Args:
         type: of its messages, as "std_msgs/msg/String".
         latched: whether it was offered to later subscriptions, too ("transient local").
+        encoding: of its messages: "cdr" as ROS 2 writes them, "json".
+        definition: of the type in the language of .msg files, with those in it; empty where the bag has none.
     """
 
     type: str
     latched: bool
+    encoding: str = "cdr"
+    definition: str = ""
 
 
 class BagMessage(NamedTuple):
@@ -56,11 +60,13 @@ class BagContent:
         path: of the bag.
         topics: all of it, name -> topic.
         messages: of the topics that were asked for, in the order of time.
+        any_encoding: whether topics may have messages that are not CDR.
     """
 
     path: Path
     topics: dict[str, BagTopic] = field(default_factory=dict)
     messages: list[BagMessage] = field(default_factory=list)
+    any_encoding: bool = False
 
 
 def read_bag(path: Path, topics: Collection[str] | None = None) -> BagContent:
@@ -76,7 +82,7 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> BagContent:
     content = BagContent(path)
     for file in _files(path):
         reading = _mcap if file.suffix == ".mcap" else _sqlite
-        reading(file, content, topics)
+        content.messages.extend(message for message in reading(file, content) if _is_wanted(message.topic, topics))
     missing = [topic for topic in topics or () if topic not in content.topics]
     if missing:
         raise BagError(
@@ -85,6 +91,24 @@ def read_bag(path: Path, topics: Collection[str] | None = None) -> BagContent:
         )
     content.messages.sort(key=lambda message: message.time_ns)
     return content
+
+
+def files_left(path: Path) -> tuple[list[Path], list[BagError]]:
+    """The files of a bag that can be read, whatever is wrong with it; and what is wrong."""
+    try:
+        return _files(path), []
+    except BagError as error:
+        files = sorted((file for suffix in _SUFFIXES for file in path.glob(f"*{suffix}")), key=_number)
+        return (files if path.is_dir() else []), [error]
+
+
+def messages_left(file: Path, content: BagContent) -> Iterator[BagMessage]:
+    """The messages of one file in the order in which they were written, up to where it is broken.
+
+    Raises:
+        BagError: after the last message that can be read, where the file is broken there.
+    """
+    return _mcap(file, content, in_order_of_time=False) if file.suffix == ".mcap" else _sqlite(file, content)
 
 
 def _files(path: Path) -> list[Path]:
@@ -136,21 +160,25 @@ def _readable(file: Path) -> Path:
     return file
 
 
-def _add_topic(content: BagContent, file: Path, name: str, kind: str, encoding: str, qos: str) -> None:
-    if encoding != "cdr":
-        raise BagError(f"bag {file}: topic {name} has messages in the format {encoding!r}; expected cdr")
-    content.topics[name] = BagTopic(kind, _LATCHED.search(qos or "") is not None)
+def _add_topic(content: BagContent, file: Path, name: str, topic: BagTopic) -> None:
+    if topic.encoding != "cdr" and not content.any_encoding:
+        raise BagError(f"bag {file}: topic {name} has messages in the format {topic.encoding!r}; expected cdr")
+    content.topics[name] = topic
+
+
+def _is_latched(qos: str) -> bool:
+    return _LATCHED.search(qos or "") is not None
 
 
 def _is_wanted(name: str, topics: Collection[str] | None) -> bool:
     return name in topics if topics is not None else "/_" not in name
 
 
-def _sqlite(file: Path, content: BagContent, topics: Collection[str] | None) -> None:
+def _sqlite(file: Path, content: BagContent) -> Iterator[BagMessage]:
     try:
         connection = sqlite3.connect(f"file:{file.absolute()}?mode=ro", uri=True)
         try:
-            _add_rows(connection, file, content, topics)
+            yield from _rows(connection, file, content)
         finally:
             connection.close()
     except sqlite3.Error as error:
@@ -160,37 +188,53 @@ def _sqlite(file: Path, content: BagContent, topics: Collection[str] | None) -> 
         ) from None
 
 
-def _add_rows(connection: sqlite3.Connection, file: Path, content: BagContent, topics: Collection[str] | None) -> None:
+def _rows(connection: sqlite3.Connection, file: Path, content: BagContent) -> Iterator[BagMessage]:
     columns = {str(row[1]) for row in connection.execute("PRAGMA table_info(topics)")}
     qos = "offered_qos_profiles" if "offered_qos_profiles" in columns else "''"  # of bags before foxy
+    definitions = _definitions(connection)
     names: dict[int, str] = {}
     for number, name, kind, encoding, offered in connection.execute(
         f"SELECT id, name, type, serialization_format, {qos} FROM topics ORDER BY id"
     ):
-        _add_topic(content, file, name, kind, encoding, str(offered))
+        topic = BagTopic(kind, _is_latched(str(offered)), encoding, definitions.get(kind, ""))
+        _add_topic(content, file, name, topic)
         names[number] = name
     for number, time_ns, data in connection.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id"):
-        if _is_wanted(names[number], topics):
-            content.messages.append(BagMessage(time_ns, names[number], bytes(data)))
+        if number not in names:
+            raise BagError(f"bag {file}: a message is of a topic that it has not, number {number}: is it complete?")
+        yield BagMessage(time_ns, names[number], bytes(data))
 
 
-def _mcap(file: Path, content: BagContent, topics: Collection[str] | None) -> None:
+def _definitions(connection: sqlite3.Connection) -> dict[str, str]:
+    """Type -> its definition, in bags since iron."""
+    if not list(connection.execute("PRAGMA table_info(message_definitions)")):
+        return {}
+    rows = connection.execute("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")
+    return {str(kind): str(text) for kind, encoding, text in rows if encoding == "ros2msg"}
+
+
+def _mcap(file: Path, content: BagContent, *, in_order_of_time: bool = True) -> Iterator[BagMessage]:
     try:
-        from mcap.exceptions import McapError
-        from mcap.reader import make_reader
+        from mcap.reader import NonSeekingReader, make_reader
     except ModuleNotFoundError as error:
         raise BagError(
             f'bag {file}: {error.name} is needed to read it; install the extra: pip install "pytest-hricdv[traces]"'
         ) from None
     with file.open("rb") as stream:
         try:
-            reader = make_reader(stream)
-            summary = reader.get_summary()
-            for channel in summary.channels.values() if summary is not None else ():
-                schema = summary.schemas.get(channel.schema_id) if summary is not None else None
-                _add_channel(content, file, channel, schema)
-            content.messages.extend(_of_records(reader.iter_messages(), content, file, topics))
-        except McapError as error:
+            if in_order_of_time:
+                reader = make_reader(stream)
+                summary = reader.get_summary()
+                for channel in summary.channels.values() if summary is not None else ():
+                    schema = summary.schemas.get(channel.schema_id) if summary is not None else None
+                    _add_channel(content, file, channel, schema)
+                records = reader.iter_messages()
+            else:
+                records = NonSeekingReader(stream).iter_messages(log_time_order=False)
+            yield from _of_records(records, content, file)
+        except BagError:
+            raise
+        except Exception as error:  # its own, and those of `struct`, of texts and of decompression: it is cut off
             raise BagError(
                 f"bag {file}: not an MCAP file that can be read, perhaps cut off: {error_text(error)}; `mcap recover` "
                 "reads what is left"
@@ -199,16 +243,14 @@ def _mcap(file: Path, content: BagContent, topics: Collection[str] | None) -> No
 
 def _add_channel(content: BagContent, file: Path, channel: Any, schema: Any) -> None:
     kind = "" if schema is None else schema.name
-    _add_topic(
-        content, file, channel.topic, kind, channel.message_encoding, channel.metadata.get("offered_qos_profiles", "")
-    )
+    is_defined = schema is not None and schema.encoding == "ros2msg"
+    definition = schema.data.decode(errors="replace") if is_defined else ""
+    latched = _is_latched(channel.metadata.get("offered_qos_profiles", ""))
+    _add_topic(content, file, channel.topic, BagTopic(kind, latched, channel.message_encoding, definition))
 
 
-def _of_records(
-    records: Iterable[Any], content: BagContent, file: Path, topics: Collection[str] | None
-) -> Iterator[BagMessage]:
+def _of_records(records: Iterable[Any], content: BagContent, file: Path) -> Iterator[BagMessage]:
     for schema, channel, message in records:
         if channel.topic not in content.topics:
             _add_channel(content, file, channel, schema)
-        if _is_wanted(channel.topic, topics):
-            yield BagMessage(message.log_time, channel.topic, message.data)
+        yield BagMessage(message.log_time, channel.topic, message.data)

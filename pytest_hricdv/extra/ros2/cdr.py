@@ -10,7 +10,7 @@ import importlib
 import struct
 from typing import Any
 
-_HEADER = b"\x00\x01\x00\x00"  # CDR_LE, and two bytes of options, which are 0
+HEADER = b"\x00\x01\x00\x00"  # CDR_LE, and two bytes of options, which are 0
 _FORMATS = {
     "boolean": "?",
     "octet": "c",
@@ -37,15 +37,15 @@ def serialize(message: Any, kind: type[Any]) -> bytes:
     """The bytes of a message."""
     out = bytearray()
     _write_message(out, message)
-    return _HEADER + bytes(out)
+    return HEADER + bytes(out)
 
 
 def deserialize(data: bytes, kind: type[Any]) -> Any:
     """The message of some bytes. Raises CdrError if they are too few, or not little endian."""
-    if bytes(data[:2]) != _HEADER[:2]:
+    if bytes(data[:2]) != HEADER[:2]:
         raise CdrError(f"{kind.__name__}: expected little-endian CDR, whose first bytes are 00 01")
     try:
-        return _Reader(bytes(data[len(_HEADER) :])).message(kind)
+        return Reader(bytes(data[len(HEADER) :])).message(kind)
     except struct.error as error:
         raise CdrError(f"{kind.__name__}: {len(data)} bytes are too few: {error}") from None
 
@@ -99,7 +99,7 @@ def _write(out: bytearray, type_: Any, value: Any) -> None:
         out.extend(encoded)
 
 
-class _Reader:
+class Reader:
     """Reads values one after the other."""
 
     def __init__(self, data: bytes) -> None:
@@ -107,12 +107,13 @@ class _Reader:
         self._at = 0
 
     def message(self, kind: Any) -> Any:
+        """The next message of a class."""
         fields = _fields(kind)
         made = kind()
         for name, type_ in fields:
-            setattr(made, name, self._like(getattr(made, name), self._value(type_, getattr(made, name))))
+            setattr(made, name, self._like(getattr(made, name), self.value(type_, getattr(made, name))))
         if not fields:
-            self._unpack("B")
+            self.unpack("B")
         return made
 
     @staticmethod
@@ -126,7 +127,8 @@ class _Reader:
             return made
         return value
 
-    def _unpack(self, code: str) -> Any:
+    def unpack(self, code: str) -> Any:
+        """The next number of a format of `struct`."""
         size = struct.calcsize(code)
         self._at += -self._at % size
         (value,) = struct.unpack_from(f"<{code}", self._data, self._at)
@@ -140,17 +142,32 @@ class _Reader:
         self._at += size
         return taken
 
-    def _value(self, type_: Any, default: Any) -> Any:
+    def nested(self, type_: Any, default: Any) -> Any:
+        """The next message in a message."""
+        return self.message(type(default) if default is not None else class_of(type_))
+
+    def _numbers(self, code: str, count: int) -> list[Any]:
+        """So many numbers: those of an image are many."""
+        size = struct.calcsize(code)
+        self._at += -self._at % size if count else 0
+        values = struct.unpack_from(f"<{count}{code}", self._data, self._at)
+        self._at += size * count
+        return list(values)
+
+    def value(self, type_: Any, default: Any) -> Any:
+        """The next value of a type."""
         if hasattr(type_, "value_type"):
-            count = type_.size if hasattr(type_, "size") else self._unpack("I")
-            return [self._value(type_.value_type, None) for _ in range(count)]
+            count = type_.size if hasattr(type_, "size") else self.unpack("I")
+            if hasattr(type_.value_type, "typename"):
+                return self._numbers(_format(type_.value_type.typename), count)
+            return [self.value(type_.value_type, None) for _ in range(count)]
         if hasattr(type_, "typename"):
-            return self._unpack(_format(type_.typename))
+            return self.unpack(_format(type_.typename))
         if hasattr(type_, "namespaces"):
-            return self.message(type(default) if default is not None else class_of(type_))
+            return self.nested(type_, default)
         if _is_wide(type_):
-            return self._take(2 * self._unpack("I")).decode("utf-16-le")
-        return self._take(self._unpack("I"))[:-1].decode()
+            return self._take(2 * self.unpack("I")).decode("utf-16-le")
+        return self._take(self.unpack("I"))[:-1].decode()
 
 
 def class_of(type_: Any) -> Any:

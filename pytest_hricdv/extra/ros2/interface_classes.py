@@ -195,7 +195,7 @@ def _check(name: str, kind: FieldType, value: Any) -> None:
         assert len(value) <= kind.most, f"The '{name}' field must be a text of at most {kind.most} characters"
 
 
-def _slot_type(kind: FieldType) -> Any:
+def slot_type(kind: FieldType) -> Any:
     """As `rosidl_parser.definition` has it, as far as `cdr` asks."""
     if kind.is_message:
         *namespaces, name = kind.name.split("/")
@@ -215,7 +215,7 @@ def _message_class(module: str, name: str, part: Part) -> Any:
         "__slots__": tuple(f"_{field.name}" for field in part.fields),
         "__module__": module,
         "_FIELDS": part.fields,
-        "SLOT_TYPES": tuple(_slot_type(field.type) for field in part.fields),
+        "SLOT_TYPES": tuple(slot_type(field.type) for field in part.fields),
         **dict(part.constants),
     }
     for field in part.fields:

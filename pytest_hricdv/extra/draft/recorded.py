@@ -1,0 +1,171 @@
+"""What a recording adds to a draft: values that were observed, and what code and recording do not share."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from pytest_hricdv.extra.draft.drafted import MOST_KINDS
+from pytest_hricdv.extra.draft.findings import Findings, FoundValue, Message, MessageField, Place, Problem, Question
+from pytest_hricdv.extra.draft.ros_interfaces import interface_file
+from pytest_hricdv.extra.recordings.observed import (
+    TRUSTED,
+    Observed,
+    Topic,
+    is_infrastructure,
+    key_of,
+    observe,
+)
+from pytest_hricdv.extra.recordings.recording import Recording, read
+from pytest_hricdv.extra.ros2.packages import SourcePackage
+
+
+def with_recordings(
+    findings: Findings, paths: Sequence[Path], packages: Mapping[str, SourcePackage]
+) -> tuple[Findings, Observed | None]:
+    """Findings with what recordings show; and that, None where nothing could be read.
+
+    Args:
+        findings: of the code.
+        paths: of recordings.
+        packages: of the workspace, by name: their interface files define types.
+    """
+    topics = {key for message in findings.messages for key in _keys(message)}
+    recordings = read(
+        paths, lambda topic: _is_of(key_of(topic), topics), lambda kind: interface_file(kind, packages)
+    )  # fmt: skip
+    said = [text for made in recordings for text in (*made.problems, *made.notes)]
+    problems = [Problem("recording", text, None) for text in _shortened(said)]
+    if not any(made.parts for made in recordings):
+        return replace(findings, problems=(*findings.problems, *problems)), None
+    seen = _of_findings(observe(recordings), findings.messages)
+    messages = tuple(_with_values(message, seen) for message in findings.messages)
+    problems += [Problem("recording", text, place) for text, place in _unshared(messages, seen, recordings)]
+    questions = _settled(findings.questions, seen)
+    return (
+        replace(
+            findings,
+            messages=messages,
+            problems=(*findings.problems, *problems),
+            questions=(*questions, *_questions(messages, seen)),
+        ),
+        seen,
+    )
+
+
+def _shortened(said: Sequence[str], most: int = 10) -> list[str]:
+    """Sentences on recordings; of many files, the first ones, and how many more there are."""
+    unique = list(dict.fromkeys(said))
+    return unique if len(unique) <= most else [*unique[:most], f"and {len(unique) - most} more such sentences"]
+
+
+def _keys(message: Message) -> Iterator[str]:
+    """How a recording may call the topic of a message."""
+    yield key_of(message.topic)
+    if message.channel and message.form not in ("service", "action"):
+        yield key_of(message.channel)
+    yield key_of(message.name)
+
+
+def _is_of(key: str, topics: set[str]) -> bool:
+    return key in topics or any(key.endswith(f"_{topic}") for topic in topics if topic)
+
+
+def _of_findings(seen: Observed, messages: Sequence[Message]) -> Observed:
+    """The same with the topics of messages as these call them: `/robot1/scan` is the only `scan`."""
+    topics = seen.topics
+    renamed: dict[str, str] = {}
+    for message in messages:
+        own = key_of(message.topic)
+        key = next((key for key in _keys(message) if key in topics), None)
+        longer = [key for key in topics if any(key.endswith(f"_{name}") for name in _keys(message) if name)]
+        chosen = key if key is not None else longer[0] if len(longer) == 1 else None
+        if chosen is not None and chosen != own and own not in topics:
+            renamed[chosen] = own
+    return seen.renamed(renamed)
+
+
+def _with_values(message: Message, seen: Observed) -> Message:
+    topic = seen.topics.get(key_of(message.topic))
+    if topic is None:
+        return message
+    return replace(message, fields=tuple(_with_texts(part, topic, seen.source) for part in message.fields))
+
+
+def _with_texts(part: MessageField, topic: Topic, source: str) -> MessageField:
+    """A field of texts with those that were observed, the most frequent first, after those of the code."""
+    texts = topic.texts.get(part.name, Counter())
+    if part.kind != "str" or part.by_type or len(texts) > MOST_KINDS:
+        return part
+    there = {value.text for value in part.values}
+    added = [FoundValue(text, Place(f"observed {count} times in {source}", 0), how="run")
+             for text, count in texts.most_common() if text.strip() and text not in there]  # fmt: skip
+    return replace(part, values=(*part.values, *added))
+
+
+def _unshared(
+    messages: Sequence[Message], seen: Observed, recordings: Sequence[Recording]
+) -> Iterator[tuple[str, Place | None]]:
+    """What only the code has, and what only the recordings have."""
+    for message in messages:
+        topic = seen.topics.get(key_of(message.topic))
+        if topic is None:
+            verb = {"heard": "hears", "said": "says", "both": "says and hears"}[message.direction]
+            yield (
+                f"the code {verb} {message.name}, which {seen.source} does not have: nothing is observed of it",
+                message.place,
+            )
+            continue
+        yield from _unshared_fields(message, topic, seen.source)
+    known = {key_of(message.topic) for message in messages}
+    for key, topic in seen.topics.items():
+        if key not in known and not is_infrastructure(topic.name):
+            count = "1 message" if topic.count == 1 else f"{topic.count} messages"
+            yield f"{seen.source}: has {count} of {topic.name}, which the code neither says nor hears", None
+    for recording in recordings:
+        for name in recording.topics:
+            if key_of(name) not in seen.topics and key_of(name) in known:
+                yield f"{recording.name}: has topic {name}, and no message of it", None
+
+
+def _unshared_fields(message: Message, topic: Topic, source: str) -> Iterator[tuple[str, Place | None]]:
+    if not topic.numbers and not topic.texts:
+        return
+    for part in message.fields:
+        if part.kind and part.name not in topic.numbers and part.name not in topic.texts:
+            yield f"{message.name}.{part.name} is in the code, and in no message of {source}", part.place
+        texts = topic.texts.get(part.name, Counter())
+        lacking = [value.text for value in part.values if value.text not in texts and value.how == "analysis"]
+        if part.kind == "str" and texts and lacking:
+            yield f"{message.name}.{part.name}: never observed in {source}: {', '.join(map(repr, lacking))}", part.place
+        new = [text for text in texts if part.by_type and text not in {value.text for value in part.values}]
+        if part.kind == "str" and new:
+            yield (
+                f"{message.name}.{part.name}: {source} has {', '.join(map(repr, new))}, which its type has not",
+                part.place,
+            )
+
+
+def _settled(questions: Sequence[Question], seen: Observed) -> tuple[Question, ...]:
+    """The questions without those for texts that were observed."""
+    answered = {f"{key}.{path}" for key, topic in seen.topics.items() for path, texts in topic.texts.items()
+                if len(texts) <= MOST_KINDS}  # fmt: skip
+    return tuple(question for question in questions if question.about not in answered)
+
+
+def _questions(messages: Sequence[Message], seen: Observed) -> Iterator[Question]:
+    for message in messages:
+        topic = seen.topics.get(key_of(message.topic))
+        if topic is None or message.direction == "said":
+            continue
+        if topic.count < TRUSTED:
+            count = "one message" if topic.count == 1 else f"{topic.count} messages"
+            text = f"Is that all? {seen.source} has {count} of {topic.name}: too few to trust its ranges"
+            yield Question(text, topic.name, message.place)
+        for part in message.fields:
+            texts = topic.texts.get(part.name, Counter())
+            if part.kind == "str" and len(texts) > MOST_KINDS:
+                text = f"Which texts of `{message.topic}.{part.name}` matter? {seen.source} has {len(texts)} of them"
+                yield Question(text, f"{message.topic}.{part.name}", part.place)

@@ -1,0 +1,165 @@
+"""A recording of the real system gives a draft its ranges, and what the two do not share is said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.__main__ import main
+from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.findings import Findings
+from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.recorded import with_recordings
+from pytest_hricdv.extra.draft.trial import run
+from tests.extra.recordings.bags import Entry, write_mcap
+
+BAR = '''
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Order:
+    drink: str
+    level_ml: float
+    cups: int
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """Nobody wants it any more."""
+
+
+@dataclass(frozen=True)
+class Served:
+    level_ml: float
+
+
+def work(bus, clock):
+    orders, cancels = bus.subscribe(Order), bus.subscribe(Cancel)
+    while True:
+        order = orders.wait(20.0)
+        if order is None:
+            return
+        if cancels.poll() is None and order.drink in ("tea", "coffee"):
+            clock.sleep(order.level_ml / 100)
+            bus.publish(Served(order.level_ml))
+'''
+
+
+def order(number: int, drink: str = "tea") -> dict[str, object]:
+    return {"drink": drink, "level_ml": 150.0 + 10 * number, "cups": 1 + number % 3}
+
+
+def orders(count: int) -> list[Entry]:
+    """Orders, 10 s after each other; a drink 1.5 s after each."""
+    entries: list[Entry] = []
+    for number in range(count):
+        drink = "milk" if number == 3 else "tea"
+        entries += [
+            (10.0 * number, "/order", order(number, drink)),
+            (10.0 * number + 1.5, "/served", {"level_ml": 1.0}),
+        ]
+    return entries
+
+
+def drafted(tmp_path: Path, entries: Sequence[Entry]) -> tuple[Findings, dict[str, str]]:
+    (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
+    recording = write_mcap(tmp_path / "day.mcap", entries)
+    findings, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
+    draft = Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=observed)
+    return findings, dict(files(draft))
+
+
+def test_numbers_and_times_are_those_of_the_recording(tmp_path: Path) -> None:
+    _, texts = drafted(tmp_path, orders(12))
+    lines = texts["conftest.py"]
+    assert (
+        '"level_ml": Range(139.0, 271.0, "ml"),  # observed 150 to 260 ml (5 to 95 %: 160 to 250) in 12 messages of '
+        "day.mcap; margin 10 %\n"
+    ) in lines
+    assert '"cups": Range(1.0, 3.0, ""),  # observed 1 to 3' in lines
+    assert (
+        "# after what was said before: observed 8.5 to 8.5 s (5 to 95 %: 8.5 to 8.5) in 11 waits of day.mcap" in lines
+    )
+    assert '"in_time": {"after_s": Range(8.5, 8.5, "s")},' in lines
+    assert "# Answers to order: observed 1.5 to 1.5 s" in lines
+    assert "**TIMES_OF.get(what, {}).get(how, {})" in lines
+
+
+def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -> None:
+    findings, texts = drafted(tmp_path, orders(12))
+    drink = findings.heard[0].fields[0]
+    assert [str(value.place) for value in drink.values][2:] == ["observed 1 times in day.mcap"]
+    assert '"order.drink": ("tea", "coffee", "milk")' in texts["conftest.py"]
+    assert "Order.drink: never observed in day.mcap: 'coffee'" in said(findings)
+
+
+def test_messages_that_only_one_of_them_has_are_said(tmp_path: Path) -> None:
+    stray: list[Entry] = [(1.0, "/joy", {"x": 1.0}), (2.0, "/joy", {"x": 2.0}), (3.0, "/rosout", {"msg": "hello"})]
+    findings, _ = drafted(tmp_path, [*orders(12), *stray])
+    assert "the code hears Cancel, which day.mcap does not have: nothing is observed of it" in said(findings)
+    assert "day.mcap: has 2 messages of /joy, which the code neither says nor hears" in said(findings)
+    assert "rosout" not in said(findings)
+
+
+def test_few_messages_are_a_question(tmp_path: Path) -> None:
+    findings, texts = drafted(tmp_path, orders(1))
+    assert "# TODO: observed 150 to 150 ml in 1 messages of day.mcap: too few to trust" in texts["conftest.py"]
+    assert "TIMES_OF" not in texts["conftest.py"]
+    questions = [question.text for question in findings.questions]
+    assert "Is that all? day.mcap has one message of /order: too few to trust its ranges" in questions
+
+
+def test_a_recording_of_which_nothing_can_be_read_changes_nothing_else(tmp_path: Path) -> None:
+    _, plain = drafted(tmp_path, orders(12))
+    (tmp_path / "day.mcap").write_bytes(b"")
+    findings, observed = with_recordings(analyse("bar", tmp_path), [tmp_path / "day.mcap"], {})
+    assert observed is None
+    assert "day.mcap: not an MCAP file that can be read" in said(findings)
+    draft = Draft(findings, "bar_tests", "person", tmp_path.resolve())
+    assert '"level_ml": Range(0.0, 1.0, "ml")' in dict(files(draft))["conftest.py"]
+    assert plain.keys() == dict(files(draft)).keys()
+
+
+def test_a_namespace_of_the_recording_is_no_other_topic(tmp_path: Path) -> None:
+    entries = [(time_s, f"/bar1{topic}", content) for time_s, topic, content in orders(12)]
+    _, texts = drafted(tmp_path, entries)
+    assert 'Range(139.0, 271.0, "ml")' in texts["conftest.py"]
+
+
+def said(findings: Findings) -> str:
+    return "\n".join(problem.text for problem in findings.problems)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--from", "bar", "--recording", "gone.mcap"], "--recording=gone.mcap: there is no file or folder"),
+        (["--recording", "day.mcap"], "--recording: expected --from or --ros2, too"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence(
+    arguments: list[str],
+    problem: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    drafted(tmp_path, orders(1))
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "hri", *arguments]) == 2
+    assert problem in capsys.readouterr().err
+    assert not (tmp_path / "hri").exists()
+
+
+@pytest.mark.slow
+def test_the_learned_suite_of_a_draft_of_a_recording_is_green(tmp_path: Path) -> None:
+    (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
+    recording = write_mcap(tmp_path / "day.mcap", orders(12))
+    findings, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
+    trial = run(Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 6)
+    assert not trial.error
+    assert trial.tests == 6
