@@ -45,5 +45,6 @@ class Page(HTMLParser):
 
 def details(page: Page, number: int = 0) -> list[dict[str, Any]]:
     """The details of the tests of a pack that is in the page."""
-    tests: list[dict[str, Any]] = json.loads(zlib.decompress(base64.b64decode(page.scripts[f"pack-{number}"])))
+    lines = zlib.decompress(base64.b64decode(page.scripts[f"pack-{number}"])).splitlines()
+    tests: list[dict[str, Any]] = [json.loads(line) for line in lines]
     return tests

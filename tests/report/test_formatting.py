@@ -16,7 +16,7 @@ from pytest_hricdv.report.formatting import (
     quantity,
     seconds,
 )
-from pytest_hricdv.report.html import thinned
+from pytest_hricdv.report.plot_data import thinned
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,7 @@ def test_a_failed_baseline_is_a_table_of_differences() -> None:
 def test_a_test_has_its_details_in_full() -> None:
     report = sample.data(("by-hand", "rl"), 40)
     page = _page(report)
-    all_details = [*details(page, 0), *details(page, 1)]
+    all_details = [test for number in range(4) for test in details(page, number)]
     assert [test["nodeid"] for test in all_details] == [test["nodeid"] for test in report["tests"]]
     first, shown = report["tests"][0], all_details[0]
     assert f'pytest "{first["nodeid"]}" --hri-suite=by-hand --hri-seed=0' in shown["rerun"]
@@ -257,7 +257,7 @@ def test_150_tests_stay_under_two_megabytes() -> None:
 def test_a_large_campaign_keeps_details_beside_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
     write(sample.report(tests=120), tmp_path)
-    assert sorted(path.name for path in (tmp_path / "details").iterdir()) == ["0000.js", "0001.js", "0002.js"]
+    assert sorted(path.name for path in (tmp_path / "details").iterdir()) == [f"000{number}.js" for number in range(6)]
     assert "pack-0" not in Page((tmp_path / PAGE_NAME).read_text()).scripts
     write(sample.report(tests=60), tmp_path)
     assert sorted(path.name for path in (tmp_path / "details").iterdir()) == ["0000.js", "0001.js"]

@@ -1,14 +1,19 @@
 // Tables that can be sorted; a long one has only the rows in sight in the page, so that it scrolls smoothly.
 
-// Rows that are drawn whatever is in sight, and above and below it. Chosen: fewer would be seen coming when one scrolls
-// fast; more take longer to draw than a frame lasts.
-const WHOLE_ROWS = 150;
+// Rows above and below those in sight that are drawn, too. Chosen: fewer would be seen coming when one scrolls fast; more
+// take longer to draw than a frame lasts.
 const SPARE_ROWS = 24;
+// At first so many are drawn, as the height of a row is not known yet: a screen of them.
+const FIRST_ROWS = 30;
+// A table of at most so many rows is drawn whole, so that the browser's own search finds them all; but the rest of it only
+// when nobody has gone on to something else for a moment. Chosen: more than the tests of a suite, and sooner than one reads.
+const WHOLE_ROWS = 150;
+const REST_AFTER_MS = 400;
 
 /**
  * A table over `rows` of equal height, in a box that scrolls, with its head and first column always in sight. `columns`:
  * {key, title, value(row) to sort by, cell(row), style, heading}; `kept` (row -> bool) and `order` ([key, descending])
- * may be changed before `draw()`; `sorted` is called when a heading was clicked.
+ * may be changed before `draw()`; `sorted` is called when a heading was clicked, and draws.
  */
 class Table {
   constructor(columns, rows, label) {
@@ -18,7 +23,8 @@ class Table {
     this.order = null;
     this.sorted = () => {};
     this.shown = [];
-    this.first = this.last = 0;
+    this.first = this.last = this.wanted = 0;
+    this.waits = null;
     this.head = h("tr");
     this.above = h("tr", { "aria-hidden": "true" }, h("td", { colspan: columns.length }));
     this.below = h("tr", { "aria-hidden": "true" }, h("td", { colspan: columns.length }));
@@ -34,7 +40,6 @@ class Table {
   sortBy(key) {
     this.order = [key, this.order !== null && this.order[0] === key && !this.order[1]];
     this.sorted();
-    this.draw();
   }
 
   draw() {
@@ -45,28 +50,60 @@ class Table {
     this.table.setAttribute("aria-rowcount", this.shown.length + 1);
     this.count.textContent = (this.shown.length < this.rows.length ? this.shown.length + " of " : "") + this.rows.length + (this.rows.length === 1 ? " test" : " tests");
     this.box.scrollTop = 0;
-    this.first = this.last = 0;
+    this.first = this.last = this.wanted = 0;
+    this.above.hidden = this.below.hidden = true;
     this.body.replaceChildren(this.above, this.below);
     this.drawRows();
   }
 
-  /** Which rows have to be drawn: all of a short table. */
-  window() {
-    const count = this.shown.length, height = this.height();
-    if (count <= WHOLE_ROWS || !height) return [0, Math.min(count, WHOLE_ROWS)];
-    const first = Math.floor(this.box.scrollTop / height), seen = Math.ceil(this.box.clientHeight / height);
-    return [Math.max(0, Math.min(first - SPARE_ROWS, count - WHOLE_ROWS)), Math.min(count, first + seen + SPARE_ROWS)];
+  toTop() {
+    this.box.scrollTop = 0;
+    this.drawRows();
   }
 
+  /** Which rows have to be drawn, of a height in pixels. */
+  window(height) {
+    const count = this.shown.length;
+    if (!height) return [0, Math.min(count, FIRST_ROWS)];
+    const first = Math.floor(this.box.scrollTop / height), seen = Math.ceil(this.box.clientHeight / height);
+    const last = Math.min(count, first + seen + SPARE_ROWS);
+    return count <= WHOLE_ROWS ? [0, Math.max(last, this.last, Math.min(count, this.wanted))] : [Math.max(0, first - SPARE_ROWS), last];
+  }
+
+  /** The height of a row in sight; 0 where none is. */
   height() {
     const row = this.above.nextElementSibling;
     return row === null || row === this.below ? 0 : row.getBoundingClientRect().height;
   }
 
-  /** Adds and takes away rows at both ends; those that stay are the same elements, so that the keyboard's place stays. */
+  /** Draws rows until those in sight, and some around them, are there; the rest of a short table a little later. */
   drawRows() {
-    const [first, last] = this.window();
-    if (first === this.first && last === this.last) return;
+    let height = this.height();
+    if (this.last && !height) return; // it is not in sight
+    let [first, last] = this.window(height);
+    while (first !== this.first || last !== this.last) {
+      this.replaceRows(first, last);
+      height ||= this.height();
+      for (const [row, count] of [[this.above, first], [this.below, this.shown.length - last]]) {
+        row.hidden = count === 0;
+        if (count) row.firstChild.style.height = count * height + "px";
+      }
+      if (!height) break;
+      [first, last] = this.window(height);
+    }
+    if (height && this.shown.length <= WHOLE_ROWS && last < this.shown.length) this.drawRestLater();
+  }
+
+  drawRestLater() {
+    clearTimeout(this.waits);
+    this.waits = setTimeout(() => {
+      this.wanted = this.shown.length;
+      this.drawRows();
+    }, REST_AFTER_MS);
+  }
+
+  /** Adds and takes away rows at both ends; those that stay are the same elements, so that the keyboard's place stays. */
+  replaceRows(first, last) {
     const made = (from, to) => this.shown.slice(from, to).map((row, n) => this.row(row, from + n));
     if (first >= this.last || last <= this.first) {
       this.body.replaceChildren(this.above, ...made(first, last), this.below);
@@ -77,12 +114,6 @@ class Table {
       if (last > this.last) this.below.before(...made(this.last, last));
     }
     [this.first, this.last] = [first, last];
-    const height = this.height();
-    this.above.firstChild.style.height = first * height + "px";
-    this.below.firstChild.style.height = (this.shown.length - last) * height + "px";
-    this.above.hidden = first === 0;
-    this.below.hidden = last === this.shown.length;
-    if (this.height() && last < this.window()[1]) this.drawRows();
   }
 
   row(row, place) {

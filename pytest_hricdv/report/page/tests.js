@@ -31,21 +31,6 @@ const FILTERS = {
   }),
 };
 
-/** The verdicts of a test, a mark for each requirement; what each is comes up below the pointer, or at a touch. */
-function verdictStrip(test) {
-  const named = (letters) => DATA.requirements.filter((_, n) => letters.includes(test.verdicts[n]));
-  const failed = named("FK"), label = (failed.length ? "failed " + failed.join(", ") + "; " : "") + named("P").length + " passed, " + named("N").length + " not checked";
-  return h("span", { class: "strip", role: "img", "aria-label": label },
-    [...test.verdicts].map((letter, n) => h("i", { class: "v" + (letter === "-" ? "" : letter), "data-of": n })));
-}
-
-/** What a mark of a strip says: the requirement, its title, and the verdict. */
-function markText(mark) {
-  const n = Number(mark.dataset.of), name = DATA.requirements[n];
-  const letter = "PFKN".split("").find((each) => mark.classList.contains("v" + each));
-  return [h("strong", {}, name), " ", letter ? VERDICTS[letter][1] : "not monitored", DATA.titles[name] && [h("br"), DATA.titles[name]]];
-}
-
 function testColumns() {
   const verdicts = DATA.requirements.map((name, n) => ({
     key: name, title: name, note: DATA.titles[name], value: (test) => "FKPN-".indexOf(test.verdicts[n]),
@@ -54,7 +39,7 @@ function testColumns() {
     { key: "test", title: "Test", value: (test) => test.id, cell: testLink, style: "id" },
     DATA.suites.length > 1 && { key: "suite", title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite] },
     { key: "outcome", title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
-    verdicts.length > 0 && { key: "requirements", title: "Requirements", parts: verdicts, cell: verdictStrip, style: "strips" },
+    verdicts.length > 0 && { key: "requirements", title: "Requirements", parts: verdicts, cell: verdictMarks },
     { key: "ended", title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "some" },
     { key: "statements", title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
     { key: "adds", title: "Adds", note: "Points that it adds to the smallest suite", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n" },
@@ -94,12 +79,19 @@ function testsPage(place) {
     return () => {};
   }
   const columns = testColumns(), table = new Table(columns, TESTS, "Tests");
-  let filter = { kept: () => true }, texts = null;
-  const changed = () => {
-    const order = table.order ? (table.order[1] ? "-" : "") + table.order[0] : "";
-    keepFilters({ q: search.value, outcome: outcome.value, suite: suite.value, cause: cause.value, order });
-    table.draw();
+  let filter = { kept: () => true }, texts = null, linked = "", drawnFor = null;
+  const chosen = () => ({
+    q: search.value, outcome: outcome.value, suite: suite.value, cause: cause.value,
+    order: table.order ? (table.order[1] ? "-" : "") + table.order[0] : "",
+  });
+  // What is drawn already is not drawn again: a click on a heading changes the address, and the address shows the table.
+  const draw = () => {
+    const wanted = JSON.stringify([linked, chosen()]);
+    if (wanted === drawnFor) table.toTop();
+    else table.draw();
+    drawnFor = wanted;
   };
+  const changed = () => { keepFilters(chosen()); draw(); };
   const search = h("input", {
     type: "search", placeholder: "Search ids, actions, beliefs, requirements, causes, " + DATA.outcomeLabel, "aria-label": "Search tests", oninput: () => changed(),
   });
@@ -122,19 +114,19 @@ function testsPage(place) {
       (!cause.value || DATA.failedFor[cause.value - 1].tests.includes(test.number)) && filter.kept(test);
   };
   const bar = h("div", { class: "filter", role: "search" }, search, outcome, suite, cause, h("label", { class: "small soft" }, "Order ", order));
-  const key = h("p", { class: "small soft strip-key" }, DATA.requirements.length > 0 && [["P", "passed"], ["F", "failed"], ["K", "failed, as is known"], ["N", "not checked"]]
-    .map(([letter, text]) => [h("i", { class: "v" + letter }), " " + text + " "]));
+  const key = h("p", { class: "small soft marks-key" }, DATA.requirements.length > 0 && marksKey());
   place.append(bar, notice, table.element, key);
-  tipOver(table.body, "i[data-of]", markText);
+  tipOver(table.body, ".marks", markText, markAt);
   return ([kind, ...numbers], filters) => {
     search.value = filters.get("q") || "";
     for (const [name, choice] of Object.entries({ outcome, suite, cause })) choice.value = filters.get(name) || "";
     const by = filters.get("order") || "";
     table.order = by ? [by.replace(/^-/, ""), by.startsWith("-")] : null;
     order.value = table.order ? table.order[0] : "";
+    linked = [kind, ...numbers].join("/");
     filter = kind in FILTERS ? FILTERS[kind](numbers.map(Number)) : { kept: () => true };
     notice.hidden = !filter.text;
     description.textContent = filter.text ? "Tests " + visible(filter.text) + "." : "";
-    table.draw();
+    draw();
   };
 }

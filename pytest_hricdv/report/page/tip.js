@@ -3,18 +3,18 @@
 const tip = h("div", { class: "tip", role: "status", hidden: true });
 document.body.append(tip);
 
-/** Shows `text(element)` over elements of a place that match a selector. */
-function tipOver(place, selector, text) {
+/** Shows `text(element, event)` over elements of a place that match a selector, beside `placeOf(element, event)`. */
+function tipOver(place, selector, text, placeOf) {
   const show = (event) => {
     const element = event.target.closest(selector);
     tip.hidden = !element;
     if (!element) return;
-    tip.replaceChildren(...[text(element)].flat(Infinity).filter((part) => part !== null && part !== undefined && part !== false));
-    const at = element.getBoundingClientRect();
+    tip.replaceChildren(...[text(element, event)].flat(Infinity).filter((part) => part !== null && part !== undefined && part !== false));
+    const at = placeOf(element, event);
     tip.style.left = Math.max(4, Math.min(at.left, innerWidth - tip.offsetWidth - 8)) + "px";
     tip.style.top = (at.bottom + tip.offsetHeight + 8 > innerHeight ? at.top - tip.offsetHeight - 4 : at.bottom + 4) + "px";
   };
-  place.addEventListener("pointerover", show);
+  place.addEventListener("pointermove", show);
   place.addEventListener("click", show);
   place.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") tip.hidden = true; });
   document.addEventListener("pointerdown", (event) => { if (!event.target.closest(selector)) tip.hidden = true; });

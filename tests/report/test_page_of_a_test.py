@@ -1,0 +1,200 @@
+"""The page in a browser: the page of one test, its lanes, its film."""
+
+from __future__ import annotations
+
+import base64
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.report import sample
+from tests.report.watched import Watched
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_test_has_a_page_of_its_own(
+    watched: Watched, tmp_path: Path, beside: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if beside:
+        monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    report = sample.data(tests=60)
+    page = watched.open(report, tmp_path, "tests")
+    last = report["tests"][-1]
+    page.get_by_role("link", name=last["id"]).click()
+    page.wait_for_selector("#test .timeline svg")
+    words = page.locator("#test").inner_text()
+    for text in (last["nodeid"], *last["beliefs"], *last["abstract"], "--hri-suite=rl --hri-seed=0"):
+        assert text in words
+    lanes = page.locator("#test .timeline svg").first.text_content()
+    for lane in ("state", "request", "reading", "leg_held", "R4"):
+        assert lane in lanes
+    assert "simulated time (s)" in page.get_by_role("slider").text_content()
+    assert "arm_speed (rad/s)" in (page.locator("#test .timeline").text_content() or "")
+    page.get_by_role("link", name="← previous").click()
+    page.wait_for_function(
+        "id => document.querySelector('#test h2').textContent.includes(id)", arg=report["tests"][-2]["id"]
+    )
+    page.go_back()
+    page.wait_for_function("id => document.querySelector('#test h2').textContent.includes(id)", arg=last["id"])
+    assert any("details/0002.js" in url for url in watched.requests) == beside
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=1)
+    report["tests"][0]["acted_s"] = [0.0, 6.25]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
+    assert times[:3] == ["0.00 s", "6.25 s", "not done"]
+    assert "the human" in (page.locator("#test .timeline svg").first.text_content() or "")
+
+
+@pytest.mark.slow
+def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=1)
+    test = report["tests"][0]
+    lines = ["nurse: call", "child: run", "disturb slip", "nurse: go"]
+    test["abstract"], test["concrete"]["actions"] = lines, [{"command": line, "parameters": {}} for line in lines]
+    test["acted_s"], test["acted"], test["seen"] = [0.0, 1.5, 6.25], [2, 1, 3], [[2.5, "dog: bark"]]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    times = page.locator("#test .actions tbody td:nth-child(2)").all_inner_texts()
+    assert times[:4] == ["1.50 s", "0.00 s", "6.25 s", "not done"]
+    drawn = page.locator("#test .timeline svg").first.text_content() or ""
+    assert all(name in drawn for name in ("nurse", "child", "dog", "the test"))
+    assert "the human" not in drawn
+    assert page.get_by_text("What nurse and child do").count() == 1
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_details_beside_the_page_are_scripts_that_its_policy_lets_run(
+    watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    page = watched.open(sample.data(tests=3), tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    watched.assert_quiet()
+    assert any(url.endswith("details/0000.js") for url in watched.requests)
+
+
+@pytest.mark.slow
+def test_details_that_are_not_beside_the_page_are_missed_by_name(
+    watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.report.html.EMBEDDED_BYTES", 1000)
+    report = sample.data(tests=3)
+    page = watched.open(report, tmp_path, "tests")
+    shutil.rmtree(tmp_path / "details")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .notice")
+    assert "details/0000.js is missing beside this page" in page.locator("#test").inner_text()
+    watched.show("test/nosuchtest")
+    assert "There is no such test in this report." in page.locator("#test").inner_text()
+
+
+@pytest.mark.slow
+def test_a_violation_is_marked_where_it_happened(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=60)
+    failed = next(test for test in report["tests"] if test["requirements"]["R3"]["verdict"] == "Failed")
+    page = watched.open(report, tmp_path, "requirement/R3")
+    page.locator("[id='requirement/R3'] table a", has_text=failed["id"]).first.click()
+    page.wait_for_selector("#test .timeline svg")
+    assert "violated at 51.5 s: hand_distance = 0.03" in page.locator("#test").inner_text()
+    marks = page.locator("#test .timeline svg").first.locator("[aria-label=rule][stroke='var(--bad-mark)'] line")
+    assert marks.count() == sum(len(result["violations"]) for result in failed["requirements"].values())
+
+
+@pytest.mark.slow
+def test_a_signal_has_gaps_where_the_world_does_not_measure_it(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=2)
+    for test in report["tests"]:
+        test["timeline"]["signals"] |= {"gap": "0 0.8 7.5 0.2 20 0.3", "leg_held": "0 0 7.5 1 30 0 40 1 45 0"}
+    report["sampled_while"] = {"gap": "leg_held"}
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg[aria-label=gap]")
+    plot = page.locator("#test .timeline svg[aria-label=gap]")
+    lines = [path.get_attribute("d") for path in plot.locator("[aria-label=line] path").all()]
+    assert "".join(lines).count("M") == 2
+    ticks = plot.locator("[aria-label='y-axis tick label'] text").all_text_contents()
+    assert max(map(float, ticks)) < 0.5  # the value before anything was measured does not stretch the axis
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_states_have_names_in_narrow_spans_too(watched: Watched, tmp_path: Path) -> None:
+    report = sample.data(tests=2)
+    for test in report["tests"]:
+        test["timeline"]["texts"] = {"place": [[0, "elsewhere"], [10, "handover_place"], [14, "resupply"], [15, "bin"]]}
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    written = page.locator("#test .timeline svg").first.locator("text").all_text_contents()
+    assert {"elsewhere", "bin"} <= set(written)
+    assert any(text.startswith("han") and text.endswith("…") for text in written)
+    named = page.locator("#test .run .legend", has_text="place:").locator("li").all_text_contents()
+    assert named == ["place:", "elsewhere", "handover_place", "resupply", "bin"]
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("video", "tag"), [("a.mp4", "video"), ("a.gif", "img")])
+def test_a_film_is_shown_with_its_strip(watched: Watched, tmp_path: Path, video: str, tag: str) -> None:
+    report = sample.data(tests=2)
+    report["tests"][0]["film"] = {
+        "video": f"films/{video}",
+        "strip": "films/a.png",
+        "seconds": 2.0,
+        "frames": 24,
+        "note": "the run differs from the recording",
+    }
+    (tmp_path / "films").mkdir()
+    picture = base64.b64decode("R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7")
+    for name in ("a.png", "a.gif", "a.mp4"):
+        (tmp_path / "films" / name).write_bytes(picture)
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    assert page.locator("#test a img").get_attribute("src") == "films/a.png"
+    assert page.locator(f"#test {tag}.film").last.get_attribute("src") == f"films/{video}"
+    assert "the run differs from the recording" in page.locator("#test").inner_text()
+    watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_a_run_with_very_many_events_is_drawn_with_as_many_marks_as_can_be_told_apart(
+    watched: Watched, tmp_path: Path
+) -> None:
+    report = sample.data(tests=1)
+    [test] = report["tests"]
+    times = [round(number * 60 / 30_000, 3) for number in range(30_000)]
+    test["timeline"]["messages"] += [f"{time_s}\tcamera\tpicture\t{{}}" for time_s in times]
+    outcomes = ["!" if number == 12_345 else "" for number in range(30_000)]
+    test["timeline"]["triggers"] = {
+        "R1": " ".join(f"{time_s}-{time_s}{mark}" for time_s, mark in zip(times, outcomes, strict=True))
+    }
+    result = test["requirements"]["R1"]
+    result |= {"verdict": "Failed", "triggers": 30_000, "passes": 20_000, "failures": 10_000, "vacuous": 0}
+    result["violations"] = [
+        {"trigger_s": time_s, "time_s": time_s, "values": {}, "margin": -0.1} for time_s in times[:10_000]
+    ]
+    page = watched.open(report, tmp_path, "tests")
+    page.locator("#tests td a").first.click()
+    page.wait_for_selector("#test .timeline svg")
+    page.get_by_role("button", name="Whole run").click()
+    plot = page.locator("#test .timeline svg").first
+    # Four lanes with many marks, each at most 2,000: messages, triggers as bars and as dots, violations with two each.
+    assert 5_000 < plot.locator("path, rect, line, circle").count() < 5 * 2_000 + 200
+    assert plot.locator("[aria-label=dot] path[fill='var(--bad-mark)']").count() == 1  # the one that failed is kept
+    text = page.locator("#test").text_content() or ""
+    assert "and 9980 more" in text
+    assert text.count("violated at") == 20
+    assert "Of more than 2000 marks of a kind as many are drawn." in text
+    watched.assert_quiet()
