@@ -12,9 +12,9 @@ from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group
 from pytest_hricdv.extra.diagnosis.minimal import Minimal, shrunk
 from pytest_hricdv.extra.diagnosis.neighbour import Showing
-from pytest_hricdv.extra.diagnosis.records import Decision
+from pytest_hricdv.extra.diagnosis.records import Decision, Neighbour
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
-from pytest_hricdv.generate.concrete import Concretization
+from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 
 LEAST_TO_SHRINK = 16
 """With fewer runs for a cause, its shortest test is taken as it is. Chosen: half of them is for shrinking, and a test
@@ -28,7 +28,7 @@ class Decisions:
     Args:
         experiments: that have been made; further runs are counted with theirs.
         spaces: node id -> the ranges of the test's parameters.
-        showing: runs a neighbour that passes once more, to be shown; such a run shows nothing new, and is not counted.
+        showing: runs a neighbour that passes once more, to be shown; this run is counted, too.
     """
 
     experiments: Experiments
@@ -80,13 +80,18 @@ class Decisions:
             if minimal.test != test:
                 self.minimal[nodeid] = minimal
                 test, control, before = minimal.test, minimal.ran, iter(())
-        deciding = Deciding(test, space, control, wanted & set(control.violated), experiments.ran, left)
+        to_show = 1 if left > 1 else 0
+        deciding = Deciding(test, space, control, wanted & set(control.violated), experiments.ran, left - to_show)
         decision = deciding.decision(before)
-        if decision is not None and deciding.neighbour is not None:
-            decision = replace(decision, neighbour=self.showing(deciding.neighbour))
+        if decision is not None and deciding.neighbour is not None and deciding.used < left:
+            decision = replace(decision, neighbour=self._shown(deciding.neighbour))
         if decision is not None:
             for requirement in wanted:
                 self.made[nodeid, requirement] = decision
+
+    def _shown(self, neighbour: ConcreteTest) -> Neighbour | None:
+        self.experiments.used += 1
+        return self.showing(neighbour)
 
     def _shortest(self, group: Group) -> str | None:
         """The test to look at: one that experiments have confirmed, if there is one; the shortest of these."""

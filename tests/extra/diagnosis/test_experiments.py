@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from pytest_hricdv.extra.diagnosis.decisions import Decisions
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.extra.diagnosis.records import Neighbour
 from pytest_hricdv.extra.diagnosis.runs import Ran
 from pytest_hricdv.extra.diagnosis.variations import without
-from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
+from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 
 
 def concrete(name: str, *commands: str) -> ConcreteTest:
@@ -95,3 +97,27 @@ def test_ctrl_c_keeps_what_was_shown() -> None:
 def test_a_disturbance_is_taken_away_wherever_it_comes() -> None:
     test = concrete("c", "disturb shut", "go", "disturb shut", "disturb shutter")
     assert [action.command for action in without(test, "shut").actions] == ["go", "disturb shutter"]
+
+
+@pytest.mark.parametrize("budget", range(3, 20))
+def test_the_run_of_the_neighbour_that_is_shown_is_one_of_those_allowed(budget: int) -> None:
+    made: list[ConcreteTest] = []
+
+    def run(test: ConcreteTest) -> Ran:
+        made.append(test)
+        ran = robot(test)
+        return ran if ran.violated else Ran(violated=(), checked=("R1",))
+
+    def showing(test: ConcreteTest) -> Neighbour | None:
+        made.append(test)
+        return None
+
+    experiments = Experiments(groups_of, TESTS, run, budget)
+    groups = experiments.groups()
+    before = len(made)
+    space = Concretization(commands={"go": {}})
+    decisions = Decisions(experiments, dict.fromkeys(TESTS, space), showing)
+    decisions.decide(groups)
+    assert experiments.used == len(made) <= budget
+    if budget > before:
+        assert [decision.words for decision in decisions.made.values()] == ["without the disturbance noise"]
