@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import InputError, visible
+from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.suggestion import command as suggest
 from pytest_hricdv.skeleton.skeleton import Skeleton, name_like
 
@@ -123,4 +124,5 @@ def _parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
+    work_on_unread()
     sys.exit(main())

@@ -2,7 +2,9 @@
 
 import sys
 
+from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.campaign.__main__ import main
 
 if __name__ == "__main__":
+    work_on_unread()
     sys.exit(main())

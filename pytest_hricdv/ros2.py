@@ -12,6 +12,8 @@ from pytest_hricdv.extra.ros2.kit.navigation import Navigation
 __all__ = ["BagPlayer", "JointTrajectoryFollower", "Laser", "ManagedNode", "Navigation", "PlanarBase", "PlanarPose"]
 
 if __name__ == "__main__":
+    from pytest_hricdv._base.output import work_on_unread
     from pytest_hricdv.extra.ros2.__main__ import main
 
+    work_on_unread()
     sys.exit(main())

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.output import end_with_reader
 from pytest_hricdv.bdi.language.errors import BdiError
 from pytest_hricdv.bdi.run.environment import NoEnvironment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER
@@ -243,4 +244,5 @@ def _percept(text: str) -> tuple[str, str]:
 
 
 if __name__ == "__main__":
+    end_with_reader()
     sys.exit(main())

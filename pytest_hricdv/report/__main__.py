@@ -12,6 +12,7 @@ from pathlib import Path
 from msgspec import structs
 
 from pytest_hricdv._base.message import harmless_line
+from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.generate.suite_files import dump_tests
 from pytest_hricdv.report import EXPORT_FORMATS, terminal
 from pytest_hricdv.report.carrying import Carrying
@@ -248,4 +249,5 @@ def _baseline(report: Report, options: argparse.Namespace) -> Baseline | None:
 
 
 if __name__ == "__main__":
+    work_on_unread()
     sys.exit(main(sys.argv[1:]))

@@ -17,8 +17,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.campaign import audit, commands
-from pytest_hricdv.extra.campaign.commands import OK, USAGE
+from pytest_hricdv.extra.campaign.commands import USAGE
 from pytest_hricdv.extra.campaign.plan import CampaignError
 from pytest_hricdv.extra.cluster.address import Address, ClusterError
 from pytest_hricdv.results.codec import ReportError
@@ -34,9 +35,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CampaignError, ClusterError, ReportError) as error:
         print(visible(f"error: {error}"), file=sys.stderr)
         return USAGE
-    except BrokenPipeError:  # of whoever read the output
-        sys.stderr.close()
-        return OK
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -126,4 +124,5 @@ def _address(text: str) -> Address:
 
 
 if __name__ == "__main__":
+    work_on_unread()
     sys.exit(main())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from pytest_hricdv._base.atomic_file import write_text
@@ -76,11 +77,13 @@ def main() -> None:
     write, arguments = sys.argv[1] == "write", sys.argv[2:]
 
     def say(text: str) -> None:
-        print(visible(text), flush=True)
+        with suppress(BrokenPipeError):  # of whoever read it: the status says the same
+            print(visible(text), flush=True)
 
     def work(context: RunContext) -> None:
         status = compare(context, write=write, say=say)
-        sys.stdout.flush()
+        with suppress(BrokenPipeError):
+            sys.stdout.flush()
         os._exit(status)
 
     sys.exit(in_session((f"--hri-suite={SUITE}", *arguments, *UNWARNED), work) or 2)

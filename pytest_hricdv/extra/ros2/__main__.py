@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.ros2.rclpy_tests import RclpyFileResult, run_apart, run_file, tests_of
 
 
@@ -69,4 +70,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    work_on_unread()
     sys.exit(main())

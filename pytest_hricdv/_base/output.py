@@ -1,0 +1,61 @@
+"""What a command does when who reads its output has gone: `python -m pytest_hricdv init hri --from robot | head -3`."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import sys
+from typing import Any
+
+
+class _Written(io.RawIOBase):
+    """A standard stream of this process; what nobody reads any more goes nowhere, also that of processes it starts."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__()
+        self._descriptor = descriptor
+
+    def writable(self) -> bool:
+        """It is for output."""
+        return True
+
+    def fileno(self) -> int:
+        """The descriptor, which processes inherit."""
+        return self._descriptor
+
+    def isatty(self) -> bool:
+        """Whether a person reads it."""
+        return os.isatty(self._descriptor)
+
+    def write(self, data: Any) -> int:
+        """Write bytes."""
+        try:
+            return os.write(self._descriptor, data)
+        except BrokenPipeError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._descriptor)
+            os.close(nowhere)
+            return len(data)
+
+
+def work_on_unread() -> None:
+    """Let this process go on with its work, and end with its usual status, when nobody reads its output any more.
+
+    For commands that make or judge something: what they make is whole, and a gate that fails still says so.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):  # none where the process was started without it
+            stream.flush()
+            written = io.BufferedWriter(_Written(stream.fileno()))
+            setattr(sys, name, io.TextIOWrapper(written, stream.encoding, stream.errors, None, stream.line_buffering))
+
+
+def end_with_reader() -> None:
+    """Let this process end at once, as programs of Unix do (status 141), when nobody reads its output any more.
+
+    For commands that only print, perhaps without end.
+    """
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)

@@ -1,0 +1,72 @@
+"""Nobody reads the output of a command any more: it goes on with its work, or ends, and says nothing of it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv._base.output import _Written
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no SIGPIPE")
+
+
+def test_what_nobody_reads_goes_nowhere() -> None:
+    reading, writing = os.pipe()
+    stream = _Written(writing)
+    assert stream.write(b"first\n") == 6
+    assert os.read(reading, 6) == b"first\n"
+    os.close(reading)
+    assert stream.write(b"second\n") == 7
+    assert os.write(writing, b"of a process that it starts\n") == 28
+    os.close(writing)
+
+
+def unread(command: list[str], folder: Path, *, errors_too: bool = False) -> tuple[int, str]:
+    """Exit status of a command whose output nobody reads, and what it says on the other stream."""
+    arguments = [sys.executable, "-m", *command]
+    errors = subprocess.STDOUT if errors_too else subprocess.PIPE
+    with subprocess.Popen(arguments, cwd=folder, stdout=subprocess.PIPE, stderr=errors) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        said = b"" if process.stderr is None else process.stderr.read()
+        return process.wait(), said.decode()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("errors_too", [False, True])
+def test_a_project_is_written_though_nobody_reads_its_files(tmp_path: Path, errors_too: bool) -> None:
+    assert unread(["pytest_hricdv", "init", "kitchen"], tmp_path, errors_too=errors_too) == (0, "")
+    assert (tmp_path / "kitchen" / "conftest.py").exists()
+
+
+@pytest.mark.slow
+def test_a_draft_is_written_though_nobody_reads_what_was_found(tmp_path: Path) -> None:
+    (tmp_path / "bar.py").write_text("def work(bus):\n    bus.publish(1)\n", encoding="utf-8")
+    assert unread(["pytest_hricdv", "init", "hri", "--from", "bar", "--no-run"], tmp_path) == (0, "")
+    assert (tmp_path / "hri" / "conftest.py").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "module", ["pytest_hricdv", "pytest_hricdv.report", "pytest_hricdv.campaign", "pytest_hricdv.ros2"]
+)
+def test_help_that_nobody_reads_is_no_error(module: str, tmp_path: Path) -> None:
+    assert unread([module, "--help"], tmp_path) == (0, "")
+
+
+@pytest.mark.slow
+def test_the_status_of_an_error_stays(tmp_path: Path) -> None:
+    assert unread(["pytest_hricdv.report", "gate", "gone"], tmp_path, errors_too=True) == (2, "")
+    assert unread(["pytest_hricdv", "init", "hri", "--from", "gone"], tmp_path, errors_too=True) == (2, "")
+
+
+@pytest.mark.slow
+def test_what_only_prints_ends_with_its_reader(tmp_path: Path) -> None:
+    (tmp_path / "talker.asl").write_text("!talk. +!talk <- .print(again); !talk.\n", encoding="utf-8")
+    (tmp_path / "talk.mas2j").write_text("MAS talk { agents: talker; }\n", encoding="utf-8")
+    assert unread(["pytest_hricdv.bdi", "run", "talk.mas2j"], tmp_path) == (-signal.SIGPIPE, "")
