@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from pytest_hricdv.extra.draft.calls import Called, CallFinder
 from pytest_hricdv.extra.draft.effects import problems
 from pytest_hricdv.extra.draft.entry import EntryFinder
 from pytest_hricdv.extra.draft.findings import (
@@ -22,6 +24,7 @@ from pytest_hricdv.extra.draft.findings import (
 from pytest_hricdv.extra.draft.machines import LibraryMachines
 from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.messages import MessageFinder
+from pytest_hricdv.extra.draft.module_states import module_machines
 from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.plain import PlainFinder
 from pytest_hricdv.extra.draft.ros_findings import Endpoint
@@ -75,7 +78,15 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         *table_machines(sources, flow),
         *written_machines(sources, flow),
     )
-    machines = _told(_unique(machines), messages, flow)
+    called = Called(entry)
+    if not any(message.direction != "said" for message in messages):
+        called = CallFinder(sources, flow, entry).found(machines)
+        entry = called.entry
+        if any(message.direction == "said" and message.form != "failure" for message in called.messages):
+            messages = tuple(message for message in messages if message.channel != "print")
+            plain = plain.without("print")
+        messages += called.messages
+    machines = _told(_unique((*machines, *module_machines(sources, flow))), messages, flow)
     machines, looked_at = _looked_at(machines, entry, flow)
     messages = (*_with_states(messages, machines), *looked_at)
     findings = Findings(
@@ -92,6 +103,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         problems=tuple(p for p in problems(sources, flow) if p.kind != "terminal" or not plain.has("input")),
         ros=ros_nodes(sources, flow),
         channels=plain.channels,
+        calls=called.calls,
     )
     return replace(findings, questions=(*_questions(findings), *plain.questions, *open_topics))
 
@@ -100,17 +112,24 @@ def _looked_at(
     machines: tuple[Machine, ...], entry: Entry | None, flow: ValueFlow
 ) -> tuple[tuple[Machine, ...], tuple[Message, ...]]:
     """Where the code tells no state, the attribute of the robot that holds one: the draft looks at it in runs."""
-    if any(machine.told for machine in machines) or entry is None or not entry.is_made:
+    if any(machine.told for machine in machines):
         return machines, ()
-    machine = next((m for m in machines if m.held.rpartition(":")[2].rpartition(".")[0] == entry.name), None)
-    machine = machine or next(_assigned(entry, flow), None)
+    machine, read = None, ""
+    if entry is not None and entry.is_made:
+        machine = next((m for m in machines if m.held.rpartition(":")[2].rpartition(".")[0] == entry.name), None)
+        machine = machine or next(_assigned(entry, flow), None)
+        read = f"made.{machine.held.rpartition('.')[2]}" if machine is not None else ""
+        read += ".id" if machine is not None and machine.kind == "python-statemachine" else ""
+    if machine is None:
+        machine = next((m for m in machines if m.held.startswith("import_module(")), None)
+        read = machine.held if machine is not None else ""
     if machine is None:
         return machines, ()
-    attribute = machine.held.rpartition(".")[2]
-    name = camel(f"{entry.name}_{attribute.strip('_')}")
+    last = re.split(r"\W+", machine.held.rstrip('"]'))[-1].strip("_")
+    name = camel(f"{entry.name if entry is not None and read.startswith('made.') else 'robot'}_{last}")
     values = tuple(FoundValue(state.name, state.place) for state in machine.states)
     part = MessageField("name", "str", "str", machine.place, values, default='""')
-    message = Message(name, snake(name), "", "said", (part,), machine.place, (machine.place,), "state", attribute)
+    message = Message(name, snake(name), "", "said", (part,), machine.place, (machine.place,), "state", read)
     told = replace(machine, told=f"{message.topic}.name")
     return (told, *(other for other in machines if other is not machine)), (message,)
 
@@ -147,7 +166,12 @@ def _told(machines: Sequence[Machine], messages: Sequence[Message], flow: ValueF
     told: list[Machine] = []
     for machine in machines:
         names = {state.name for state in machine.states}
-        field = next((field for field, values in _text_fields(messages) if _is_of(values, names)), "")
+        fields = (
+            (field, values)
+            for field, values in _text_fields(messages)
+            if names <= values or not field.startswith("print_")
+        )  # what is printed seldom tells all
+        field = next((field for field, values in fields if _is_of(values, names)), "")
         field = field or _field_of(machine, messages, flow)
         told.append(replace(machine, told=field))
     if not any(machine.told for machine in told):

@@ -129,5 +129,9 @@ def _came_of(trials: tuple[Trial, ...], mending: str) -> Iterator[str]:
         if trial.error:
             place = f"{trial.raised_at}: " if trial.raised_at is not None else ""
             yield f"first runs: {place}{' '.join(trial.error.split())}: the draft is not green; {mending}"
+        elif trial.is_ended:
+            yield (
+                f"first runs: they take long, and were ended at {trial.tests} tests: so many has the draft; pytest.ini"
+            )
         else:
             yield f"first runs: {trial.tests} tests, {trial.passed} of them passed before requirements were settled"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -106,6 +107,7 @@ class Draft:
         dropped: subjects of requirements that did not hold in the first runs.
         ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
         observed: what recordings of the real system show; None without them.
+        sizes: suite -> its tests, where a draft's usual number of them takes too long.
     """
 
     findings: Findings
@@ -116,6 +118,7 @@ class Draft:
     dropped: tuple[str, ...] = ()
     ros: RosStart | None = None
     observed: Observed | None = None
+    sizes: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def entry(self) -> Entry | None:
@@ -144,7 +147,7 @@ class Draft:
     @cached_property
     def things(self) -> tuple[Thing, ...]:
         """What a person can say."""
-        return tuple(_thing(message) for message in self.findings.heard if message.form != "call")
+        return tuple(_thing(message) for message in self.findings.heard)
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
@@ -207,6 +210,11 @@ class Draft:
         return LATE_S if self.ros is None else LATE_FOR_NODES_S
 
     @property
+    def is_step(self) -> bool:
+        """Whether something calls the robot again and again."""
+        return self.entry is not None and self.entry.is_step
+
+    @property
     def is_async(self) -> bool:
         """Whether the robot is a coroutine."""
         return self.entry is not None and self.entry.is_async
@@ -220,7 +228,7 @@ class Draft:
     def topics(self) -> tuple[Message, ...]:
         """Those of them whose topic is a text."""
         others = {port.name.strip("_") for port in self.ports} | {channel.name for channel in self.findings.channels}
-        return tuple(m for m in self.plain if m.form != "state" and m.channel not in others)
+        return tuple(m for m in self.plain if m.form not in ("state", "failure", "call") and m.channel not in others)
 
     @property
     def missing(self) -> tuple[str, ...]:

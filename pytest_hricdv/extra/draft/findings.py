@@ -45,6 +45,7 @@ class MessageField:
         unit: by its name (`level_ml`: "ml"); empty where the name has none.
         default: the source text of its default; empty where there is none.
         by_type: whether its type alone says which values it has (Literal, Enum): a testbench need not declare them.
+        compared: numbers that the code compares it with.
     """
 
     name: str
@@ -55,6 +56,7 @@ class MessageField:
     unit: str = ""
     default: str = ""
     by_type: bool = False
+    compared: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -265,6 +267,8 @@ class Entry:
         method_ports: parameters of the method.
         place: of its definition.
         certainty: certain where it was named, or where there is one only.
+        stays: whether a class is made for those who call its methods.
+        is_step: whether the method is called again and again, as it has no loop of its own.
     """
 
     module: str
@@ -275,11 +279,42 @@ class Entry:
     method_ports: tuple[Port, ...]
     place: Place
     certainty: Certainty = "likely"
+    stays: bool = False
+    is_step: bool = False
 
     @property
     def is_made(self) -> bool:
-        """Whether something is made that stays: by its method, or a class that is called back."""
-        return bool(self.method) or (self.name[:1].isupper() and any(port.role == "bus" for port in self.ports))
+        """Whether something is made that stays: by its method, or a class that is called or called back."""
+        return (
+            bool(self.method)
+            or self.stays
+            or (self.name[:1].isupper() and any(port.role == "bus" for port in self.ports))
+        )
+
+
+@dataclass(frozen=True)
+class Calling:
+    """A function of the code that somebody outside calls.
+
+    Args:
+        message: name of the message for which it is called.
+        target: source text of what is called, of `made` or of a module.
+        arguments: source text of each; `message` is the message.
+        said: names of the messages that say what it returns.
+        place: of its definition.
+        is_async: whether it is a coroutine.
+        needs: names in the arguments, as (module, name).
+        request: the module whose `request` (of a web framework) it reads; empty where it reads none.
+    """
+
+    message: str
+    target: str
+    arguments: tuple[str, ...]
+    said: tuple[str, ...]
+    place: Place
+    is_async: bool = False
+    needs: tuple[tuple[str, str], ...] = ()
+    request: str = ""
 
 
 @dataclass(frozen=True)
@@ -322,6 +357,7 @@ class Findings:
         problems: what was in the way.
         ros: nodes of ROS 2, with what they say and hear.
         channels: queues that the code makes itself, and through which messages come and go.
+        calls: functions that somebody outside calls.
     """
 
     package: str
@@ -338,6 +374,7 @@ class Findings:
     problems: tuple[Problem, ...] = ()
     ros: RosNodes = field(default_factory=RosNodes)
     channels: tuple[Channel, ...] = ()
+    calls: tuple[Calling, ...] = ()
 
     @property
     def said(self) -> tuple[Message, ...]:

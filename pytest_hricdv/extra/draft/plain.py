@@ -19,7 +19,8 @@ from pytest_hricdv.extra.draft.findings import (
 )
 from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.naming import camel, snake, unit_of, word
-from pytest_hricdv.extra.draft.plain_values import PlainReader, PlainValue, fields_of
+from pytest_hricdv.extra.draft.plain_value import PlainValue, fields_of
+from pytest_hricdv.extra.draft.plain_values import PlainReader
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, imported_name
 from pytest_hricdv.extra.draft.speech import QUEUES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names

@@ -92,12 +92,16 @@ def _read(text: Any) -> Any:
 '''
 
 
+OWN_CLASSES = ("state", "failure")
+"""Forms of messages whose classes come with what says them."""
+
+
 def plain_classes(draft: Draft) -> str:
     """The classes, and the functions that turn the code's own texts and dicts into them and back."""
     if not draft.plain:
         return ""
     states = "".join(_state(message) for message in draft.plain if message.form == "state")
-    others = "".join(_class(message) for message in draft.plain if message.form != "state")
+    others = "".join(_class(message) for message in draft.plain if message.form not in OWN_CLASSES)
     return states + others + (_CONVERTING if others else "")
 
 
@@ -112,11 +116,11 @@ class {message.name}:
     name: str = ""
 
 
-def look(run: Run, made: Any) -> None:
+def look(run: Run, read: Callable[[], Any]) -> None:
     """Say the state whenever it is another one than at the last look. TODO: shorter ones are not seen."""
     port, last = run.bus.port("robot"), None
     while True:
-        value = getattr(made, "{message.channel}", None)
+        value = read()
         name = text_of(value) if isinstance(value, Enum) else str(value)
         if name != last:
             port.publish({message.name}(name))

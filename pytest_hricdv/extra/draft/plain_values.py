@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.draft.constants import Member
-from pytest_hricdv.extra.draft.findings import Place
 from pytest_hricdv.extra.draft.naming import unit_of
+from pytest_hricdv.extra.draft.plain_value import PlainValue, sentences
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, parameter_names
 
@@ -22,55 +20,6 @@ _NUMBER_CALLS = ("float", "int", "abs", "min", "max", "round", "sleep", "sqrt", 
 
 Use = tuple[ast.AST, Module, Scope | None]
 """An expression that is the value, where it stands."""
-
-
-@dataclass
-class PlainValue:
-    """What is known of a value.
-
-    Args:
-        place: of its first use.
-        texts: that it is compared with, or is, each with its place.
-        keys: of a dict, each with what is known of its content.
-        items: of a tuple, by their numbers, likewise.
-        names: of the items, where the code unpacks them.
-        is_text: whether something is done with it that only texts can do.
-        is_number: likewise of numbers.
-        is_bool: likewise of truth values.
-        is_json: whether a text of JSON holds it.
-        is_object: whether attributes of it are read: then it is of a class.
-    """
-
-    place: Place
-    texts: dict[str, Place] = field(default_factory=dict)
-    keys: dict[str, PlainValue] = field(default_factory=dict)
-    items: dict[int, PlainValue] = field(default_factory=dict)
-    names: dict[int, str] = field(default_factory=dict)
-    is_text: bool = False
-    is_number: bool = False
-    is_bool: bool = False
-    is_json: bool = False
-    is_object: bool = False
-
-    @property
-    def is_known(self) -> bool:
-        """Whether anything says what it is."""
-        return bool(self.texts or self.keys or self.items or self.is_text or self.is_number or self.is_bool)
-
-    @property
-    def kind(self) -> str:
-        """As requirements see it: "str", "bool" or "float"; a text where nothing is known."""
-        if self.texts or self.is_text:
-            return "str"
-        return "float" if self.is_number else "bool" if self.is_bool else "str"
-
-    def key(self, name: str, place: Place) -> PlainValue:
-        """The content of a key, new where there was none."""
-        return self.keys.setdefault(name, PlainValue(place, is_number=bool(unit_of(name))))
-
-    def item(self, number: int, place: Place) -> PlainValue:
-        """The item of a tuple, likewise."""
-        return self.items.setdefault(number, PlainValue(place))
 
 
 class PlainReader:
@@ -160,6 +109,10 @@ class PlainReader:
                 continue
             value.texts |= {text: place for text in texts if text}
             value.texts |= {b.decode(errors="replace"): place for b in constants if isinstance(b, bytes) and b}
+            value.is_bytes |= any(isinstance(content, bytes) for content in constants)
+            value.numbers |= {
+                float(c): place for c in constants if isinstance(c, int | float) and not isinstance(c, bool)
+            }
             value.is_object |= any(isinstance(content, Member) for content in constants)
             value.is_bool |= any(isinstance(content, bool) for content in constants)
             value.is_number |= any(
@@ -226,8 +179,11 @@ class PlainReader:
         place = module.place(parent)
         if not isinstance(call, ast.Call) or call.func is not parent:
             value.is_object = True
+            if isinstance(parent.ctx, ast.Load):
+                self._used(parent, module, scope, value.attribute(parent.attr, place), depth + 1)
         elif parent.attr in _TEXT_METHODS:
             value.is_text = True
+            value.is_bytes |= parent.attr == "decode"
             self._used(call, module, scope, value, depth)
         elif parent.attr in ("startswith", "endswith"):
             value.is_text = True
@@ -238,7 +194,7 @@ class PlainReader:
             value.is_text = True
             words = PlainValue(place)
             self._used(call, module, scope, words, depth + 1)
-            value.texts |= _sentences(words)
+            value.texts |= sentences(words)
         elif parent.attr in ("get", "pop", "setdefault") and call.args:
             for name in self._flow.constants(call.args[0], module, scope):
                 if isinstance(name, str):
@@ -357,24 +313,3 @@ class PlainReader:
         else:
             own = self._sources.class_of(module, node.func)
             value.is_object |= own is not None
-
-
-def _sentences(words: PlainValue) -> dict[str, Place]:
-    """Texts that begin with a word that the code looks for, followed by those that it reads then."""
-    if 0 not in words.items:
-        return {}
-    rest = ["1" if item.is_number else next(iter(item.texts), "word")
-            for number, item in sorted(words.items.items()) if number and item.is_known]  # fmt: skip
-    return {" ".join([text, *rest]): place for text, place in words.items[0].texts.items()}
-
-
-def fields_of(
-    value: PlainValue, path: tuple[str | int, ...] = ()
-) -> Iterator[tuple[tuple[str | int, ...], PlainValue]]:
-    """The plain contents of a value, each with the keys and numbers that lead to it."""
-    parts: list[tuple[str | int, PlainValue]] = [*value.keys.items()] or [*sorted(value.items.items())]
-    if not parts or len(path) > 3:
-        yield path, value
-        return
-    for key, content in parts:
-        yield from fields_of(content, (*path, key))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 
 from pytest_hricdv.extra.draft.bus_templates import ASYNC_BUS, ASYNC_HEARING, CALLBACK_BUS, HEARING, TOPIC_BUS
+from pytest_hricdv.extra.draft.call_text import call_classes
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.naming import camel
-from pytest_hricdv.extra.draft.plain_text import plain_classes
+from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES, plain_classes
 from pytest_hricdv.extra.draft.queue_templates import ASYNC_QUEUES, OUTBOX, READLINE, STREAM, SYNC_QUEUES
 from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.stand_in_templates import ANYTHING, MISSING
@@ -40,15 +41,28 @@ def ports(draft: Draft) -> str:
     """The module of the ports; without what this robot does not need."""
     parts = []
     roles = {port.role for port in draft.ports}
-    if draft.missing or any(_is_unknown(operation) for port in draft.devices for operation in port.operations):
+    arguments = [part for calling in draft.findings.calls for part in calling.arguments]
+    is_unknown = any("Anything()" in part for part in arguments)
+    if (
+        draft.missing
+        or is_unknown
+        or any(_is_unknown(operation) for port in draft.devices for operation in port.operations)
+    ):
         parts.append(ANYTHING)
     if draft.missing:
         parts.append(MISSING)
     how = bus_kind(draft)
-    is_plain = any(message.form != "state" for message in draft.plain)
+    is_plain = any(message.form not in OWN_CLASSES for message in draft.plain)
     parts.append(plain_classes(draft))
     is_stream = bool(roles & {"reader", "writer"}) and is_plain
-    if "queue" in roles or is_stream or how in ("async", "topics") or draft.findings.channels:
+    is_called = bool(draft.findings.calls)
+    if (
+        "queue" in roles
+        or is_stream
+        or how in ("async", "topics")
+        or draft.findings.channels
+        or (is_called and draft.is_async)
+    ):
         taken = "to_plain" if is_plain else "lambda message: message"
         parts.append((ASYNC_QUEUES if draft.is_async else SYNC_QUEUES).replace("{taken}", taken))
     if roles & {"queue", "publish"} or draft.findings.channels:
@@ -59,6 +73,7 @@ def ports(draft: Draft) -> str:
         parts.append(_topic_bus(draft))
     if how in ("async", "callback"):
         parts.append(ASYNC_BUS if how == "async" else CALLBACK_BUS)
+    parts.append(call_classes(draft))
     parts += [_device(draft, port) for port in draft.devices]
     body = "".join(parts)
     return _head(draft, body) + body
@@ -66,7 +81,7 @@ def ports(draft: Draft) -> str:
 
 def _outbox(draft: Draft) -> str:
     """The class of what is said into; of messages without a class where there are some."""
-    is_plain = any(message.form != "state" for message in draft.plain)
+    is_plain = any(message.form not in OWN_CLASSES for message in draft.plain)
     put = "async def put(self, message: Any) -> None:" if draft.is_async else (
         "def put(self, message: Any, *_: Any, **__: Any) -> None:"
     )  # fmt: skip
@@ -127,10 +142,12 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"from dataclasses import {', '.join(made)}"] if made else []
     lines += ["from enum import Enum"] if re.search(r"Enum\)", body) else []
     lines += ["from functools import partial"] if "partial(" in body else []
+    lines += ["from importlib import import_module"] if "import_module(" in body else []
     lines += ["from inspect import signature"] if "signature(" in body else []
     if draft.missing:
-        lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec",
-                  "from types import ModuleType"]  # fmt: skip
+        lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec"]
+    types = [name for name in ("FunctionType", "ModuleType", "SimpleNamespace") if re.search(rf"\b{name}\b", body)]
+    lines += [f"from types import {', '.join(types)}"] if types else []
     typed = [name for name in ("Any", "ClassVar", "Self") if re.search(rf"\b{name}\b", body)]
     lines += [f"from typing import {', '.join(typed)}"] if typed else []
     own = ["from pytest_hricdv.runtime import text_of"] if "text_of(" in body else []
@@ -149,7 +166,7 @@ def _head(draft: Draft, body: str) -> str:
     if "READ_S" in body:
         lines += ["READ_S = 1.0  # so long a line is waited for; TODO"]
     if "STATE_EACH_S" in body:
-        lines += ["", "STATE_EACH_S = 0.05  # how often the state is looked at"]
+        lines += ["", "STATE_EACH_S = 0.1  # how often the state is looked at"]
     if re.search(r"\bSTEP_S", body):
         lines += [
             "",

@@ -57,7 +57,7 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
-    sizes = _SIZES.format(tests=tests, runs=runs)
+    sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
     root = os.path.relpath(draft.findings.root, draft.folder)
     if root != ".":
         yield "mypy.ini", f"[mypy]\nmypy_path = {root}\nignore_missing_imports = true\n"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 
+from pytest_hricdv.extra.draft.call_text import call_lines, call_needs
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
-from pytest_hricdv.extra.draft.findings import Port
+from pytest_hricdv.extra.draft.findings import Message, Port
+from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES
 from pytest_hricdv.extra.draft.ports_text import bus_kind, device_class
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes
 
@@ -14,8 +16,7 @@ def robot_lines(draft: Draft) -> list[str]:
     """The function `robot` of a run."""
     entry = draft.entry
     if entry is None:
-        return ["    def robot() -> None:", "        # TODO: nothing was found to call: call what runs the robot.",
-                *(f"        import {name}  # noqa: F401" for name in draft.findings.code)]  # fmt: skip
+        return _without_entry(draft)
     lines = []
     needs = [(entry.module, entry.name)]
     needs += [("ports", device_class(port)) for port in draft.devices]
@@ -26,29 +27,56 @@ def robot_lines(draft: Draft) -> list[str]:
     needs += [("ports", "Outbox")] if roles & {"publish", "queue"} or is_said else []
     is_heard = any(p.role == "queue" and p.direction != "said" for p in draft.ports)
     needs += [("ports", "Inbox")] if is_heard or any(channel.direction == "heard" for channel in channels) else []
-    needs += message_classes(message for message in draft.plain if message.form != "state")
+    needs += message_classes(message for message in draft.plain if message.form not in OWN_CLASSES)
     needs += [("ports", "look") for message in draft.plain if message.form == "state"]
     needs += [need for port in draft.ports if port.role in ("settings", "parameter") for need in port.needs]
     queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
     needs += message_classes(thing.message for port in queues for thing in _things_of(draft, port))
+    needs += call_needs(draft)
     needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "topics") else []
     imports = [line[4:] for line in import_lines(draft, needs)]
     making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"
     handed = ", ".join(_handed(draft, port) for port in entry.method_ports if _is_handed(port))
     called = f"made.{entry.method}({handed})" if entry.method else making
+    stays = ("asyncio.sleep" if entry.is_async else "run.kernel.sleep") + "(LIMIT_S)"
     if entry.is_made and not entry.method:
         called = ("asyncio.sleep" if entry.is_async else "run.kernel.sleep") + "(LIMIT_S)  # it is called back"
     made = [*_variables(draft), *([f"made = {making}"] if entry.is_made else []), *_attributes(draft)]
     looked_at = [message for message in draft.plain if message.form == "state"]
-    made += [f'run.kernel.spawn("looks at {m.channel}", partial(look, run, made))  # {m.place}' for m in looked_at]
+    made += [_look(m) for m in looked_at]
+    made += call_lines(draft)
     body = [f"        {line}" for line in [*imports, "", f"make: Any = {entry.name}", *made]]
+    last = [f"await {called}" if entry.is_async else called]
+    if entry.is_step:
+        last = ["while True:", f"    {last[0]}  # it has no loop of its own", "    run.kernel.sleep(STEP_S)"]
+        last[2:] = ["    await asyncio.sleep(STEP_S)"] if entry.is_async else last[2:]
+    if draft.findings.calls and not entry.is_step and "LIMIT_S" not in called:
+        last.append(f"{'await ' if entry.is_async else ''}{stays}  # it is called back")
     if entry.is_async:
-        lines = ["    async def program() -> None:", *body, f"        await {called}", ""]
+        lines = ["    async def program() -> None:", *body, *(f"        {line}" for line in last), ""]
         lines += ["    def robot() -> None:", "        asyncio.run(program())"]
     else:
-        lines = ["    def robot() -> None:", *body, f"        {called}"]
+        lines = ["    def robot() -> None:", *body, *(f"        {line}" for line in last)]
     lines += [] if draft.findings.said else ['        world.record("robot_works", False)']
     return [*lines, '        run.kernel.stop("the robot has ended its work")']
+
+
+def _look(message: Message) -> str:
+    return f'run.kernel.spawn("looks at the state", partial(look, run, lambda: {message.channel}))  # {message.place}'
+
+
+def _without_entry(draft: Draft) -> list[str]:
+    """Where nothing is to be called at once: importing the code may be all that it does, or somebody calls it."""
+    looked_at = [message for message in draft.plain if message.form == "state"]
+    needs = [*call_needs(draft), *(("ports", "look") for _ in looked_at)]
+    lines = [line[4:] for line in import_lines(draft, needs)]
+    if not draft.findings.calls:
+        lines.append("# TODO: nothing was found to call: call what runs the robot.")
+    lines += [*([""] if lines else []), *_variables(draft)]
+    lines += [f'import_module("{name}")' for name in draft.findings.code]
+    lines += [*map(_look, looked_at), *call_lines(draft)]
+    lines += ["run.kernel.sleep(LIMIT_S)  # it is called back"] if draft.findings.calls else []
+    return ["    def robot() -> None:", *(f"        {line}".rstrip() for line in lines)]
 
 
 def _variables(draft: Draft) -> list[str]:
@@ -79,7 +107,9 @@ def _end(draft: Draft, name: str, direction: str) -> str:
     if direction == "heard":
         things = [thing.message.name for thing in draft.things if thing.message.channel in ("", name)]
         return f"Inbox({', '.join(['run', *things])})"
-    kinds = [m.name for m in draft.plain if m.channel in ("", name) and m.direction != "heard" and m.form != "state"]
+    kinds = [
+        m.name for m in draft.plain if m.channel in ("", name) and m.direction != "heard" and m.form not in OWN_CLASSES
+    ]
     return f"Outbox({', '.join(['run', *kinds])})"
 
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from pytest_hricdv.extra.draft.findings import Direction, Entry, Message, Place, Question
 from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.plain import Holder, messages_of
-from pytest_hricdv.extra.draft.plain_values import PlainReader, PlainValue
+from pytest_hricdv.extra.draft.plain_value import PlainValue
+from pytest_hricdv.extra.draft.plain_values import PlainReader
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
