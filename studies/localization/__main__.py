@@ -17,7 +17,7 @@ from studies import page, session
 from studies.localization import tables
 from studies.localization.faults import FaultError
 from studies.localization.measuring import Measured, measured
-from studies.localization.projects import PROJECTS
+from studies.localization.projects import HELD_OUT, PROJECTS
 from studies.localization.ranking import FIRST
 
 COMMAND = "python -m studies.localization"
@@ -25,9 +25,10 @@ COMMAND = "python -m studies.localization"
 
 def main() -> None:
     """Try what was not tried; print the figures, and write them if asked to."""
-    names = [project.name for project in PROJECTS]
+    defaults = [project.name for project in PROJECTS]
+    names = [*defaults, *(project.name for project in HELD_OUT)]
     parser = session.arguments(__doc__, "hri-localization")
-    parser.add_argument("--projects", default=",".join(names), metavar="NAME,...", help=f"({','.join(names)})")
+    parser.add_argument("--projects", default=",".join(defaults), metavar="NAME,...", help=f"of {', '.join(names)}")
     parser.add_argument("--mutants", type=int, default=20, metavar="N", help="of each testbench (20)")
     parser.add_argument("--tests", type=int, default=30, metavar="N", help="of each session, at most (30)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="that mutants are drawn with (0)")
@@ -41,7 +42,7 @@ def main() -> None:
     pytest_options += [] if options.diagnose is None else [f"--hri-diagnose={options.diagnose}"]
     done: list[Measured] = []
     try:
-        for project in PROJECTS:
+        for project in (*PROJECTS, *HELD_OUT):
             if project.name in chosen:
                 folder: Path = options.report.resolve()
                 for fault in measured(

@@ -70,6 +70,14 @@ def _table(folder: Path) -> None:
     shutil.copy(SUITE, folder / SUITE.name)
 
 
+_HOME_CARE = "examples/home_care"
+
+
+def _home_care(folder: Path) -> None:
+    ignored = shutil.ignore_patterns("__pycache__", ".*", "hri-report*", "*.png", "studies")
+    shutil.copytree(session.ROOT / _HOME_CARE, folder, ignore=ignored, dirs_exist_ok=True)
+
+
 PROJECTS = (
     Project("coffee", ("barista", "pouring"), ("--hri-suite=rl",), _of_page("tutorial.md")),
     Project("vacuum", ("vacuum",), ("--hri-suite=rl",), _of_page("vacuum.md")),
@@ -77,3 +85,6 @@ PROJECTS = (
     Project("table", ("controller",), (f"--hri-suite={SUITE.name}", "--hri-fidelity=kinematic"), _table),
 )
 """In the order in which they are measured: the cheapest first."""
+
+HELD_OUT = (Project("home_care", ("carebot",), ("--hri-suite=by-hand",), _home_care),)
+"""On which nothing of a diagnosis was chosen; measured where they are named."""

@@ -30,8 +30,16 @@ LEAST = 0.5
 LATER = 0.1
 """The weight of what was executed after the violation only: it has not led to it, if it was traced completely."""
 
-DEFINED = 0.8
-"""A constant is as suspicious as what reads it, but for this: the statement that reads it comes first."""
+DEFINED = 0.9
+"""A constant is as suspicious as what reads it, but for this: the statement that reads it comes first. Chosen over 39
+faults in three testbenches: with 0.8, one of them less is among the first five; with 0.95, as many."""
+
+REPEATED = 0.07
+"""What a run executed n times until it violated has done no harm n - 1 times: its score is divided by n to this power.
+Chosen over the same faults: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
+
+MOST_TIMES = 8
+"""So often at most: a loop that polls runs hundreds of times, and may be wrong each time."""
 
 SPECTRUM = 1.5
 """Scores of coverage are raised to this power before they are weighted: where they differ, they say more than the order
@@ -60,12 +68,17 @@ def weighted(suspects: Sequence[Suspect], traces: Sequence[Trace], files: Sequen
     texts = {file.name: file.text.splitlines() for file in files}
     weights = [_weights(trace, texts) for trace in traces]
     taken = {branch for trace in traces for branch in trace.branches}
+    times: dict[Place, int] = {}
+    for executed in (executed for trace in traces for executed in trace.executed):
+        place = executed.file, executed.line
+        times[place] = max(times.get(place, 1), executed.times)
     places = {(suspect.file, suspect.line) for suspect in suspects}
     readers = dict(_readers(files, places))
     scores = {}
     for suspect in suspects:
         place = suspect.file, suspect.line
         weight = sum(weight.get(place, LATER) for weight in weights) / len(weights)
+        weight /= min(MOST_TIMES, times.get(place, 1)) ** REPEATED
         scores[place] = weight * _until_violation(suspect, taken) ** SPECTRUM
     for place, reading in readers.items():
         read = max((scores[reader] for reader in reading if reader in scores), default=0.0)

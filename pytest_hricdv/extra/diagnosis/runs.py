@@ -187,7 +187,7 @@ def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | No
     names = {requirement.id: _names(requirement) for requirement in formulas(settings.requirements)}
     traces = {name: tracing.until(time_s, names.get(name)) for name, time_s in made.times_s.items()}
     if result.faults:  # what is wrong with the whole run
-        traces[FAULT] = tracing.until(result.sim_s, ())
+        traces[FAULT] = tracing.until(result.sim_s, None, to_end=True)
     return msgspec.structs.replace(made, traces=traces)
 
 

@@ -166,7 +166,7 @@ class Tracing:
             if place != _RETURNED:
                 yield Step(time_s, node, *self._all[place])
 
-    def until(self, time_s: float, names: Collection[str] | None = None) -> Trace:
+    def until(self, time_s: float, names: Collection[str] | None = None, *, to_end: bool = False) -> Trace:
         """What was executed up to a violation.
 
         Virtual time stands still while code runs, so it may go on at the same time after what it did wrong.
@@ -174,8 +174,9 @@ class Tracing:
         Args:
             time_s: when (s of simulated time).
             names: topics and signals of which one violates the requirement; None: any message may.
+            to_end: to the end of the run, whose time may be rounded: what is wrong with all of it.
         """
-        end, is_said = self._end(time_s, names)
+        end, is_said = (len(self._places), False) if to_end else self._end(time_s, names)
         last: dict[int, int] = {}
         times: dict[int, int] = {}
         for step, place in enumerate(self._places[:end]):

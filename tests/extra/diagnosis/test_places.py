@@ -28,10 +28,12 @@ def work(clock):
 FILES = (SourceFile("code.py", Path("code.py"), (1, 2, 5, 6, 9, 10, 11, 12), (), (), CODE),)
 
 
-def trace(*lines: int, stood: tuple[int, ...] = (), node: int = 0) -> Trace:
-    """Of a run that executed these lines, the last first."""
+def trace(*lines: int, stood: tuple[int, ...] = (), node: int = 0, often: dict[int, int] | None = None) -> Trace:
+    """Of a run that executed these lines, the last first; each once, or so often."""
     executed = [
-        Executed(file="code.py", line=line, node=node, step=len(lines) - number, time_s=0.0, times=1)
+        Executed(
+            file="code.py", line=line, node=node, step=len(lines) - number, time_s=0.0, times=(often or {}).get(line, 1)
+        )
         for number, line in enumerate(lines)
     ]
     return Trace(until_s=1.0, executed=tuple(executed), stood=(tuple(("code.py", line) for line in stood),))
@@ -96,3 +98,16 @@ def test_a_message_that_violates_comes_after_what_led_to_it() -> None:
 
 def test_the_spectrum_says_more_than_the_order() -> None:
     assert ranked({10: 1.0, 6: 0.75}, trace(6, 11, 12, 9, 5, 10)) == [10, 6]
+
+
+def test_what_ran_often_before_without_harm_comes_after_what_ran_once() -> None:
+    assert ranked({10: 1.0, 6: 1.0}, trace(6, 10, often={6: 5})) == [10, 6]
+    assert ranked({10: 1.0, 6: 1.0}, trace(6, 10, often={6: 5, 10: 4})) == [6, 10]
+
+
+def test_a_loop_that_polls_is_suspicious_though_it_runs_hundreds_of_times() -> None:
+    assert ranked({10: 0.8, 6: 1.0}, trace(6, 10, often={6: 900})) == [6, 10]
+
+
+def test_a_constant_comes_before_what_only_ran_shortly_before() -> None:
+    assert ranked({1: 0.9, 6: 0.9, 12: 0.9, 10: 0.9}, trace(6, 12, 10)).index(1) == 2
