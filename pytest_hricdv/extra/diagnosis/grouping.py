@@ -3,7 +3,10 @@
 1. Each failure gets a change: of the disturbances before it, the one that goes with failures of its requirement most
    (Ochiai's coefficient); none where such failures come without it, too, and not clearly less often (Fisher's exact
    test).
-2. Failures of one test with the same change are one incident: the later ones follow from the first.
+2. Failures of one test with the same change are one incident: the later ones follow from the first. Failures of several
+   tests with the same change that violate the same requirement have one cause, in whatever state the code was: how far
+   it had come by then depends on the rest of the test. Only where both kinds come in several tests, and others of their
+   statements are suspicious, they are two.
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
    all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
    as probable). Kinds of different tests have one cause if the same statements are the most suspicious.
@@ -40,6 +43,10 @@ SAME_TESTS = 0.8
 
 FIRST = 3
 """So many of the most suspicious statements are compared. Chosen: a fault is seldom more than three statements."""
+
+SEVERAL = 2
+"""In so many tests a kind comes before the statements that only they execute tell it from another one: what a single
+test executes alone is mostly what else it does. Chosen."""
 
 Change = str
 Kind = tuple[Change, str, str, str]
@@ -161,6 +168,7 @@ def grouped(
         kinds.setdefault((changes.of(failure), *failure.kind), []).append(failure)
     sets = _DisjointSets(kinds)
     _unite_incidents(kinds, sets)
+    _unite_states(kinds, sets, spectra)
     _unite_nominal({kind: kinds[kind] for kind in kinds if not kind[0]}, sets, spectra, len(tests))
     _unite_mended(kinds, sets, evidence)
     place = {failure: number for number, failure in enumerate(failures)}
@@ -252,6 +260,24 @@ def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSet
     for kind, members in kinds.items():
         for failure in members if kind[0] else ():
             sets.unite(first.setdefault((failure.nodeid, kind[0]), kind), kind)
+
+
+def _unite_states(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra) -> None:
+    """Of several tests, what goes away with the same disturbance and violates the same, in whatever state."""
+    same: dict[tuple[Change, str, str], list[Kind]] = {}
+    for kind in kinds:
+        if kind[0]:
+            same.setdefault((kind[0], kind[1], kind[3]), []).append(kind)
+    for kind, other in (pair for alike in same.values() for pair in combinations(alike, 2)):
+        one, two = ({failure.nodeid for failure in kinds[which]} for which in (kind, other))
+        if min(len(one), len(two)) < SEVERAL or not _elsewhere(one, two, spectra):
+            sets.unite(kind, other)
+
+
+def _elsewhere(one: Collection[str], two: Collection[str], spectra: Spectra) -> bool:
+    """Whether quite other statements are suspicious of some tests than of others."""
+    places = [spectra.specific(tests, {*one, *two}) for tests in (one, two)]
+    return all(places) and places[0].isdisjoint(places[1])
 
 
 def _unite_mended(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSets, evidence: Evidence) -> None:

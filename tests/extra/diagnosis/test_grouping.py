@@ -177,6 +177,38 @@ def test_without_disturbances_the_same_places_are_one_cause() -> None:
     assert of(tests, [failure("a", "R1"), failure("b", "R2")], spectra) == [("", {"a", "b"}, {"R1", "R2"})]
 
 
+def test_what_goes_away_with_one_disturbance_and_violates_the_same_is_one_cause_in_whatever_state() -> None:
+    """As the decision on a reading that flips: the violation is noticed 10 s later, wherever the robot is by then."""
+    tests = {"a": ("flips",), "b": ("flips",), **passing(8)}
+    failures = [failure("a", "R1", "flips", state="Receive"), failure("b", "R1", "flips", state="Release")]
+    assert of(tests, failures) == [("flips", {"a", "b"}, {"R1"})]
+    parted = Evidence(refuted={("b", "R1"): {"flips"}})
+    assert [nodeids for _, nodeids, _ in of(tests, failures, evidence=parted)] == [{"b"}, {"a"}]
+
+
+def test_other_requirements_or_other_words_are_other_causes_of_a_disturbance() -> None:
+    tests = dict.fromkeys(("a", "b", "c", "d"), ("flips",)) | passing(8)
+    failures = [
+        failure("a", "R1", "flips"),
+        failure("b", "R2", "flips"),
+        failure("c", "fault", "flips", said="no end"),
+        failure("d", "fault", "flips", said="an exception"),
+    ]
+    assert len(of(tests, failures)) == 4
+
+
+def test_in_another_state_and_at_other_places_of_several_tests_it_is_another_cause() -> None:
+    file = SourceFile("robot.py", Path("robot.py"), (1, 2, 3), (), ())
+    bits = {"a": Bits(0b011), "b": Bits(0b101), **{name: Bits(0b001) for name in passing(8)}}
+    tests = {"a": ("flips",), "b": ("flips",), **passing(8)}
+    failures = [failure("a", "R1", "flips", state="Receive"), failure("b", "R1", "flips", state="Release")]
+    spectra = Spectra(CodeMap(("robot",), (file,), ""), bits)
+    assert len(of(tests, failures, spectra)) == 1  # what one test executes alone is mostly what else it does
+    twice = Spectra(spectra.code, bits | {"c": bits["a"], "d": bits["b"]})
+    more = [failure("c", "R1", "flips", state="Receive"), failure("d", "R1", "flips", state="Release")]
+    assert len(of(tests | {"c": ("flips",), "d": ("flips",)}, failures + more, twice)) == 2
+
+
 def test_what_one_repair_mends_has_one_cause() -> None:
     tests = {"a": ("shut",), "b": (), "c": (), **passing(9)}
     failures = [failure("a", "R1", "shut"), failure("b", "R2"), failure("c", "R3")]
