@@ -18,6 +18,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import NoReturn
 
+from pytest_hricdv.runtime.random_numbers import find_names
+
 _HEAD = 8
 """Bytes before a message: its length."""
 
@@ -113,6 +115,7 @@ def fork() -> Fork | InFork:
     for stream in (sys.stdout, sys.stderr):
         with suppress(Exception):  # what waits in them would be written by both
             stream.flush()
+    find_names()
     reading, writing = os.pipe()
     parent = os.getpid()
     with warnings.catch_warnings():

@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.random_numbers import in_runs, seeded_by
+from pytest_hricdv.runtime.random_numbers import find_names, in_runs, seeded_by
 from pytest_hricdv.runtime.virtual import identifiers
 
 ROOT = Path(__file__).parents[2]
@@ -331,3 +331,26 @@ def test_what_only_says_that_it_is_a_module_is_passed_over(monkeypatch: pytest.M
         first = os.urandom(4)
     with seeded_by(1):
         assert os.urandom(4) == first
+
+
+@pytest.mark.parametrize("is_within", [False, True])
+def test_names_that_were_looked_for_before_a_fork_are_replaced_in_each_run(
+    monkeypatch: pytest.MonkeyPatch, is_within: bool
+) -> None:
+    """Whether a process that is forked is in a run by then, or not."""
+    module = ModuleType("draws_from_the_system")
+    vars(module)["draw"] = os.urandom
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    if is_within:
+        with seeded_by(1):
+            vars(module)["late"] = ModuleType("late")
+            monkeypatch.setitem(sys.modules, "late", vars(module)["late"])
+            find_names()
+    else:
+        find_names()
+    drawn = []
+    for _ in range(2):
+        with seeded_by(1):
+            drawn.append((module.draw(4), os.urandom(4)))
+    assert drawn[0] == drawn[1]
+    assert module.draw is os.urandom
