@@ -1,9 +1,8 @@
-"""Gates: coverage, requirements that nobody triggered, allowances that end, the baseline, illegal bins."""
+"""Gates: coverage, requirements that nobody triggered, allowances that end, illegal bins."""
 
 from __future__ import annotations
 
 import datetime
-import json
 import re
 
 import pytest
@@ -193,107 +192,6 @@ def test_a_known_violation_that_is_mended_is_reported(lamps: pytest.Pytester) ->
     result = lamps.runpytest_inprocess(*SUITE)
     assert result.ret == 0
     result.stdout.fnmatch_lines(["R2 is a known violation (the hall has no dimmer), but no test violated it"])
-
-
-BASE = "--hri-baseline=base.json"
-
-
-def keep_baseline(lamps: pytest.Pytester) -> None:
-    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline").ret == 0
-
-
-@pytest.mark.slow
-@plain_and_slowly_in_other_modes
-def test_the_same_run_is_as_good_as_its_baseline(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    keep_baseline(lamps)
-    first = (lamps.path / "base.json").read_bytes()
-    result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
-    assert result.ret == 0
-    assert report(lamps.path)["gates"] == {"failed": [], "improved": []}
-    assert lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", *options).ret == 0
-    assert (lamps.path / "base.json").read_bytes() == first
-
-
-@pytest.mark.slow
-@plain_and_slowly_in_other_modes
-def test_new_failures_and_losses_fail_though_known_ones_do_not(
-    lamps: pytest.Pytester, options: tuple[str, ...]
-) -> None:
-    keep_baseline(lamps)
-    # In the cellar it glares now, too: a violation of a requirement whose violation is known. And nobody is dim.
-    change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
-    change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
-    result = lamps.runpytest_inprocess(*SUITE, BASE, *options)
-    assert result.ret == 1
-    result.assert_outcomes(failed=0, xfailed=2, passed=1)
-    result.stdout.fnmatch_lines(
-        [
-            "FAILED suite by-hand: R2 is newly violated by by-hand-cellar-polite-*: grown from 1 to 2 tests",
-            "FAILED suite by-hand: statements * %; * % in the baseline",
-            "FAILED suite by-hand: lost plans of visitor: v6",
-            "FAILED suite by-hand: lost bins of light: hall x 10",
-        ]
-    )
-
-
-@pytest.mark.slow
-def test_lost_triggers_fail_and_what_is_better_is_reported(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "by_hand.toml", '"curt", "d*"', '"curt", "dark"')
-    keep_baseline(lamps)
-    change(lamps.path, "by_hand.toml", '"polite", "bright"', '"curt", "dim"')
-    result = lamps.runpytest_inprocess(*SUITE, BASE)
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(
-        [
-            "suite by-hand: R2 is no longer violated by by-hand-hall-polite-*",
-            "suite by-hand: gained plans of visitor: v6",
-            "FAILED suite by-hand: R3 is no longer triggered; 2 times in the baseline",
-        ]
-    )
-
-
-@pytest.mark.slow
-def test_a_part_of_the_tests_is_compared_for_failures_only_and_is_no_baseline(lamps: pytest.Pytester) -> None:
-    keep_baseline(lamps)
-    kept = (lamps.path / "base.json").read_bytes()
-    assert lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar").ret == 0
-    result = lamps.runpytest_inprocess(*SUITE, BASE, "--hri-update-baseline", "-k", "cellar")
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED *base.json was not updated: 1 of its tests ran: run the whole suites"])
-    change(lamps.path, "lamps/guide.py", "        return GLARE\n", "        return 100.0\n")
-    result = lamps.runpytest_inprocess(*SUITE, BASE, "-k", "cellar")
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED suite by-hand: R2 is newly violated by by-hand-cellar-polite-*"])
-    assert (lamps.path / "base.json").read_bytes() == kept
-
-
-@pytest.mark.slow
-def test_a_baseline_keeps_the_suites_that_did_not_run(lamps: pytest.Pytester) -> None:
-    keep_baseline(lamps)
-    told = lamps.runpytest_inprocess("--hri-suite=by-hand,rl", BASE)
-    assert told.ret == 0
-    told.stdout.fnmatch_lines(["suite rl is not in the baseline: --hri-update-baseline adds it"])
-    assert lamps.runpytest_inprocess("--hri-suite=rl", BASE, "--hri-update-baseline").ret == 0
-    assert json.loads((lamps.path / "base.json").read_bytes())["suites"].keys() == {"by-hand", "rl"}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("spoil", "told"),
-    [
-        (lambda text: text[:100], "base.json:*: not JSON, perhaps cut off *"),
-        (lambda text: text.replace("baseline/1", "baseline/7"), "base.json: Invalid enum value 'hricdv-baseline/7'*"),
-        (lambda text: text.replace('"lamps"', '"chairs"'), "base.json: of the testbench 'chairs'; expected 'lamps'"),
-        (lambda text: text.replace('"triggers"', '"trigger"'), "base.json: *missing required field `triggers` - at *"),
-    ],
-)
-def test_a_spoilt_baseline_is_refused_before_anything_runs(lamps: pytest.Pytester, spoil: object, told: str) -> None:
-    keep_baseline(lamps)
-    path = lamps.path / "base.json"
-    path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")  # type: ignore[operator]
-    result = lamps.runpytest_inprocess(*SUITE, BASE)
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines([f"ERROR: --hri-baseline: *{told}"])
 
 
 @plain_and_slowly_in_other_modes
