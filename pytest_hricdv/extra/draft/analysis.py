@@ -105,6 +105,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         channels=plain.channels,
         calls=called.calls,
     )
+    open_topics = () if called.calls or plain.channels else open_topics
     return replace(findings, questions=(*_questions(findings), *plain.questions, *open_topics))
 
 

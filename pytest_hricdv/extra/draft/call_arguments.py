@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from pytest_hricdv.extra.draft.connections import RECEIVES, SENDS, sent
 from pytest_hricdv.extra.draft.constants import is_enum, members
 from pytest_hricdv.extra.draft.findings import FoundValue, MessageField
 from pytest_hricdv.extra.draft.naming import unit_of, word
@@ -66,17 +68,46 @@ def _argument(sources: Sources, reader: PlainReader, scope: Scope, function: Fun
         named = MessageField(word(name), "str", "str", place, values, default='""')
         source = f"next(member for member in {own.node.name} if text_of(member) == message.{named.name})"
         return Argument(source, (named,), needs=((own.module.name, own.node.name),))
+    talk = _talk(reader, scope, name)
+    if talk is not None:
+        fields: list[MessageField] = []
+        return Argument(f"TALK({_source(talk, word(name), '', fields)})", tuple(fields))
     value = PlainValue(place)
     reader.read_name(name, scope, value)
     written = _WRITTEN.get(ast.unparse(part.annotation).strip("'\"") if part.annotation is not None else "", "")
+    value.finish()
     if not (value.is_known or value.attributes or written):
         made = neutral(sources, scope.module, part.annotation)
         if made is not None:
             return Argument(made[0], needs=made[1])
         return Argument("Anything()" if value.is_object else _unknown(name))
-    fields: list[MessageField] = []
+    fields = []
     source = _source(value, word(name), written, fields)
     return Argument(source, tuple(fields))
+
+
+def _talk(reader: PlainReader, scope: Scope, name: str) -> PlainValue | None:
+    """What comes by a connection that a function is called with; None where its argument is none."""
+    value, is_read = PlainValue(scope.place), False
+    for node in ast.walk(scope.node):
+        func = node.func if isinstance(node, ast.Call) else None
+        if isinstance(func, ast.Attribute) and dotted_name(func.value) == name and func.attr in RECEIVES:
+            is_read = True
+            reader.read(node, scope.module, scope, value)
+        elif isinstance(node, ast.AsyncFor) and dotted_name(node.iter) == name and isinstance(node.target, ast.Name):
+            is_read = True
+            reader.read_name(node.target.id, scope, value)
+    return value.finish() if is_read else None
+
+
+def sent_by(scope: Scope, name: str) -> Iterator[ast.expr]:
+    """What a function sends by a connection that it is called with."""
+    for node in ast.walk(scope.node):
+        func = node.func if isinstance(node, ast.Call) else None
+        if isinstance(node, ast.Call) and isinstance(func, ast.Attribute) and func.attr in SENDS:
+            content = sent(node, func.attr)
+            if dotted_name(func.value) == name and content is not None:
+                yield content
 
 
 def _unknown(name: str) -> str:

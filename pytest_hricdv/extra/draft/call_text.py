@@ -26,7 +26,7 @@ class Calls:
         self._run, self._said, self._port = run, said, run.bus.port("robot"){more}
 
 {on}
-    def _tell(self, kind: type[Any], value: Any) -> None:
+{talk}    def _tell(self, kind: type[Any], value: Any) -> None:
         """Say what was returned."""
         message = of_plain(value, self._said.get(kind, ()))
         if message is not None:
@@ -37,6 +37,47 @@ class Calls:
         if isinstance(error, BUGS) or type(error).__module__.startswith("pytest_hricdv"):
             raise error
         self._port.publish(CallFailed(kind.__name__, type(error).__name__))
+'''
+
+_TALK = '''    def talk(self, kind: type[Any], content: Any) -> Talk:
+        """A connection by which this comes, once; what is sent is said."""
+        return Talk(content, partial(self._tell, kind))
+
+'''
+
+_TALK_CLASS = '''
+
+class Talk:
+    """A connection that a function of the code is called with."""
+
+    def __init__(self, content: Any, tell: Callable[[Any], None]) -> None:
+        self._next, self._tell = [content], tell
+
+    {async}def recv(self, *_: Any, **__: Any) -> Any:
+        """What comes; empty when it has come."""
+        return self._next.pop() if self._next else b""
+
+    read = readline = recv_json = recv_string = receive = receive_json = receive_text = receive_bytes = recv
+
+    {async}def send(self, data: Any, *_: Any, **__: Any) -> None:
+        """Say it."""
+        self._tell(data.decode(errors="replace").strip() if isinstance(data, bytes) else data)
+
+    sendall = send_json = send_string = send_text = send_bytes = write = send
+
+    def __aiter__(self) -> Talk:
+        return self
+
+    async def __anext__(self) -> Any:
+        if not self._next:
+            raise StopAsyncIteration
+        return self._next.pop()
+
+    def __getattr__(self, name: str) -> Any:
+        """What else it can do, such as `close`, does nothing."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return lambda *_, **__: None
 '''
 
 _SYNC = '''    def on(self, kind: type[Any], call: Callable[[Any], Any]) -> None:
@@ -103,7 +144,9 @@ def call_classes(draft: Draft) -> str:
         on = _SYNC.replace("{turn}", "" if is_threaded else _TURN).replace("{end}", "" if is_threaded else _TURN_END)
         on = on.replace("{how}", "" if is_threaded else ", one after the other")
         more = "" if is_threaded else "\n        self._is_calling = False"
-    text = _CALLS.replace("{more}", more).replace("{on}", on)
+    is_talk = any("calls.talk(" in part for calling in draft.findings.calls for part in calling.arguments)
+    text = _TALK_CLASS.replace("{async}", "async " if draft.is_async else "") if is_talk else ""
+    text += _CALLS.replace("{more}", more).replace("{on}", on).replace("{talk}", _TALK if is_talk else "")
     return text + (_REQUEST if any(calling.request for calling in draft.findings.calls) else "")
 
 

@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pytest_hricdv.extra.draft.call_arguments import Argument, arguments_of
+from pytest_hricdv.extra.draft.call_arguments import Argument, arguments_of, sent_by
 from pytest_hricdv.extra.draft.findings import Calling, Entry, FoundValue, Machine, Message, MessageField, Place
 from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.operations import methods_of
@@ -66,7 +66,7 @@ class CallFinder:
     def found(self, machines: tuple[Machine, ...]) -> Called:
         """The calls; triggers of state machines of a library are methods as well."""
         reader = PlainReader(self.sources, self.flow)
-        entry = self._entry_without_loop()
+        entry = self._entry_within()
         hooks = _HOOKS if any(entry and machine.name == entry.name and machine.kind in LIBRARIES
                               for machine in machines) else ()  # fmt: skip
         for scope, owner in self._called(entry):
@@ -103,6 +103,16 @@ class CallFinder:
             return replace(entry, method="", method_ports=(), stays=True)
         return entry
 
+    def _entry_within(self) -> Entry | None:
+        """The entry; None where it only starts a server of real sockets that calls functions of the code."""
+        entry, scope = self._entry_without_loop(), self._entry_scope()
+        if entry is not None and not entry.method and scope is not None and any(self._registered()):
+            used = {imported_name(scope.module, node.func).partition(".")[0] for node in ast.walk(scope.node)
+                    if isinstance(node, ast.Call)}  # fmt: skip
+            if used & {"socket", "selectors", "http", "socketserver"}:
+                return None
+        return entry
+
     def _entry_scope(self) -> Scope | None:
         entry = self.entry
         if entry is None:
@@ -123,8 +133,9 @@ class CallFinder:
         for name, scope in methods.items():
             function = scope.node
             assert not isinstance(function, ast.ClassDef)
+            is_loop = _loops(function) and id(function) not in registered
             is_public = not name.startswith("_") and not _is_plain_access(function) and not self._is_used(scope)
-            if name not in skipped and (is_public or id(function) in registered) and not _loops(function):
+            if name not in skipped and (is_public or id(function) in registered) and not is_loop:
                 yield scope, True
         is_own = {id(scope.node) for scope in methods.values()}
         has_program = entry is not None or bool(registered)
@@ -192,6 +203,7 @@ class CallFinder:
         said = tuple(self._returned(scope, function, reader))
         self._messages += [message, *said]
         sources = tuple(f"{part.keyword}={part.source}" if part.keyword else part.source for part in arguments)
+        sources = tuple(part.replace("TALK(", f"calls.talk({message.name}, ") for part in sources)
         needs = tuple(need for part in arguments for need in part.needs)
         request = self._request(scope, function)
         self._calls.append(Calling(message.name, target, sources, tuple(m.name for m in said), scope.place,
@@ -216,6 +228,10 @@ class CallFinder:
                     content = content.args[0]
                 reader.write(content, scope.module, scope, value)
                 places.append(scope.module.place(node))
+        for name in parameter_names(function):
+            for content in sent_by(scope, name):
+                reader.write(content, scope.module, scope, value)
+                places.append(scope.module.place(content))
         if places and value.is_known:
             yield from messages_of(Holder("call", "", function.name), "said", value, places)
 

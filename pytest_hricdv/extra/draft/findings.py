@@ -103,6 +103,9 @@ class Channel:
         place: of its first use.
         attribute: the name as it is written, of an attribute of what the entry makes; empty for a variable.
         variables: (module, name) of each variable that is the queue; empty for an attribute.
+        is_connection: whether it is a connection, such as a serial line, and no queue.
+        made: "module:name:attribute" of the call that makes a connection; empty where it does not make it by a class.
+        is_text: whether texts come and go as texts, and not as bytes.
     """
 
     name: str
@@ -110,6 +113,9 @@ class Channel:
     place: Place
     attribute: str = ""
     variables: tuple[tuple[str, str], ...] = ()
+    is_connection: bool = False
+    made: str = ""
+    is_text: bool = False
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
+from pytest_hricdv.extra.draft.connections import LINES, RECEIVES, SENDS, constructor, sent
 from pytest_hricdv.extra.draft.findings import (
     Certainty,
     Channel,
@@ -41,8 +43,8 @@ class Holder:
     """A queue, by what holds it.
 
     `kind` is "port" (a parameter of the entry), "stream" (likewise, of lines), "terminal", "topic", "attribute" (of
-    the entry's class), "variable" (of a module), "local" (of a function) or "other" (an attribute of another class);
-    `owner` is the class or module.
+    the entry's class), "variable" (of a module), "made" (a connection that a call makes), "local" (of a function) or
+    "other" (an attribute of another class); `owner` is the class or module, of a connection "module:name:attribute".
     """
 
     kind: str
@@ -109,14 +111,25 @@ class PlainFinder:
                 continue
             value = self._value(direction, ends)
             if not self._has_class(own, value):
-                messages += messages_of(holder, direction, value, [end.place for end in own])
+                is_line = any(getattr(getattr(end.node, "func", None), "attr", "") in LINES for end in own)
+                names = {message.name for message in messages}
+                made = list(messages_of(holder, direction, value, [end.place for end in own], is_line))
+                messages += [_renamed(message, direction) if message.name in names else message for message in made]
                 if not value.is_known:
                     questions.append(_unknown(holder, direction, own[0].place))
             if holder.kind not in ("port", "stream"):
-                channels.append(_channel(holder, direction, own))
+                channels.append(replace(_channel(holder, direction, own), **self._connection(holder, own, value)))
         plain = Plain(tuple(messages), tuple(channels), tuple(questions))
         is_said = any(message.direction == "said" and message.channel != "print" for message in messages)
         return plain.without("print") if is_said else plain
+
+    def _connection(self, holder: Holder, ends: Sequence[End], value: PlainValue) -> dict[str, Any]:
+        """What is known of a connection: how it is made, and whether texts come and go as texts."""
+        names = {getattr(getattr(end.node, "func", None), "attr", "") for end in ends}
+        if holder.kind != "made" and not names & {*RECEIVES, *SENDS}:
+            return {}
+        made = holder.owner if holder.kind == "made" else ""
+        return {"made": made, "is_connection": True, "is_text": not (value.is_bytes or value.kind == "number")}
 
     # --- ends of queues
 
@@ -124,7 +137,8 @@ class PlainFinder:
         """The ends of each queue; of a stream and a terminal, what is read and what is written apart."""
         by_holder: dict[tuple[Holder, bool], list[End]] = {}
         for end in (*self._ends(), *self._terminal()):
-            is_apart = end.holder.kind in ("stream", "terminal")
+            func = getattr(getattr(end.node, "func", None), "attr", "")
+            is_apart = end.holder.kind in ("stream", "terminal", "made") or func in (*RECEIVES, *SENDS)
             by_holder.setdefault((end.holder, is_apart and end.is_taken), []).append(end)
         for (holder, _), ends in by_holder.items():
             yield holder, ends
@@ -142,10 +156,10 @@ class PlainFinder:
     def _ends(self) -> Iterator[End]:
         for module, scope, node in self._flow.nodes:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in (
-                *TAKES, *PUTS, *READS, *WRITES
+                *TAKES, *PUTS, *READS, *WRITES, *RECEIVES, *SENDS
             ):  # fmt: skip
-                is_taken = node.func.attr in TAKES + READS
-                put = None if is_taken else next(iter(node.args), None)
+                is_taken = node.func.attr in TAKES + READS + RECEIVES
+                put = None if is_taken else sent(node, node.func.attr)
                 if node.func.attr in TAKES and node.args and not isinstance(getattr(node.args[0], "value", None), bool):
                     continue  # `get("key")` of a dict
                 yield from self._end(node.func.value, is_taken, node, put, module, scope)
@@ -158,11 +172,15 @@ class PlainFinder:
     def _end(
         self, queue: ast.expr, is_taken: bool, node: ast.AST, put: ast.expr | None, module: Module, scope: Scope | None
     ) -> Iterator[End]:
-        holder = self._holder(queue, module, scope)
+        called = node.func.attr if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else ""
+        is_connection = called in {*RECEIVES, *SENDS} - {*TAKES, *PUTS, *READS, *WRITES}
+        holder = self._holder(queue, module, scope, is_connection)
         if holder is not None:
             yield End(holder, is_taken, node, put, module, scope, queue.id if isinstance(queue, ast.Name) else "")
 
-    def _holder(self, queue: ast.expr, module: Module, scope: Scope | None) -> Holder | None:
+    def _holder(
+        self, queue: ast.expr, module: Module, scope: Scope | None, is_connection: bool = False
+    ) -> Holder | None:
         """Which queue it is; None where it is none."""
         attribute, local = None, None
         for node, where, at in self._flow.expressions(queue, module, scope):
@@ -177,6 +195,12 @@ class PlainFinder:
             elif isinstance(node, ast.Attribute):
                 owner = self._flow.owner_of(node.value, where, at)
                 attribute = attribute or (owner.name if owner is not None else "", node.attr)
+            elif (made := constructor(node, where)) is not None:
+                named = attribute[1] if attribute is not None else local or "connection"
+                return Holder("made", ":".join((where.name, *made)), named)
+            elif attribute is not None and is_connection and isinstance(node, ast.Call):
+                if self._entry is not None and attribute[0] == self._entry.name:
+                    return Holder("attribute", *attribute)  # made by something else: `context.socket()`
             elif isinstance(node, ast.Call) and imported_name(where, node.func) in QUEUES:
                 if attribute is not None:
                     is_of_entry = self._entry is not None and attribute[0] == self._entry.name
@@ -200,7 +224,8 @@ class PlainFinder:
         if defined is None or not isinstance(defined[1], ast.Assign | ast.AnnAssign):
             return None
         value = defined[1].value
-        if isinstance(value, ast.Call) and imported_name(defined[0], value.func) in QUEUES:
+        is_connection = constructor(value, defined[0]) is not None if value is not None else False
+        if isinstance(value, ast.Call) and (imported_name(defined[0], value.func) in QUEUES or is_connection):
             target = defined[1].targets[0] if isinstance(defined[1], ast.Assign) else defined[1].target
             return Holder("variable", defined[0].name, target.id if isinstance(target, ast.Name) else name)
         return None
@@ -237,9 +262,17 @@ class PlainFinder:
                 self._taken(end, value)
             elif end.put is not None:
                 self._reader.write(end.put, end.module, end.scope, value)
-        return value
+        return value.finish()
 
     def _taken(self, end: End, value: PlainValue) -> None:
+        if isinstance(end.node, ast.Call) and getattr(end.node.func, "attr", "") == "recvfrom":
+            pair = PlainValue(end.place)
+            self._reader.read(end.node, end.module, end.scope, pair)
+            first = pair.items.get(0, value)
+            value.texts |= first.texts
+            value.keys |= first.keys
+            value.is_text, value.is_json, value.is_bytes = first.is_text, first.is_json, first.is_bytes
+            return
         if isinstance(end.node, ast.For | ast.AsyncFor):
             if isinstance(end.node.target, ast.Name) and end.scope is not None:
                 self._reader.read_name(end.node.target.id, end.scope, value)
@@ -254,10 +287,12 @@ class PlainFinder:
         return value.is_object
 
 
-def messages_of(holder: Holder, direction: Direction, value: PlainValue, places: Sequence[Place]) -> Iterator[Message]:
+def messages_of(
+    holder: Holder, direction: Direction, value: PlainValue, places: Sequence[Place], is_line: bool = False
+) -> Iterator[Message]:
     """One for each form that the value has."""
     uses = tuple(dict.fromkeys(places))
-    if holder.kind == "stream":
+    if holder.kind == "stream" or is_line:
         lines = {text.strip(): place for text, place in value.texts.items() if text.strip()}
         yield _message(holder, direction, PlainValue(value.place, lines, is_text=True), uses, "line")
         return
@@ -310,12 +345,20 @@ def _field(name: str, value: PlainValue) -> MessageField:
 
 def _channel(holder: Holder, direction: Direction, ends: Sequence[End]) -> Channel:
     name = holder.name.strip("_")
+    if holder.kind == "made":
+        return Channel(name, direction, ends[0].place)
     if holder.kind == "attribute":
         return Channel(name, direction, ends[0].place, attribute=holder.name)
     variables = {(end.module.name, end.variable) for end in ends if end.variable}
     if holder.owner:
         variables.add((holder.owner, holder.name))
     return Channel(name, direction, ends[0].place, variables=tuple(sorted(variables)))
+
+
+def _renamed(message: Message, direction: Direction) -> Message:
+    """What goes the other way by the same connection has another name."""
+    name = message.name + ("Sent" if direction == "said" else "Received")
+    return replace(message, name=name, topic=snake(name))
 
 
 def _unreachable(holder: Holder, place: Place, direction: Direction) -> Question:

@@ -27,6 +27,8 @@ class PlainValue:
         is_bytes: whether it is a text as bytes.
         attributes: that are read of it, each with what is known of its content.
         numbers: that it is compared with, each with its place.
+        heads: texts that it can begin with, each with its place.
+        rest: the words that are read after them.
     """
 
     place: Place
@@ -42,6 +44,18 @@ class PlainValue:
     is_bytes: bool = False
     attributes: dict[str, PlainValue] = field(default_factory=dict)
     numbers: dict[float, Place] = field(default_factory=dict)
+    heads: dict[str, Place] = field(default_factory=dict)
+    rest: tuple[str, ...] = ()
+
+    def finish(self) -> PlainValue:
+        """The same, with a text for each beginning."""
+        for text, place in self.heads.items():
+            words = self.rest[max(len(text.split()), 1) - 1 :] if not text.endswith((" ", ":", "=")) else self.rest
+            glue = "" if text.endswith((":", "=")) else " "
+            self.texts.setdefault(glue.join([text.rstrip() if glue else text, *words]), place)
+        for part in (*self.keys.values(), *self.items.values(), *self.attributes.values()):
+            part.finish()
+        return self
 
     @property
     def is_known(self) -> bool:
@@ -75,6 +89,12 @@ def sentences(words: PlainValue) -> dict[str, Place]:
     rest = ["1" if item.is_number else next(iter(item.texts), "word")
             for number, item in sorted(words.items.items()) if number and item.is_known]  # fmt: skip
     return {" ".join([text, *rest]): place for text, place in words.items[0].texts.items()}
+
+
+def words_after(words: PlainValue) -> tuple[str, ...]:
+    """Those that are read after the first one."""
+    later = sorted(words.items.items())
+    return tuple("1" if item.is_number else next(iter(item.texts), "word") for number, item in later if number)
 
 
 def fields_of(

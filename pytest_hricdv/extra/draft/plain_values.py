@@ -6,7 +6,7 @@ import ast
 
 from pytest_hricdv.extra.draft.constants import Member
 from pytest_hricdv.extra.draft.naming import unit_of
-from pytest_hricdv.extra.draft.plain_value import PlainValue, sentences
+from pytest_hricdv.extra.draft.plain_value import PlainValue, sentences, words_after
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, parameter_names
 
@@ -189,12 +189,13 @@ class PlainReader:
             value.is_text = True
             for content in self._flow.constants(call.args[0], module, scope) if call.args else ():
                 texts = content if isinstance(content, tuple) else (content,)
-                value.texts |= {text: place for text in texts if isinstance(text, str)}
+                value.heads |= {text: place for text in texts if isinstance(text, str)}
         elif parent.attr in _TEXT_ONLY:
             value.is_text = True
             words = PlainValue(place)
             self._used(call, module, scope, words, depth + 1)
             value.texts |= sentences(words)
+            value.rest = max(value.rest, words_after(words) if parent.attr == "split" else (), key=len)
         elif parent.attr in ("get", "pop", "setdefault") and call.args:
             for name in self._flow.constants(call.args[0], module, scope):
                 if isinstance(name, str):

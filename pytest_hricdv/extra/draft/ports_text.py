@@ -6,6 +6,7 @@ import re
 
 from pytest_hricdv.extra.draft.bus_templates import ASYNC_BUS, ASYNC_HEARING, CALLBACK_BUS, HEARING, TOPIC_BUS
 from pytest_hricdv.extra.draft.call_text import call_classes
+from pytest_hricdv.extra.draft.connection_templates import connection_class
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.naming import camel
@@ -69,6 +70,8 @@ def ports(draft: Draft) -> str:
         parts.append(_outbox(draft))
     if is_stream:
         parts.append(_stream(draft))
+    if any(channel.is_connection for channel in draft.findings.channels):
+        parts.append(connection_class(draft.is_async))
     if how == "topics":
         parts.append(_topic_bus(draft))
     if how in ("async", "callback"):

@@ -6,7 +6,7 @@ import json
 
 from pytest_hricdv.extra.draft.call_text import call_lines, call_needs
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
-from pytest_hricdv.extra.draft.findings import Message, Port
+from pytest_hricdv.extra.draft.findings import Channel, Message, Port
 from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES
 from pytest_hricdv.extra.draft.ports_text import bus_kind, device_class
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes
@@ -33,6 +33,8 @@ def robot_lines(draft: Draft) -> list[str]:
     queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
     needs += message_classes(thing.message for port in queues for thing in _things_of(draft, port))
     needs += call_needs(draft)
+    needs += [("ports", "Connection")] if any(channel.is_connection for channel in channels) else []
+    needs += [("ports", "instead")] if any(channel.made for channel in channels) else []
     needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "topics") else []
     imports = [line[4:] for line in import_lines(draft, needs)]
     making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"
@@ -81,9 +83,9 @@ def _without_entry(draft: Draft) -> list[str]:
 
 def _variables(draft: Draft) -> list[str]:
     """Queues of the code's modules that are those of the test."""
-    lines = []
+    lines = _connections(draft)
     for channel in draft.findings.channels:
-        if channel.variables:
+        if channel.variables and not channel.is_connection:
             lines.append(f"{channel.name}_: Any = {_end(draft, channel.name, channel.direction)}  # {channel.place}")
             end = f"{channel.name}_"
             if channel.name == "print":
@@ -95,11 +97,37 @@ def _variables(draft: Draft) -> list[str]:
 
 def _attributes(draft: Draft) -> list[str]:
     """Queues that the robot makes itself, likewise."""
-    return [
+    ends = {channel.attribute: channel.name for channel in draft.findings.channels if channel.is_connection}
+    lines = [f"made.{attribute} = {name}_" for attribute, name in ends.items() if attribute]
+    return lines + [
         f"made.{channel.attribute} = {_end(draft, channel.name, channel.direction)}  # {channel.place}"
         for channel in draft.findings.channels
-        if channel.attribute
+        if channel.attribute and not channel.is_connection
     ]
+
+
+def _connections(draft: Draft) -> list[str]:
+    """Connections that the code gets from the test: what is received and what is sent by one has one name."""
+    lines: list[str] = []
+    by_name: dict[str, list[Channel]] = {}
+    for channel in draft.findings.channels:
+        if channel.is_connection:
+            by_name.setdefault(channel.name, []).append(channel)
+    for name, ends in by_name.items():
+        sides = ", ".join(_named(draft, name, direction) for direction in ("heard", "said"))
+        heard = [end for end in ends if end.direction == "heard"] or ends
+        lines.append(f"{name}_: Any = Connection(run, {sides}, is_text={heard[0].is_text})  # {ends[0].place}")
+        for module, variable in dict.fromkeys(pair for end in ends for pair in end.variables):
+            lines.append(f"import_module({json.dumps(module)}).__dict__[{json.dumps(variable)}] = {name}_")
+        makers = dict.fromkeys(end.made for end in ends if end.made)
+        lines += [f"instead({', '.join(json.dumps(part) for part in maker.split(':'))}, {name}_)" for maker in makers]
+    return lines
+
+
+def _named(draft: Draft, channel: str, direction: str) -> str:
+    """The messages that come or go by a connection, as a tuple."""
+    names = [m.name for m in draft.plain if m.channel == channel and m.direction == direction]
+    return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
 
 
 def _end(draft: Draft, name: str, direction: str) -> str:

@@ -2,7 +2,16 @@
 
 ANYTHING = '''
 
-class Anything:
+class AnythingsClass(type):
+    """A class that has each attribute as well: `Colour.RED`."""
+
+    def __getattr__(cls, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return Anything()
+
+
+class Anything(metaclass=AnythingsClass):
     """In place of what is not known: it has each attribute, can be called, and says nothing."""
 
     def __getattr__(self, name: str) -> Anything:
@@ -32,6 +41,18 @@ class Anything:
 
     def __exit__(self, *_: object) -> None:
         return None
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        return None
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Any:
+        raise StopAsyncIteration
 
     def __len__(self) -> int:
         return 0

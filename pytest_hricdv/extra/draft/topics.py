@@ -42,7 +42,7 @@ class TopicFinder:
         messages: list[Message] = []
         for (topic, direction), found in self._topics.items():
             if not found.has_class:
-                messages += messages_of(Holder("topic", "", topic), direction, found.value, found.places)
+                messages += messages_of(Holder("topic", "", topic), direction, found.value.finish(), found.places)
         return tuple(messages), tuple(dict.fromkeys(self._questions))
 
     def _called(self, node: ast.Call, func: ast.Attribute, module: Module, scope: Scope | None) -> None:

@@ -1,0 +1,229 @@
+"""Small robots that make a connection themselves, as people write them: source text by name."""
+
+from __future__ import annotations
+
+SERIAL = r"""
+import time
+import serial
+
+PORT = "/dev/ttyUSB0"
+
+
+def main():
+    ser = serial.Serial(PORT, 115200, timeout=0.5)
+    state = "IDLE"
+    last = time.time()
+    while True:
+        line = ser.readline().decode().strip()
+        if line == "START" and state == "IDLE":
+            state = "RUN"
+            ser.write(b"OK RUN\n")
+            last = time.time()
+        elif line == "STOP":
+            state = "IDLE"
+            ser.write(b"OK IDLE\n")
+        elif line.startswith("SPEED"):
+            speed = float(line.split()[1])
+            ser.write(f"SPEED {speed}\n".encode())
+        elif line:
+            ser.write(b"ERR\n")
+        if state == "RUN" and time.time() - last > 10.0:
+            state = "IDLE"
+            ser.write(b"TIMEOUT\n")
+
+
+if __name__ == "__main__":
+    main()
+"""
+
+DATAGRAMS = """
+import socket
+import struct
+import time
+
+
+class Drone:
+    def __init__(self, port=8889):
+        self.sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.sock.bind(("", port))
+        self.sock.settimeout(15.0)
+        self.flying = False
+
+    def run(self):
+        while True:
+            try:
+                data, address = self.sock.recvfrom(1024)
+            except socket.timeout:
+                if self.flying:
+                    self.flying = False
+                continue
+            command = data.decode()
+            if command == "takeoff":
+                time.sleep(3)
+                self.flying = True
+                self.sock.sendto(b"ok", address)
+            elif command == "land":
+                self.flying = False
+                self.sock.sendto(b"ok", address)
+            else:
+                self.sock.sendto(b"error", address)
+"""
+
+REPLIES = """
+import time
+import zmq
+
+
+class Server:
+    def __init__(self):
+        self.context = zmq.Context()
+        self.socket = self.context.socket(zmq.REP)
+        self.socket.bind("tcp://*:5555")
+        self.door = "closed"
+
+    def run(self):
+        while True:
+            message = self.socket.recv_json()
+            if message["op"] == "open" and self.door == "closed":
+                time.sleep(1)
+                self.door = "open"
+                self.socket.send_json({"result": "ok", "door": self.door})
+            elif message["op"] == "close":
+                self.door = "closed"
+                self.socket.send_json({"result": "ok", "door": self.door})
+            else:
+                self.socket.send_json({"result": "refused", "door": self.door})
+"""
+
+SELECTED = """
+import selectors
+import socket
+
+sel = selectors.DefaultSelector()
+state = {"light": "off"}
+
+
+def accept(sock):
+    conn, addr = sock.accept()
+    conn.setblocking(False)
+    sel.register(conn, selectors.EVENT_READ, read)
+
+
+def read(conn):
+    data = conn.recv(1000)
+    if not data:
+        sel.unregister(conn)
+        conn.close()
+        return
+    word = data.decode().strip()
+    if word == "on":
+        state["light"] = "on"
+        conn.send(b"light on")
+    elif word == "off":
+        state["light"] = "off"
+        conn.send(b"light off")
+    else:
+        conn.send(b"what")
+
+
+def main():
+    sock = socket.socket()
+    sock.bind(("localhost", 1234))
+    sock.listen(100)
+    sock.setblocking(False)
+    sel.register(sock, selectors.EVENT_READ, accept)
+    while True:
+        for key, mask in sel.select():
+            key.data(key.fileobj)
+
+
+if __name__ == "__main__":
+    main()
+"""
+
+WEBSOCKET = """
+import asyncio
+import json
+import websockets
+
+state = "idle"
+
+
+async def handler(websocket):
+    global state
+    async for message in websocket:
+        data = json.loads(message)
+        if data["type"] == "start":
+            state = "running"
+            await websocket.send(json.dumps({"state": state}))
+            await asyncio.sleep(2)
+            state = "done"
+            await websocket.send(json.dumps({"state": state}))
+        elif data["type"] == "stop":
+            state = "idle"
+            await websocket.send(json.dumps({"state": state}))
+        else:
+            await websocket.send(json.dumps({"error": "unknown type"}))
+
+
+async def main():
+    async with websockets.serve(handler, "localhost", 8765):
+        await asyncio.Future()
+
+
+if __name__ == "__main__":
+    asyncio.run(main())
+"""
+
+CLIENT_OF_A_CLASS = """
+import json
+import time
+import paho.mqtt.client as mqtt
+
+BROKER = "192.168.1.10"
+
+
+class Mower:
+    def __init__(self):
+        self.client = mqtt.Client(mqtt.CallbackAPIVersion.VERSION2)
+        self.client.on_connect = self.on_connect
+        self.client.on_message = self.on_message
+        self.state = "docked"
+        self.battery = 100.0
+
+    def on_connect(self, client, userdata, flags, reason_code, properties):
+        client.subscribe("mower/cmd")
+        client.subscribe("mower/rain")
+
+    def on_message(self, client, userdata, msg):
+        if msg.topic == "mower/cmd":
+            data = json.loads(msg.payload.decode())
+            if data["action"] == "mow" and self.state == "docked":
+                self.set_state("mowing")
+            elif data["action"] == "dock":
+                self.set_state("returning")
+        elif msg.topic == "mower/rain":
+            if float(msg.payload) > 0.3 and self.state == "mowing":
+                self.set_state("returning")
+
+    def set_state(self, state):
+        self.state = state
+        self.client.publish("mower/state", json.dumps({"state": state, "battery": self.battery}))
+
+    def run(self):
+        self.client.connect(BROKER, 1883)
+        self.client.loop_start()
+        while True:
+            time.sleep(1.0)
+            if self.state == "mowing":
+                self.battery -= 1.0
+                if self.battery < 20.0:
+                    self.set_state("returning")
+            elif self.state == "returning":
+                time.sleep(5.0)
+                self.set_state("docked")
+
+
+if __name__ == "__main__":
+    Mower().run()
+"""
