@@ -1,6 +1,7 @@
 """False alarms: suites at several seeds, of the robot as it is. Nothing may fail but what is declared as known.
 
-    python -m studies.alarms [--seeds N] [--suites NAME,...] [--tests N] [--workers N] [--folder DIR] [--keep DIR]
+    python -m studies.alarms [--seeds N] [--first SEED] [--suites NAME,...] [--tests N]
+                             [--workers N] [--folder DIR] [--keep DIR]
 
 At each seed there is a session of each suite, of so many tests; one process of pytest runs those of a seed. With
 `--keep`, their reports stay there, and sessions that are there already, of the same robot and size, are not run again:
@@ -15,7 +16,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -175,14 +176,14 @@ def _run(seed: int, suites: str, tests: int, workers: int, folder: Path) -> None
         raise AlarmsError(f"{' '.join(command)} ended with {ended.returncode}:\n{ended.stdout}{ended.stderr}")
 
 
-def sessions_of(seeds: int, suites: str, tests: int, workers: int, keep: Path) -> Iterator[Seeded]:
+def sessions_of(seeds: Iterable[int], suites: str, tests: int, workers: int, keep: Path) -> Iterator[Seeded]:
     """The sessions of one seed after the other; those that `keep` has are read.
 
     Raises:
         AlarmsError: a session could not run.
     """
     made_with = json.dumps({"robot": robot_sha256(), "suites": suites, "tests": tests})
-    for seed in range(seeds):
+    for seed in seeds:
         folder = keep / f"seed-{seed}"
         report = _held(folder, made_with)
         if report is None:
@@ -196,7 +197,8 @@ def sessions_of(seeds: int, suites: str, tests: int, workers: int, keep: Path) -
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; 0, 1 where there is an alarm, or 2 where a session cannot run."""
     parser = argparse.ArgumentParser(prog="python -m studies.alarms", description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--seeds", type=int, default=10, help="from 0 (default: 10)")
+    parser.add_argument("--seeds", type=int, default=10, help="so many (default: 10)")
+    parser.add_argument("--first", type=int, default=0, help="the first of them (default: 0)")
     parser.add_argument("--suites", default=SUITES, help=f"comma-separated (default: {SUITES})")
     parser.add_argument("--tests", type=int, default=4, help="of each suite at each seed (default: 4)")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
@@ -207,7 +209,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with tempfile.TemporaryDirectory(prefix="home-care-") as scratch:
             keep = (parsed.keep or Path(scratch)).resolve()
-            for held in sessions_of(parsed.seeds, parsed.suites, parsed.tests, parsed.workers, keep):
+            seeds = range(parsed.first, parsed.first + parsed.seeds)
+            for held in sessions_of(seeds, parsed.suites, parsed.tests, parsed.workers, keep):
                 sessions.append(held)
                 said = f"seed {held.seed}: {sum(held.tests.values())} runs, {len(held.alarms)} alarms"
                 print(said, *(f"  {alarm.test}: {alarm.text}" for alarm in held.alarms), sep="\n", flush=True)
@@ -215,7 +218,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 2
     parsed.folder.mkdir(parents=True, exist_ok=True)
-    asked = f"python -m studies.alarms --seeds {parsed.seeds} --tests {parsed.tests}"
+    first = f" --first {parsed.first}" if parsed.first else ""
+    asked = f"python -m studies.alarms --seeds {parsed.seeds}{first} --tests {parsed.tests}"
     (parsed.folder / "alarms.md").write_text(page(sessions, asked), encoding="utf-8")
     print(parsed.folder / "alarms.md")
     return 1 if any(held.alarms for held in sessions) else 0

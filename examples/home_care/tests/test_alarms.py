@@ -61,7 +61,7 @@ def test_what_is_there_is_not_run_again_unless_it_is_of_something_else(
 
     monkeypatch.setattr(alarms, "_run", run)
     for _ in range(2):
-        assert len(list(alarms.sessions_of(2, "rl", 1, 1, tmp_path))) == 2
-    assert ran == [0, 1]
-    list(alarms.sessions_of(2, "rl", 4, 1, tmp_path))
-    assert ran == [0, 1, 0, 1]
+        assert len(list(alarms.sessions_of((7, 8), "rl", 1, 1, tmp_path))) == 2
+    assert ran == [7, 8]
+    list(alarms.sessions_of((7, 8), "rl", 4, 1, tmp_path))
+    assert ran == [7, 8, 7, 8]
