@@ -16,7 +16,8 @@ class Faults:
     """What the published program did wrong, each to be switched on.
 
     Args:
-        stops_on_either: driving ends as soon as one coordinate is that of the goal, instead of both.
+        stops_on_either: on its ways, which are straight but for the doorway between the rooms, driving to the doorway
+            or to the goal ends as soon as one coordinate is right, instead of both.
         loses_orders: an order that comes while another one is carried out is lost.
         never_idle_first: the robot never becomes idle before its first order.
         waits_for_ever: with somebody near it stays where it is, without limit, and looks for no other way.

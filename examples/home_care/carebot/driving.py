@@ -10,7 +10,7 @@ from carebot.flatmap import HULL_M, FlatMap
 from carebot.messages import Pose, Velocity
 from carebot.ports import Base
 from carebot.watching import Seen, is_in_the_way, unknown
-from carebot.wayfinding import Point, Wayfinder, length_m
+from carebot.wayfinding import Point, Wayfinder, length_m, published_way
 
 STAND = Velocity(0.0, 0.0)
 ARRIVED_M = 0.05
@@ -26,7 +26,7 @@ OFF_COURSE_RAD = 0.5
 """Further off, it stops to turn (chosen)."""
 
 EITHER_X_M, EITHER_Y_M = 0.1, 0.02
-"""The published test for the end of a drive, of which one was enough."""
+"""The published test for the end of a straight piece of a drive, of which one was enough."""
 
 PUSHED_M = 0.15
 """Further away than this from where it was a period before, it did not drive there (chosen: three times its way)."""
@@ -77,7 +77,7 @@ class Driver:
         limit_s = self._limit_s(way)
         ends_s = loop.time() + limit_s
         try:
-            while not self._has_arrived(goal):
+            while not self._has_arrived(goal, way):
                 if not self._config.faults.waits_for_ever and loop.time() > ends_s:
                     raise BlockedError(f"no way within {limit_s:.0f} s")
                 way = await self._step(way) or await self._around(goal, way)
@@ -91,14 +91,21 @@ class Driver:
     def _way(self, goal: Point, others: tuple[Point, ...]) -> list[Point]:
         """The way to the goal; where others leave none, none."""
         pose = self._base.pose()
+        if self._config.faults.stops_on_either and not others:
+            return published_way((pose.x, pose.y), goal)  # unreachable: a published fault, which is off
         return self._wayfinder.way((pose.x, pose.y), goal, others) or []
 
-    def _has_arrived(self, goal: Point) -> bool:
+    def _has_arrived(self, goal: Point, way: list[Point]) -> bool:
+        if self._config.faults.stops_on_either and len(way) != 1:
+            return False  # unreachable: a published fault, which is off
+        return self._is_at(goal, ARRIVED_M)
+
+    def _is_at(self, point: Point, within_m: float) -> bool:
         pose = self._base.pose()
-        dx, dy = abs(goal[0] - pose.x), abs(goal[1] - pose.y)
+        dx, dy = abs(point[0] - pose.x), abs(point[1] - pose.y)
         if self._config.faults.stops_on_either:
             return dx <= EITHER_X_M or dy <= EITHER_Y_M  # unreachable: a published fault, which is off
-        return hypot(dx, dy) <= ARRIVED_M
+        return hypot(dx, dy) <= within_m
 
     async def _step(self, way: list[Point]) -> list[Point]:
         """Drive for one period; what is left of the way then, nothing where somebody is in it."""
@@ -108,7 +115,7 @@ class Driver:
         self._before = pose
         if _distance_m(before, (pose.x, pose.y)) > PUSHED_M:
             return self._way(way[-1], ())
-        if len(way) > 1 and hypot(way[0][0] - pose.x, way[0][1] - pose.y) < CORNER_M:
+        if len(way) > 1 and self._is_at(way[0], CORNER_M):
             way = way[1:]
         seen = self._seen(pose)
         velocity = self._velocity(pose, way[0], seen)

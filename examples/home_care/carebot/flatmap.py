@@ -18,6 +18,12 @@ PLACES = {
 }
 """Where the robot stands for its work (published)."""
 
+DOORWAY = (-0.25, -0.5)
+"""By which the published program drives from room to room."""
+
+WALL_Y_M = -0.9
+"""Above is the kitchen, below is the living room (published)."""
+
 
 @dataclass(frozen=True)
 class Box:

@@ -1,7 +1,8 @@
 """The dog of the published case, as far as its facts are known: it is *set* somewhere else five times a second.
 
-It walks straight for a while, then in another direction, within its area. Where its way would leave this, and come near
-to the robot, it jumps: to wherever that is. What comes of it is shown by a study; else no test has this dog.
+It walks straight for a while, then in another direction, within its area, whoever is in its way: so it may be set into
+the robot. Where its way would leave its area, and come near to the robot, it jumps: to wherever that is. What comes of
+it is shown by a study; else no test has this dog.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ class PublishedDog:
             leaves, near = not DOG_AREA.contains(to), math.dist(to, robot) < NEAR_M
             if leaves and near:
                 return self._draw(JUMP_M)
-            if not leaves and not near:
+            if not leaves:
                 return step
             step = self._draw(STEP_M)
         return 0.0, 0.0

@@ -115,7 +115,7 @@ def _session(suite: Path, report: Path, environment: Mapping[str, str], workers:
 def compare(known: Sequence[PublishedTest], sample: int, copies: int, workers: int, keep: Path) -> Comparison:
     """Run the tests here, as they are and as they were; the sessions are kept in two folders in `keep`."""
     tests = sampled(known, sample)
-    unheard = {method: share for method, (_, _, share) in first_orders(tests).items()}
+    unheard = unheard_shares(tests)
     faults = ",".join(SWITCHES)
     now, then = {FAULTS: "", DOG_VARIABLE: ""}, {FAULTS: faults, DOG_VARIABLE: AS_PUBLISHED}
     runs = {
@@ -123,6 +123,18 @@ def compare(known: Sequence[PublishedTest], sample: int, copies: int, workers: i
         AS_IT_WAS: run_suite(suite_text(tests, copies, unheard), then, workers, keep / "then"),
     }
     return Comparison(tests, known, copies, runs, unheard, faults)
+
+
+def unheard_shares(tests: Sequence[PublishedTest]) -> dict[str, float]:
+    """Method -> share of runs, 0 to 1, in which the robot did not hear the first order.
+
+    Where the tests do not show it, as those without published runs, it is that of the tests that are known.
+    """
+    known = first_orders(read(DATA))
+    return {
+        method: share if runs else known.get(method, (0, 0, 0.0))[2]
+        for method, (runs, _, share) in first_orders(tests).items()
+    }
 
 
 def sampled(tests: Sequence[PublishedTest], count: int) -> list[PublishedTest]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from people.ranges import COMMANDS, PUBLISHED_S, WholeSeconds
-from studies.comparison import sampled, suite_text
+from studies.comparison import sampled, suite_text, unheard_shares
 from studies.published import (
     Counts,
     PublishedError,
@@ -120,6 +120,13 @@ def test_the_first_order_is_unheard_where_nothing_is_carried_out() -> None:
         PublishedTest("pr", 7, ("chase",), runs),
     ]
     assert first_orders(tests) == {"pr": (8, 2, 0.25)}
+
+
+def test_tests_without_published_runs_have_the_unheard_first_orders_of_those_that_are_known() -> None:
+    shares = unheard_shares([PublishedTest("pr", 2, ("clean", "chase")), PublishedTest("other", 2, ("clean",))])
+    assert shares == {"pr": first_orders(read())["pr"][2], "other": 0.0}
+    own = Counts(10, 8, ((0, 0, 8),) * 4, 400, 2)
+    assert unheard_shares([PublishedTest("pr", 2, ("clean", "chase"), own)]) == {"pr": 0.25}
 
 
 def test_as_many_copies_of_a_test_have_an_unheard_order_as_are_to() -> None:

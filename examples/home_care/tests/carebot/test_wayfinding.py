@@ -6,8 +6,8 @@ from itertools import pairwise, permutations
 from math import hypot
 
 import pytest
-from carebot.flatmap import HULL_M, PLACES, FlatMap
-from carebot.wayfinding import AROUND_M, Point, Wayfinder, length_m
+from carebot.flatmap import CHARGER, DOORWAY, FRIDGE, HULL_M, PLACES, SINK, TABLE, FlatMap
+from carebot.wayfinding import AROUND_M, Point, Wayfinder, length_m, published_way
 
 
 def points_on(start: Point, way: list[Point]) -> list[Point]:
@@ -79,3 +79,11 @@ def test_the_first_corner_may_be_farther_than_the_next_cell() -> None:
     way = Wayfinder(FlatMap()).way(start, PLACES["charger"], dog)
     assert way is not None
     assert all(FlatMap().clearance_m(*point) > HULL_M for point in points_on(start, way))
+
+
+def test_the_published_way_is_straight_but_for_the_doorway_between_the_rooms() -> None:
+    for near, far in ((FRIDGE, SINK), (SINK, CHARGER)):
+        assert published_way(PLACES[near], PLACES[far]) == [PLACES[far]]
+    for far in (FRIDGE, SINK, CHARGER):
+        assert published_way(PLACES[TABLE], PLACES[far]) == [DOORWAY, PLACES[far]]
+        assert published_way(PLACES[far], PLACES[TABLE]) == [DOORWAY, PLACES[TABLE]]
