@@ -24,7 +24,7 @@ _SCRIPTS = (
     "marks",
     "tests",
     "requirement",
-    "requirements",
+    "filtered",
     "suites",
     "closure",
     "cross",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.campaign.records import CAMPAIGN, CampaignResult, CampaignTest, FailedShare, LeastMargin
@@ -40,13 +40,17 @@ class CampaignView(View):
         result = CAMPAIGN.of(report)
         if result is None:
             return None
-        names = sorted(result.requirements, key=by_requirement)
+        names = sorted(result.requirements, key=lambda name: (-_failed(result, name), by_requirement(name)))
         values = {
             "result": result,
+            "meaning": meaning(result),
             "headline": headline(result),
             "notes": list(notes(result)),
             "requirements": {name: result.requirements[name] for name in names},
             "share": share_text,
+            "tests": sorted(result.tests, key=lambda test: -failing(test.outcomes)),
+            "failing": failing,
+            "short": short,
             "worst": worst,
             "margins": margins,
             "anchors": {test.id: anchor(test.nodeid) for test in report.tests},
@@ -74,6 +78,33 @@ def headline(result: CampaignResult) -> str:
     tests = f"{plural(len(result.tests), 'abstract test')}, {plural(result.concretizations, 'seed')} of each"
     runs = f"{result.stored:,} of {result.expected:,} runs"
     return f"campaign: {runs}: {tests}, {seconds(result.sim_s)} simulated"
+
+
+def meaning(result: CampaignResult) -> str:
+    """`1 of 6 runs failed; most often R1, in 1 of the 3 runs that checked it.`."""
+    failed, runs = failing(result.outcomes), f"{result.stored:,} {'run' if result.stored == 1 else 'runs'}"
+    text = f"{failed:,} of {runs} failed" if failed else f"None of {runs} failed"
+    name = max(result.requirements, key=lambda name: _failed(result, name), default="")
+    if not name or not _failed(result, name):
+        return f"{text}."
+    share = result.requirements[name].share
+    where = "the one run" if share.checked == 1 else f"{share.failed:,} of the {share.checked:,} runs"
+    return f"{text}; most often {name}, in {where} that checked it."
+
+
+def failing(outcomes: Mapping[str, int]) -> int:
+    """Runs that failed, came to no end, or were lost."""
+    return sum(outcomes.get(outcome, 0) for outcome in ("failed", "error", "lost"))
+
+
+def short(test: CampaignTest, run: str) -> str:
+    """A run of a test by its number: `k2`; `k0` of the first, which has the name of the test."""
+    return run.removeprefix(f"{test.id}-") if run != test.id else "k0"
+
+
+def _failed(result: CampaignResult, name: str) -> float:
+    share = result.requirements[name].share
+    return share.failed / share.checked if share.checked else 0.0
 
 
 def notes(result: CampaignResult) -> Iterator[str]:

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.engines.agreement import Agreement, VerdictAgreement, agreement
 from pytest_hricdv.extra.engines.records import BESIDE
-from pytest_hricdv.report.formatting import Line, natural, percent, plural, share, wrap
+from pytest_hricdv.report.formatting import Line, by_requirement, natural, percent, plural, share, wrap
 from pytest_hricdv.report.margin import margin_text, margin_unit
-from pytest_hricdv.report.view import View
+from pytest_hricdv.report.tests_view import anchor
+from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_TESTS = 8
@@ -38,6 +39,23 @@ class EnginesView(View):
                 yield Line(visible(f"  {name}: {_verdicts(agreed.verdicts[name], margin_unit(report, name))}"), "warn")
         yield from _differing(agreed, columns)
 
+    def section(self, report: Report) -> PageSection | None:
+        """What depends on the engine, and how far each requirement's verdicts agree."""
+        agreed = agreement(report.tests)
+        if agreed is None:
+            return None
+        names = sorted(agreed.verdicts, key=lambda name: (_share(agreed.verdicts[name]), by_requirement(name)))
+        values = {
+            "meaning": meaning(agreed),
+            "agreed": agreed,
+            "differing": {name: agreed.differing[name] for name in sorted(agreed.differing, key=natural)},
+            "verdicts": {name: agreed.verdicts[name] for name in names},
+            "anchors": {test.id: anchor(test.nodeid) for test in report.tests},
+        }
+        return PageSection(
+            "engines", "Engines", "engines/engines.html.jinja", values, headline=meaning(agreed).rstrip(".")
+        )
+
     def facts(self, test: TestResult) -> dict[str, str]:
         """What depends on the engine."""
         beside = BESIDE.of(test)
@@ -46,6 +64,20 @@ class EnginesView(View):
 
 
 VIEW = EnginesView()
+
+
+def meaning(agreed: Agreement) -> str:
+    """`1 of 8 tests depends on the engine: pybullet and mujoco agree in 118 of 120 verdicts.`."""
+    differing, engines = len(agreed.differing), " and ".join(agreed.engines)
+    same = sum(verdicts.same for verdicts in agreed.verdicts.values())
+    pairs = sum(verdicts.tests for verdicts in agreed.verdicts.values())
+    who = f"{differing} of {plural(agreed.tests, 'test')} {'depends' if differing == 1 else 'depend'}"
+    who = who if differing else f"None of {plural(agreed.tests, 'test')} depends"
+    return f"{who} on the engine: {engines} agree in {same} of {plural(pairs, 'verdict')}."
+
+
+def _share(verdicts: VerdictAgreement) -> float:
+    return verdicts.same / verdicts.tests if verdicts.tests else 1.0
 
 
 def _verdicts(verdicts: VerdictAgreement, unit: str) -> str:

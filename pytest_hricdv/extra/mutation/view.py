@@ -1,5 +1,6 @@
 """What a report says of mutants: lines for the terminal, a sentence, and a section of its page."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
@@ -16,6 +17,9 @@ from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report
 
 _MAX_EXAMPLES = 5
+_TOKEN = re.compile(r"\w+|\W")
+_AROUND = 3
+"""Words and signs that are shown of what a fault has left on each side. Chosen: a name and a bracket."""
 
 WHY: Mapping[MutantStatus, str] = {
     "survived": "a record changed, and nothing failed: an oracle is missing",
@@ -57,11 +61,13 @@ class MutationView(View):
         }
         values = {
             "result": result,
+            "meaning": meaning(result),
             "headline": headline(result),
             "notes": [*notes(result)],
             "oracles": _in_order(report, result.oracles),
             "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
             "killed": by_status["killed"],
+            "change": change,
             "tests": {test.id: test for test in report.tests},
         }
         return PageSection("mutants", "Mutants", "mutation/mutants.html.jinja", values)
@@ -86,6 +92,15 @@ def headline(result: MutationResult) -> str:
     """`mutants: 81.2 % killed (302 of 372), 1210 runs in 9 min 12 s`."""
     runs = sum(len(mutant.runs) for mutant in result.mutants)
     return f"mutants: {score_text(result.total)}, {plural(runs, 'run')} in {seconds(result.wall_s)}"
+
+
+def meaning(result: MutationResult) -> str:
+    """`The tests noticed 302 of 372 faults (81.2 %).`."""
+    score = result.total
+    if score.percent is None:
+        return "No fault was tried."
+    tried = plural(score.mutants - score.not_tried, "fault")
+    return f"The tests noticed {score.killed} of {tried} ({percent(score.percent)})."
 
 
 def score_text(score: MutationScore) -> str:
@@ -148,6 +163,29 @@ def _change(mutant: MutantResult) -> str:
     """The first line that differs, before and after."""
     before, after = (text.partition("\n")[0] for text in (mutant.before, mutant.after))
     return before if after in ("", "pass") else f"{before} -> {after}"
+
+
+def change(mutant: MutantResult) -> tuple[str, str]:
+    """The texts before and after on one line each, without most of what they share: `…(wait_s)…`, `…(wait_s * 2)…`."""
+    before, after = (
+        _TOKEN.findall(" / ".join(map(str.strip, text.split("\n")))) for text in (mutant.before, mutant.after)
+    )
+    first = _shared(before, after)
+    last = _shared(before[first:][::-1], after[first:][::-1])
+    begin, end = max(0, first - _AROUND), max(0, last - _AROUND)
+
+    def part(tokens: list[str]) -> str:
+        shown = "".join(tokens[begin : len(tokens) - end])
+        return f"{'…' if begin else ''}{shown}{'…' if end else ''}"
+
+    return (part(before), part(after)) if mutant.after else ("".join(before), "")
+
+
+def _shared(first: Sequence[str], second: Sequence[str]) -> int:
+    """How many tokens two texts have in common before they part."""
+    return next(
+        (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
+    )
 
 
 def _listed(names: Sequence[str], most: int = 3) -> str:

@@ -2,8 +2,8 @@
 
 const views = [...document.querySelectorAll(".view")];
 const opened = new Set();
+const showRows = new Map(views.filter((view) => view.querySelector(".filter")).map((view) => [view, filteredRows(view)]));
 const showTests = testsPage(document.getElementById("test-table"));
-const showRequirements = requirementsPage(document.getElementById("requirements"));
 const showSources = { code: sourcesPage(document.getElementById("code")), plans: sourcesPage(document.getElementById("plans")) };
 const TITLE = document.title;
 
@@ -53,7 +53,7 @@ function fill(view, { parts, filters }) {
   const rest = parts.slice(1);
   if (view.id === "tests") return showTests(rest, filters);
   if (view.id === "test") return testPage(view, rest[0]);
-  if (view.id === "requirements") showRequirements(filters);
+  if (showRows.has(view)) showRows.get(view)(filters);
   if (!opened.has(view)) {
     opened.add(view);
     const open = view.classList.contains("requirement") ? requirementPage : PAGES[view.id];
@@ -121,12 +121,20 @@ function startSkipping() {
   });
 }
 
+/** What a cell of one line has no room for comes up below the pointer: all of it, or the longer text that it names. */
+function startTips() {
+  const isCut = (cell) => cell.scrollWidth > cell.clientWidth || cell.scrollHeight > cell.clientHeight + 1;
+  const text = (cell) => cell.dataset.full || [...cell.cloneNode(true).childNodes];
+  tipOver(document.getElementById("main"), ".cut", text, (cell) => cell.getBoundingClientRect(), (cell) => "full" in cell.dataset || isCut(cell));
+}
+
 document.querySelectorAll("table.sortable").forEach(makeSortable);
 document.querySelectorAll(".command > pre").forEach((text) => text.parentElement.replaceWith(command(text.textContent)));
 for (const button of document.querySelectorAll("[data-print]")) {
   button.closest("[hidden]").hidden = false;
   button.addEventListener("click", () => print());
 }
+startTips();
 startTheme();
 startSkipping();
 measureHeader();

@@ -3,10 +3,10 @@
 const tip = h("div", { class: "tip", role: "status", hidden: true });
 document.body.append(tip);
 
-/** Shows `text(element, event)` over elements of a place that match a selector, beside `placeOf(element, event)`. */
-function tipOver(place, selector, text, placeOf) {
+/** Shows `text(element, event)` over elements of a place that match a selector, beside `placeOf(element, event)`, where this says so. */
+function tipOver(place, selector, text, placeOf, isShown = () => true) {
   const show = (event) => {
-    const element = event.target.closest(selector);
+    const over = event.target.closest(selector), element = over && isShown(over) ? over : null;
     tip.hidden = !element;
     if (!element) return;
     tip.replaceChildren(...[text(element, event)].flat(Infinity).filter((part) => part !== null && part !== undefined && part !== false));

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+from msgspec.structs import replace
+
+from pytest_hricdv.extra.mutation import view
+from pytest_hricdv.extra.mutation.records import MUTATION
 from pytest_hricdv.report import html, terminal
 from pytest_hricdv.report.ci_formats import junit_suite_properties, markdown
 from tests.report import sample, sample_sections
@@ -43,6 +48,36 @@ def test_the_page_has_each_mutant_once_with_what_killed_it() -> None:
     assert "becomes pass" in words
     assert "R1, exception rl-x KeyError: <script>" in words
     assert "rl-x: at 3.2 s state(Reset) is missing" in words
+
+
+def test_the_page_begins_with_what_the_score_means_and_with_what_was_not_killed() -> None:
+    words = " ".join(Page(html.page(REPORT)[0]).words.split())
+    assert (
+        "Mutants The tests noticed 1 of 4 faults (25.0 %). 1 survived : a record changed, and nothing failed" in words
+    )
+    assert words.index("Not killed") < words.index("What killed them") < words.index("Kinds of faults")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "change"),
+    [
+        ("robot.publish(State(name))", "pass", ("robot.publish(State(name))", "pass")),
+        (
+            "while bus.wait(patience_s) is not None:",
+            "while bus.wait(patience_s * 2) is not None:",
+            ("…wait(patience_s) is…", "…wait(patience_s * 2) is…"),
+        ),
+        ("return True", "return False", ("return True", "return False")),
+        ("a, b, c, d = 1, 2", "a, b, c, d = 1, 3", ("…1, 2", "…1, 3")),
+        ("go()", "go()\n    go()", ("go()", "go() / go()")),
+        ("stop(now)", "", ("stop(now)", "")),
+    ],
+)
+def test_a_fault_is_shown_in_a_line_by_what_it_changes(before: str, after: str, change: tuple[str, str]) -> None:
+    result = MUTATION.of(REPORT)
+    assert result is not None
+    mutant = replace(result.mutants[0], before=before, after=after)
+    assert view.change(mutant) == change
 
 
 def test_a_report_without_mutants_says_nothing_of_them() -> None:

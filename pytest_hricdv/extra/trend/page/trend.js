@@ -8,7 +8,7 @@ function trendPage() {
   }));
   const plot = (id, label, names, domain) => {
     const found = series(names);
-    linePlot(document.getElementById(id), found, x, { label, ...(domain ? { domain: percentDomain(found) } : { zero: true }) }, label + " over sessions");
+    linePlot(document.getElementById(id), found, x, { label, ...(domain ? { domain: percentDomain(found) } : { zero: true, tickFormat: (value) => (label === "s" || Number.isInteger(value) ? String(value) : "") }) }, label + " over sessions");
   };
   const sum = (each, kind) => Object.values(each.requirements || {}).reduce((all, found) => all + found[kind], 0);
   plot("trend-coverage", "%", [["statements", (e) => e.statements], ["branches", (e) => e.branches], ["plans", (e) => e.plans], ["cross products", (e) => e.cross]], true);

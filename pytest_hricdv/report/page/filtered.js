@@ -1,10 +1,10 @@
-// The view of all requirements: a search and a state, which the address keeps.
+// Views whose rows can be searched, and chosen by their state; the address keeps both.
 
-function requirementsPage(view) {
+/** Lets a view's bar choose among its rows with a state; returns what shows them as an address has it. */
+function filteredRows(view) {
   const bar = view.querySelector(".filter");
-  if (!bar) return () => {};
   const [search, state, shown] = ["[name=q]", "[name=state]", "[data-shown]"].map((name) => bar.querySelector(name));
-  const bodies = [...view.querySelectorAll("tbody")];
+  const bodies = [...view.querySelectorAll("tbody")].filter((body) => body.querySelector("[data-state]"));
   const draw = () => {
     const words = search.value.toLowerCase().split(/\s+/);
     let count = 0, all = 0;
