@@ -35,11 +35,18 @@ def _init(options: argparse.Namespace) -> int:
 
         return update(options.folder, write=options.write)
     try:
-        if options.source and options.ros2 is not None:
-            raise InputError("expected --from or --ros2, and both came: --ros2 reads the code of its node, too")
-        if options.recording and not options.source and options.ros2 is None:
-            raise InputError("--recording: expected --from or --ros2, too: its ranges are those of what the code hears")
-        if options.source or options.ros2 is not None:
+        asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
+                                          ("--launch", options.launch)) if value]  # fmt: skip
+        if len(asked) > 1:
+            raise InputError(
+                f"expected one of --from, --ros2 and --launch, and {' and '.join(asked)} came: --ros2 and --launch "
+                "read the code of their nodes, too"
+            )
+        if options.recording and not asked:
+            raise InputError(
+                "--recording: expected --from, --ros2 or --launch, too: its ranges are those of what the code hears"
+            )
+        if asked or options.ros2 is not None:
             return _draft(options)
         robot = options.robot or name_like(options.folder.resolve().name)
         skeleton = Skeleton(robot, options.people or options.person)
@@ -58,9 +65,10 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _draft(options: argparse.Namespace) -> int:
-    from pytest_hricdv.extra.draft.command import Asked, draft, draft_node
+    from pytest_hricdv.extra.draft.command import Asked, draft, draft_launch, draft_node
 
-    begin, code = (draft_node, options.ros2) if options.ros2 is not None else (draft, options.source)
+    choices = [(draft_launch, options.launch), (draft_node, options.ros2), (draft, options.source)]
+    begin, code = next((begin, code) for begin, code in choices if code is not None)
     recordings = tuple(options.recording)
     for line in begin(code, Asked(options.folder, options.robot or "", options.person, not options.no_run, recordings)):
         print(visible(line), flush=True)
@@ -96,6 +104,11 @@ def _parser() -> argparse.ArgumentParser:
         "--ros2",
         metavar="'PACKAGE EXECUTABLE'",
         help="draft it for a node of ROS 2, as of `ros2 run`, or for PATH.py[:FUNCTION] (docs/draft.md)",
+    )
+    init.add_argument(
+        "--launch",
+        metavar="'FILE [NAME:=VALUE ...]'",
+        help="draft it for the nodes that a launch file of ROS 2 starts, together as one system (docs/draft.md)",
     )
     init.add_argument(
         "--recording",

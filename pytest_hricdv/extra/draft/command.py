@@ -13,6 +13,7 @@ from pytest_hricdv.extra.draft.project import check, write
 from pytest_hricdv.extra.draft.ros_draft import ros_findings
 from pytest_hricdv.extra.draft.ros_executable import executable
 from pytest_hricdv.extra.draft.ros_findings import ros_lines
+from pytest_hricdv.extra.draft.ros_launch import launch_findings, launched
 from pytest_hricdv.extra.draft.running import with_transitions
 from pytest_hricdv.extra.draft.sources import DraftError
 from pytest_hricdv.extra.draft.trial import Trial, mend, tried
@@ -91,6 +92,26 @@ def draft_node(node: str, asked: Asked) -> Iterator[str]:
     name = asked.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
     made = Draft(findings, name, asked.person, asked.folder.resolve(), ros=start, observed=observed)
     check(made, asked.folder)
+    yield from _read(findings)
+    is_runnable = all(problem.kind not in ("missing module", "hardware") for problem in findings.problems)
+    yield from _written(made, asked.folder, asked.runs and is_runnable)
+
+
+def draft_launch(file: str, asked: Asked) -> Iterator[str]:
+    """The same for the nodes that a launch file starts, "FILE [name:=value ...]".
+
+    Raises:
+        DraftError: there is no such launch file, it cannot be read here, or it starts no node of Python; or a file of
+            the draft exists.
+    """
+    start = Path.cwd().resolve()
+    nodes = launched(file, start)
+    findings, how, program = launch_findings(nodes, start)
+    findings, observed = _observed(findings, asked, program.packages)
+    name = asked.robot or name_like(nodes.file.name.partition(".")[0])
+    made = Draft(findings, name, asked.person, asked.folder.resolve(), ros=how, observed=observed)
+    check(made, asked.folder)
+    yield f"{nodes.file}: starts {len(nodes.nodes)} processes, {len(how.nodes)} of them nodes of Python"
     yield from _read(findings)
     is_runnable = all(problem.kind not in ("missing module", "hardware") for problem in findings.problems)
     yield from _written(made, asked.folder, asked.runs and is_runnable)

@@ -362,6 +362,7 @@ class Findings:
         questions: what could not be found.
         problems: what was in the way.
         ros: nodes of ROS 2, with what they say and hear.
+        roots: further folders from which its modules can be imported, of several packages.
         channels: queues that the code makes itself, and through which messages come and go.
         calls: functions that somebody outside calls.
     """
@@ -380,6 +381,7 @@ class Findings:
     problems: tuple[Problem, ...] = ()
     ros: RosNodes = field(default_factory=RosNodes)
     channels: tuple[Channel, ...] = ()
+    roots: tuple[str, ...] = ()
     calls: tuple[Calling, ...] = ()
 
     @property

@@ -58,10 +58,11 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
-    root = os.path.relpath(draft.findings.root, draft.folder)
-    if root != ".":
-        yield "mypy.ini", f"[mypy]\nmypy_path = {root}\nignore_missing_imports = true\n"
-    yield "pytest.ini", f"[pytest]\npythonpath = .{'' if root == '.' else ' ' + root}\nhri_suite = rl\n{sizes}"
+    folders = [os.path.relpath(root, draft.folder) for root in (draft.findings.root, *draft.findings.roots)]
+    roots = [root for root in folders if root != "."]
+    if roots:
+        yield "mypy.ini", f"[mypy]\nmypy_path = {':'.join(roots)}\nignore_missing_imports = true\n"
+    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{sizes}"
 
 
 def check(draft: Draft, folder: Path) -> None:

@@ -55,7 +55,9 @@ def readme(draft: Draft) -> str:
 
 
 def _asked(draft: Draft) -> str:
-    return f'--ros2 "{draft.ros.asked}"' if draft.ros is not None else f"--from {draft.findings.package}"
+    if draft.ros is None:
+        return f"--from {draft.findings.package}"
+    return f"--launch {draft.ros.asked}" if draft.ros.nodes else f'--ros2 "{draft.ros.asked}"'
 
 
 def _nodes(draft: Draft) -> list[str]:

@@ -12,6 +12,7 @@ from pytest_hricdv.extra.draft.drafted import Draft, Thing
 from pytest_hricdv.extra.draft.neutral import MANY
 from pytest_hricdv.extra.draft.observed_text import lateness
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, RosStart
+from pytest_hricdv.extra.draft.ros_started_text import started_lines
 from pytest_hricdv.extra.draft.source_text import tuple_text
 
 _MAPS = {
@@ -78,8 +79,8 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
     """The module `conftest`."""
     body = "\n".join([*constants(draft), "", *_declared(draft, start), *_testbench(draft, start), *_said(draft)])
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
-    names = ("BeliefSpace", "Concretization", "Doubled", "Late", "Lost", "Model", "Outcome", "Range", "Ros2", "RosNode",
-             "Run", "Testbench")  # fmt: skip
+    names = ("BeliefSpace", "Concretization", "Doubled", "Late", "Launch", "Lost", "Model", "Outcome", "Range", "Ros2",
+             "RosNode", "Run", "Testbench")  # fmt: skip
     head = [
         f'"""The testbench of {draft.robot}, a node of ROS 2, drafted from its code: values have their places.',
         "",
@@ -123,6 +124,8 @@ def _declared(draft: Draft, start: RosStart) -> list[str]:
             parameters.setdefault(
                 parameter.name, f"    {json.dumps(parameter.name)}: {parameter.default},  # {parameter.place}"
             )
+    if start.nodes:
+        return lines
     lines += ["", "# As the code declares them. TODO: with which values does your robot start it?"]
     lines += (
         ["PARAMETERS: dict[str, Any] = {", *parameters.values(), "}"]
@@ -225,7 +228,7 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     lines = [
         "", "def run(run: Run) -> Outcome:",
         '    """One test: a person and the node, in virtual time."""',
-        f'    ros = run.ros2(RosNode(entry="{start.entry}", parameters=[PARAMETERS]))',
+        *started_lines(draft, start),
     ]  # fmt: skip
     asked = _unique([endpoint for endpoint in start.declared if endpoint.kind in ("client", "action client")])
     served = {e.name for e in start.declared if e.kind in ("service", "action server")}

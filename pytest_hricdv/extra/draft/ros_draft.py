@@ -8,6 +8,8 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.analysis import analysed
 from pytest_hricdv.extra.draft.findings import Direction, Findings, FoundValue, Message, MessageField, Problem, Question
+from pytest_hricdv.extra.draft.launch_names import renamed
+from pytest_hricdv.extra.draft.launch_nodes import StartedNode
 from pytest_hricdv.extra.draft.place import Place
 from pytest_hricdv.extra.draft.ros_executable import Executable
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, Kind, RosStart
@@ -26,8 +28,12 @@ _ANSWERS = {"service": "_response", "action server": "_result"}
 OWN = "rclpy"
 
 
-def ros_findings(executable: Executable) -> tuple[Findings, RosStart]:
+def ros_findings(executable: Executable, started: StartedNode | None = None) -> tuple[Findings, RosStart]:
     """What a testbench for the node needs, and how it starts it.
+
+    Args:
+        executable: the code of the node.
+        started: how a launch file starts it; None where none does.
 
     Raises:
         DraftError: the code does not use `rclpy`.
@@ -38,6 +44,8 @@ def ros_findings(executable: Executable) -> tuple[Findings, RosStart]:
         )
         raise DraftError(f"{asked} beside it use no rclpy: --from drafts for other code")
     findings = analysed(executable.sources, executable.asked, "")
+    if started is not None:
+        findings = replace(findings, ros=renamed(findings.ros, started))
     start, problems = _start(executable, findings)
     messages = _with_values(_messages(executable, start), findings.ros.endpoints, executable.sources)
     questions = [q for q in findings.questions if q.about in ("publisher", "subscription", "service", "client",

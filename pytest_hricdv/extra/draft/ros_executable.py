@@ -33,11 +33,12 @@ class Executable:
     packages: Mapping[str, SourcePackage]
 
 
-def executable(asked: str, start: Path) -> Executable:
+def executable(asked: str, start: Path, near: Path | None = None) -> Executable:
     """Find the code of "PACKAGE EXECUTABLE", or of a file "PATH.py", "PATH.py:FUNCTION".
 
     Args:
         start: the folder of the workspace or package: where sources are looked for.
+        near: a further folder around which packages are, as that of a launch file.
 
     Raises:
         DraftError: there is no such package or executable, or it is not Python.
@@ -50,7 +51,7 @@ def executable(asked: str, start: Path) -> Executable:
             f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as of `ros2 run`, or the path of a file *.py'
         )
     package, name = words
-    packages = _workspace(start)
+    packages = workspace(start, *([] if near is None else [near]))
     scripts = console_scripts(package, packages)
     if scripts is None:
         raise DraftError(
@@ -69,10 +70,12 @@ def executable(asked: str, start: Path) -> Executable:
     )
 
 
-def _workspace(start: Path) -> dict[str, SourcePackage]:
-    packages = packages_around(start / "package.xml")
-    for package in sources_in(start):
-        packages.setdefault(package.name, package)
+def workspace(*folders: Path) -> dict[str, SourcePackage]:
+    """Packages around folders and in them, by name."""
+    packages: dict[str, SourcePackage] = {}
+    for folder in folders:
+        for package in (*packages_around(folder / "package.xml").values(), *sources_in(folder)):
+            packages.setdefault(package.name, package)
     return packages
 
 

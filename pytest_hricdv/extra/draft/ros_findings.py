@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from pytest_hricdv.extra.draft.launch_nodes import LaunchedNodes, StartedNode
 from pytest_hricdv.extra.draft.place import Place
 
 Kind = Literal["publisher", "subscription", "service", "client", "action server", "action client"]
@@ -22,6 +23,8 @@ class Endpoint:
         node: name of the node; empty where it is not known.
         callback: what is called, as the source writes it.
         place: of the call.
+        written: its name as the source has it, before ROS expands it; empty where the source does not say it.
+        namespace: of the node, as the source says it.
     """
 
     kind: Kind
@@ -30,6 +33,8 @@ class Endpoint:
     node: str
     callback: str
     place: Place
+    written: str = ""
+    namespace: str = ""
 
     @property
     def is_whole(self) -> bool:
@@ -96,12 +101,18 @@ class RosStart:
         entry: "package.module:function", or a class of nodes.
         declared: topics, services and actions that requirements can name.
         interfaces: folders of packages of messages that are not installed.
+        nodes: of a launch file, the entry of each node that is Python, and how it is started.
+        launch: the launch file that the draft starts as it is; None where it starts the nodes themselves.
+        left_out: what the launch file starts and the draft does not, as `Launch.executables` calls it.
     """
 
     asked: str
     entry: str
     declared: tuple[Endpoint, ...]
     interfaces: tuple[str, ...] = ()
+    nodes: tuple[tuple[str, StartedNode], ...] = ()
+    launch: LaunchedNodes | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def ros_lines(nodes: RosNodes) -> Iterator[str]:

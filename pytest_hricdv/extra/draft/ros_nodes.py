@@ -163,10 +163,10 @@ class _Reader:
         endpoint = Endpoint(
             kind, "", types[0] if len(types) == 1 else "", owner.name,
             ast.unparse(callback) if callback is not None else "", call.module.place(call.node),
+            namespace=owner.namespace,
         )  # fmt: skip
-        full = [_expanded(text, owner) for text in _texts(self._flow, call, name)]
-        for text in full or [""]:
-            yield replace(endpoint, name=text)
+        for text in _texts(self._flow, call, name) or [""]:
+            yield replace(endpoint, name=_expanded(text, owner), written=text)
 
     def _types(self, call: Call, expression: ast.expr | None) -> list[str]:
         types: dict[str, None] = {}

@@ -49,6 +49,11 @@ class LaunchedProcess:
     _kernel: Kernel = field(repr=False)
     _argv: tuple[str, ...] = field(repr=False)
 
+    @property
+    def argv(self) -> tuple[str, ...]:
+        """Its command line, as the launch file makes it."""
+        return self._argv
+
     @cached_property
     def node(self) -> WorldNode:
         """Its node in the graph, with the remappings of the launch file, as `run.ros2(...).node(...)` returns one."""

@@ -138,7 +138,7 @@ def said(findings: Findings) -> str:
     ("arguments", "problem"),
     [
         (["--from", "bar", "--recording", "gone.mcap"], "--recording=gone.mcap: there is no file or folder"),
-        (["--recording", "day.mcap"], "--recording: expected --from or --ros2, too"),
+        (["--recording", "day.mcap"], "--recording: expected --from, --ros2 or --launch, too"),
     ],
 )
 def test_a_wrong_option_is_one_sentence(
