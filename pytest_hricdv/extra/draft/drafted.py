@@ -105,6 +105,7 @@ class Draft:
         folder: where it is written.
         takes_time: whether each call of a device takes some simulated time; else a loop without a wait would not end.
         dropped: subjects of requirements that did not hold in the first runs.
+        has_dropped_all: whether none of what it says held: then a requirement on the visit is left.
         ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
         observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
@@ -116,6 +117,7 @@ class Draft:
     folder: Path
     takes_time: bool = False
     dropped: tuple[str, ...] = ()
+    has_dropped_all: bool = False
     ros: RosStart | None = None
     observed: Observed | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
@@ -181,6 +183,11 @@ class Draft:
         states = self.findings.state.partition(".")[0]
         others = tuple(message for message in self.findings.said if message.topic != states)
         return others or self.findings.said
+
+    @property
+    def tells_presence(self) -> bool:
+        """Whether signals tell that the person is there, for a requirement where there is no other."""
+        return self.has_dropped_all or not self.findings.said
 
     @property
     def states(self) -> tuple[str, ...]:

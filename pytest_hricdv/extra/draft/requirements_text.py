@@ -18,8 +18,9 @@ def requirement_ids(draft: Draft) -> dict[str, str]:
     """Subject of each requirement (`answer order`, `state moving`) -> its id."""
     subjects = [subject for subject, _, _ in _asked(draft)]
     subjects += [f"state {state}" for state in draft.states]
+    subjects += ["said"] if draft.findings.said else []
     silent = ["works", "ends"] if draft.ros is None else ["ends"]
-    subjects += ["said"] if draft.findings.said else silent
+    subjects += silent if draft.tells_presence else []
     return {subject: f"R{number}" for number, subject in enumerate(subjects, 1)}
 
 
@@ -52,7 +53,7 @@ def requirements(draft: Draft) -> str:
         lines += _requirement(ids[subject], title, formula, str(place), is_dropped, "how long may it last")
     if "said" in ids:
         lines += _flood(ids["said"], draft)
-    else:
+    if "ends" in ids:
         lines += _silent(ids, draft)
     return "\n".join(lines) + "\n"
 

@@ -59,7 +59,7 @@ def robot_lines(draft: Draft) -> list[str]:
         lines += ["    def robot() -> None:", "        asyncio.run(program())"]
     else:
         lines = ["    def robot() -> None:", *body, *(f"        {line}" for line in last)]
-    lines += [] if draft.findings.said else ['        world.record("robot_works", False)']
+    lines += [] if not draft.tells_presence else ['        world.record("robot_works", False)']
     return [*lines, '        run.kernel.stop("the robot has ended its work")']
 
 

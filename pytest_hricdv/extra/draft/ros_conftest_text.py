@@ -161,7 +161,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
     lines += said_commands(draft)
     lines += ['                "wait_answer": {},', "            },", "        ),",
               '        requirements=HERE / "requirements.toml",', "        messages=(),"]  # fmt: skip
-    lines.append("        signals={}," if draft.findings.said else '        signals={"person_is_there": bool},')
+    lines.append('        signals={"person_is_there": bool},' if draft.tells_presence else "        signals={},")
     if values:
         lines += [
             "        values={",
@@ -246,7 +246,7 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
             lines.append(
                 f"    others.serve_action({name}, ACTIONS[{name}], lambda goal: goal.succeed())  # {endpoint.place}"
             )
-    silent = not draft.findings.said
+    silent = draft.tells_presence
     leaves = '        run.recorder.signal(run.kernel.now_s, "person_is_there", False)\n' if silent else ""
     if silent:
         lines += ['    run.recorder.signal(0.0, "person_is_there", True)']

@@ -137,7 +137,7 @@ def _person(draft: Draft) -> list[str]:
         ]
         branches.append(branch)
     lines += [line for branch in branches for line in branch]
-    lines += [] if draft.findings.said else ['        world.record("person_is_there", False)']
+    lines += [] if not draft.tells_presence else ['        world.record("person_is_there", False)']
     lines += ['        run.kernel.stop("the person has left")']
     return [line for line in lines if line]
 

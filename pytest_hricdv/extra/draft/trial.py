@@ -86,14 +86,14 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
     if "rl" in suites:  # few tests first: where much fails, all of them would take long
         first = run(draft, "rl", FIRST)
         draft = replace(draft, takes_time="no simulated time" in first.error)
-        draft = _without(draft, first.failed)
+        draft = without(draft, first.failed)
     for suite in suites:
         trial = run(draft, suite)
         if trial.error and "no simulated time" in trial.error and not draft.takes_time:
             draft = replace(draft, takes_time=True)
             trial = run(draft, suite)
         trials.append(trial)
-        draft = _without(draft, (*trial.failed, *trial.never))
+        draft = without(draft, (*trial.failed, *trial.never))
         if trial.is_ended and trial.tests:
             draft = replace(draft, sizes={**draft.sizes, suite: trial.tests})
         if trial.error:
@@ -108,11 +108,12 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
     return replace(draft, findings=replace(findings, problems=findings.problems + effects + raised)), tuple(trials)
 
 
-def _without(draft: Draft, names: Sequence[str]) -> Draft:
+def without(draft: Draft, names: Sequence[str]) -> Draft:
     """The draft, in which these requirements are questions."""
     subjects = {name: subject for subject, name in requirement_ids(draft).items()}
     dropped = tuple(subjects[name] for name in names if name in subjects)
-    return replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + dropped)))
+    made = replace(draft, dropped=tuple(dict.fromkeys(draft.dropped + dropped)))
+    return replace(made, has_dropped_all=made.has_dropped_all or {*subjects.values()} <= {*made.dropped})
 
 
 def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:

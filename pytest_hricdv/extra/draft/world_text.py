@@ -55,7 +55,7 @@ def world(draft: Draft) -> str:
     ]
     for signal in draft.signals:
         lines.append(f'    "{signal.name}": {_INITIAL[signal.kind]},  # {signal.place}')
-    if not draft.findings.said:
+    if draft.tells_presence:
         lines += ['    "person_is_there": True,', '    "robot_works": True,']
     for port in draft.devices:
         if any(operation.kind == "method" for operation in port.operations):

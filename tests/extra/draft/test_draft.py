@@ -13,7 +13,8 @@ from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.project import files
-from pytest_hricdv.extra.draft.trial import run
+from pytest_hricdv.extra.draft.requirements_text import requirement_ids
+from pytest_hricdv.extra.draft.trial import run, without
 from tests.extra.draft import robots
 
 ROBOTS = ("MATCH", "CHAIN", "TRANSITIONS", "GUARDS", "SMACH", "TREE")
@@ -102,3 +103,16 @@ def test_what_the_code_does_outside_is_refused_and_said(tmp_path: Path) -> None:
     assert [problem.text for problem in trial.effects] == ["the code makes a folder: refused in the first runs"]
     assert trial.effects[0].place is not None
     assert trial.effects[0].place.file == "robot_code.py"
+
+
+def test_a_requirement_is_left_where_none_held_in_the_first_runs(tmp_path: Path) -> None:
+    draft, texts = drafted(tmp_path, robots.MATCH)
+    names = [*requirement_ids(draft).values()]
+    dropped = without(draft, names)
+    left = tomllib.loads(dict(files(dropped))["requirements.toml"])
+    assert len(tomllib.loads(texts["requirements.toml"])) == len(names)
+    assert [requirement["title"] for requirement in left.values()] == [
+        "The code works as long as the person is there",
+        "A visit ends within 900 s",
+    ]
+    assert '"person_is_there": True' in dict(files(dropped))["world.py"]
