@@ -226,9 +226,9 @@ def _hinted(located: Located) -> int:
 
 
 def _traces(experiments: Experiments, group: Group) -> list[Trace]:
-    """Of runs that failed for a cause, up to what failed first."""
+    """Of runs that failed for a cause, up to what failed first; of what is known only where nothing else failed."""
     first: dict[str, Failure] = {}
-    for failure in group.failures:
+    for failure in sorted(group.failures, key=lambda failure: failure.is_known):
         first.setdefault(failure.nodeid, failure)
     runs = ((failure.requirement, experiments.controls.get(name)) for name, failure in first.items())
     return [run.traces[requirement] for requirement, run in runs if run is not None and requirement in run.traces]

@@ -91,10 +91,11 @@ class Group:
 
     @cached_property
     def first(self) -> tuple[str, str, str]:
-        """Requirement and state of what fails first in most tests, and what was said."""
+        """Requirement and state of what fails first in most tests, and what was said; of what is new, where any is."""
         firsts: dict[str, tuple[str, str, str]] = {}
         for failure in self.failures:
-            firsts.setdefault(failure.nodeid, failure.kind)
+            if self.is_known or not failure.is_known:
+                firsts.setdefault(failure.nodeid, failure.kind)
         counts = Counter(firsts.values())
         return max(counts, key=lambda kind: (counts[kind], kind))
 
@@ -296,11 +297,17 @@ def _change_of(kinds: Iterable[Kind]) -> Change:
 
 
 def _unite_nominal(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra, tests: int) -> None:
-    """What comes without a disturbance: in the same tests, or at the same places in the code."""
+    """What comes without a disturbance: in the same tests, or at the same places in the code.
+
+    What is known explains nothing that is new: a known violation in many tests would hide it.
+    """
     times_s = {kind: {failure.nodeid: failure.time_s for failure in members} for kind, members in kinds.items()}
     failing = {failure.nodeid for members in kinds.values() for failure in members}
     places = {kind: spectra.specific(names.keys(), failing) for kind, names in times_s.items()}
+    known = {kind for kind, members in kinds.items() if all(failure.is_known for failure in members)}
     for kind, other in combinations(kinds, 2):
+        if (kind in known) != (other in known):
+            continue
         same_places = bool(places[kind]) and places[kind] == places[other]
         one, two = times_s[kind], times_s[other]
         if same_places or _follows(one, two, tests) or _follows(two, one, tests):

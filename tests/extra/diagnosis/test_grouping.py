@@ -240,3 +240,20 @@ def test_each_disturbance_that_makes_a_requirement_fail_is_one_cause(drawn: list
     assert {group.change: len(group.nodeids) for group in groups} == {
         name: drawn.count(name) for name in set(drawn) if name
     }
+
+
+def test_what_is_known_explains_nothing_that_is_new() -> None:
+    """As a robot that is known to stand still in most tests, and answers nobody in some of them."""
+    tests: dict[str, tuple[str, ...]] = {**{f"a{n}": () for n in range(6)}, **passing(3)}
+    known = [failure(f"a{n}", "A4", time_s=1.0, is_known=True) for n in range(6)]
+    new = [failure(f"a{n}", "N1", time_s=2.0) for n in range(3)]
+    assert of(tests, [*known, *new]) == [
+        ("", {"a0", "a1", "a2"}, {"N1"}),
+        ("", {f"a{n}" for n in range(6)}, {"A4"}),
+    ]
+
+
+def test_a_cause_is_called_by_what_is_new_of_it() -> None:
+    failures = (failure("a", "A4", "shut", is_known=True), failure("a", "N1", "shut", time_s=2.0))
+    assert Group("shut", failures).first[0] == "N1"
+    assert Group("shut", failures[:1]).first[0] == "A4"
