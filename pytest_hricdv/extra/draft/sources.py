@@ -285,7 +285,8 @@ def _follow(modules: dict[str, Module], root: Path, problems: list[Problem]) -> 
         for dotted, node in _imported(module):
             path = _path_of(dotted, root)
             if path is None:
-                if dotted.partition(".")[0] not in {name.partition(".")[0] for name in modules}:
+                own = {name.partition(".")[0] for name in modules}
+                if dotted.partition(".")[0] not in own or _is_interface(dotted):
                     outside.setdefault(dotted, module.place(node))
                 continue
             name = _module_name(path, root)
@@ -307,9 +308,20 @@ def _imported(module: Module) -> Iterator[tuple[str, ast.stmt]]:
             yield from ((dotted, node) for dotted in (*names.values(), *stars))
 
 
+INTERFACES = ("msg", "srv", "action")
+"""Modules of a package of ROS 2 in which classes are, made of its interface files: these are no code under test."""
+
+
+def _is_interface(dotted: str) -> bool:
+    return len(dotted.split(".")) > 1 and dotted.split(".")[1] in INTERFACES
+
+
 def _path_of(dotted: str, root: Path) -> Path | None:
     parts = dotted.split(".")
-    for cut in range(len(parts), 0, -1):
+    kind = parts[1] if _is_interface(dotted) else ""
+    if kind and any((root / parts[0] / kind).glob(f"*.{kind}")):
+        return None  # what Python there is beside interface files is of a build
+    for cut in range(len(parts), 1 if kind else 0, -1):
         base = root.joinpath(*parts[:cut])
         for path in (base.with_suffix(".py"), base / "__init__.py"):
             if path.is_file():

@@ -59,10 +59,16 @@ class _Finder:
         return ModuleSpec(name, self, is_package=not kind)  # type: ignore[arg-type]  # it has what a loader needs
 
     def _is_ours(self, package: str, kind: str) -> bool:
-        """Whether no package of this name is installed. Its folder of interface files, on the path, is no package."""
+        """Whether no package of this name is installed. Its folder of interface files, on the path, is no package.
+
+        A package of code that has interface files, too, is imported as it is: only these parts of it are ours.
+        """
         if kind:
             loaded = sys.modules.get(package)
-            return loaded is not None and getattr(loaded.__spec__, "loader", None) is self
+            if loaded is None or getattr(loaded.__spec__, "loader", None) is self:
+                return loaded is not None
+            built = PathFinder.find_spec(f"{package}.{kind}", getattr(loaded, "__path__", None))
+            return built is None or built.origin is None
         installed = PathFinder.find_spec(package)
         return installed is None or installed.origin is None
 

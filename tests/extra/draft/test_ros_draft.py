@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 import tomllib
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.project import files
 from pytest_hricdv.extra.draft.ros_draft import ros_findings
 from pytest_hricdv.extra.draft.ros_executable import executable
+from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from tests.extra.draft import ros_robots
 
 INTERFACES = {
@@ -157,3 +159,57 @@ def test_a_draft_for_a_node_is_green_at_once(workspace: Path) -> None:
     )
     assert done.returncode == 0, done.stdout
     assert "tests: 20 passed" in done.stdout
+
+
+PATROL = """
+import rclpy
+from rclpy.node import Node
+from {package}.msg import Order
+
+
+class Patrol(Node):
+    def __init__(self):
+        super().__init__("patrol")
+        self.create_subscription(Order, "order", self.on_order, 10)
+
+    def on_order(self, message):
+        pass
+"""
+
+
+def test_a_package_of_messages_beside_a_node_is_no_code_under_test(tmp_path: Path) -> None:
+    texts = {
+        "bar_msgs/package.xml": "<package><name>bar_msgs</name></package>",
+        "bar_msgs/msg/Order.msg": "string drink\n",
+        "bar_msgs/msg/__init__.py": "from bar_msgs.msg._order import Order\n",  # of a build, in the sources of some
+        "patrol.py": PATROL.replace("{package}", "bar_msgs"),
+    }
+    for name, text in texts.items():
+        (tmp_path / "src" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "src" / name).write_text(text, encoding="utf-8")
+    draft, _ = drafted(tmp_path, "src/patrol.py")
+    assert draft.findings.code == ("patrol",)
+    assert draft.ros is not None
+    assert draft.ros.interfaces == (str(tmp_path / "src" / "bar_msgs"),)
+    assert [part.name for part in draft.findings.heard[0].fields] == ["drink"]
+
+
+def test_a_package_of_nodes_and_messages_is_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    texts = {
+        "package.xml": "<package><name>bar_robot</name></package>",
+        "msg/Order.msg": "string drink\n",
+        "bar_robot/__init__.py": "",
+        "bar_robot/patrol.py": PATROL.replace("{package}", "bar_robot"),
+        "bar_robot/tables.py": "TABLES = 3\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / "src" / "bar_robot" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "src" / "bar_robot" / name).write_text(text, encoding="utf-8")
+    draft, _ = drafted(tmp_path, "src/bar_robot/bar_robot/patrol.py")
+    assert draft.findings.code == ("bar_robot",)
+    assert draft.ros is not None
+    assert draft.ros.interfaces == (str(tmp_path / "src" / "bar_robot"),)
+    monkeypatch.syspath_prepend(tmp_path / "src" / "bar_robot")
+    provide_interfaces(draft.ros.interfaces)
+    assert import_module("bar_robot.tables").TABLES == 3
+    assert import_module("bar_robot.msg").Order(drink="tea").drink == "tea"
