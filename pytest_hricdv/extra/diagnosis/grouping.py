@@ -4,9 +4,9 @@
    (Ochiai's coefficient); none where such failures come without it, too, and not clearly less often (Fisher's exact
    test).
 2. Failures of one test with the same change are one incident: the later ones follow from the first. Failures of several
-   tests with the same change that violate the same requirement have one cause, in whatever state the code was: how far
-   it had come by then depends on the rest of the test. Only where both kinds come in several tests, and others of their
-   statements are suspicious, they are two.
+   tests with the same change, or none, that violate the same requirement have one cause, in whatever state the code is:
+   how far it had come by then depends on the rest of the test. Only where both kinds come in several tests, and others
+   of their statements are suspicious, they are two.
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
    all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
    as probable). Kinds of different tests have one cause if the same statements are the most suspicious.
@@ -264,11 +264,11 @@ def _unite_incidents(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSet
 
 
 def _unite_states(kinds: Mapping[Kind, Sequence[Failure]], sets: _DisjointSets, spectra: Spectra) -> None:
-    """Of several tests, what goes away with the same disturbance and violates the same, in whatever state."""
-    same: dict[tuple[Change, str, str], list[Kind]] = {}
-    for kind in kinds:
-        if kind[0]:
-            same.setdefault((kind[0], kind[1], kind[3]), []).append(kind)
+    """Of several tests, what comes with the same disturbance, or none, and violates the same, in whatever state."""
+    same: dict[tuple[Change, str, str, bool], list[Kind]] = {}
+    for kind, members in kinds.items():
+        is_known = all(failure.is_known for failure in members)
+        same.setdefault((kind[0], kind[1], kind[3], is_known), []).append(kind)
     for kind, other in (pair for alike in same.values() for pair in combinations(alike, 2)):
         one, two = ({failure.nodeid for failure in kinds[which]} for which in (kind, other))
         if min(len(one), len(two)) < SEVERAL or not _elsewhere(one, two, spectra):

@@ -257,3 +257,12 @@ def test_a_cause_is_called_by_what_is_new_of_it() -> None:
     failures = (failure("a", "A4", "shut", is_known=True), failure("a", "N1", "shut", time_s=2.0))
     assert Group("shut", failures).first[0] == "N1"
     assert Group("shut", failures[:1]).first[0] == "A4"
+
+
+def test_what_violates_the_same_without_a_disturbance_is_one_cause_in_whatever_state() -> None:
+    """As a robot that answers no order, wherever it drives by then."""
+    states = ("Fridge", "Human", "Sink")
+    tests: dict[str, tuple[str, ...]] = dict.fromkeys(states, ()) | passing(6)
+    assert of(tests, [failure(state, "N1", state=state) for state in states]) == [("", {*states}, {"N1"})]
+    both = [failure(state, "N1", state=state, is_known=state == "Sink") for state in states]
+    assert [nodeids for _, nodeids, _ in of(tests, both)] == [{"Fridge", "Human"}, {"Sink"}]
