@@ -259,7 +259,7 @@ def duration(report: Report) -> Duration:
 
 def unmeasured(report: Report) -> str:
     """Why the code was not measured, for a suite without figures of it."""
-    return report.code_under_test.reason or "no reason given"
+    return report.code_under_test.reason or ("no reason given" if report.tests else "no test ran")
 
 
 def waivers(report: Report) -> tuple[WaiverRecord, ...]:

@@ -171,7 +171,7 @@ class RunView {
 /** What happened at the cursor, that of open lanes first. */
 function happenedAt(run, happened) {
   const open = new Set(run.names()), shown = happened.filter((event) => open.has(event.lane)), others = happened.filter((event) => !open.has(event.lane));
-  const item = (event) => h("li", { class: event.failed ? "negative" : "" }, event.text);
+  const item = (event) => h("li", { class: event.failed ? "negative" : "" }, h("span", { class: "cut clamped" }, event.text));
   return [h("h3", {}, "At " + Number(run.window.time.toFixed(3)) + " s"),
     happened.length ? h("ul", { class: "happened small" }, shown.map(item)) : h("p", { class: "soft small" }, "Nothing happens at this instant; → leads to the next event."),
     others.length > 0 && h("details", { class: "small soft" }, h("summary", {}, plural(others.length, "event") + " of other lanes"), h("ul", { class: "happened" }, others.map(item)))].filter(Boolean);

@@ -35,6 +35,7 @@ class Table {
     this.element = h("div", {}, this.box, this.count);
     this.box.addEventListener("scroll", () => this.drawRows(), { passive: true });
     new ResizeObserver(() => { if (this.body.firstChild) this.drawRows(); }).observe(this.box);
+    addEventListener("beforeprint", () => { this.wanted = this.shown.length; this.drawRows(); });
   }
 
   sortBy(key) {

@@ -37,7 +37,7 @@ function testColumns() {
   }));
   return [
     { key: "test", title: "Test", value: (test) => test.id, cell: testLink, style: "id" },
-    DATA.suites.length > 1 && { key: "suite", title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite] },
+    DATA.suites.length > 1 && { key: "suite", title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite], style: "less" },
     { key: "outcome", title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
     verdicts.length > 0 && { key: "requirements", title: "Requirements", parts: verdicts, cell: verdictMarks },
     { key: "ended", title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "some" },
