@@ -104,9 +104,20 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         ros=ros_nodes(sources, flow),
         channels=plain.channels,
         calls=called.calls,
+        script=_script(sources) if entry is None and not called.calls else "",
     )
     open_topics = () if called.calls or plain.channels else open_topics
     return replace(findings, questions=(*_questions(findings), *plain.questions, *open_topics))
+
+
+def _script(sources: Sources) -> str:
+    """The first module whose top has a loop, also for its main program only: a program without a function."""
+    for module in sources.modules:
+        for statement in module.tree.body:
+            body = statement.body if isinstance(statement, ast.If) else [statement]
+            if any(isinstance(part, ast.While | ast.For) for part in body):
+                return module.name
+    return ""
 
 
 def _looked_at(

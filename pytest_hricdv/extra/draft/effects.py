@@ -44,6 +44,9 @@ def problems(sources: Sources, flow: ValueFlow) -> tuple[Problem, ...]:
     effects = [*sources.problems, *_missing(sources)]
     for module in sources.modules:
         effects += _at_import(module)
+        if module.name in sys.stdlib_module_names:
+            text = f"`{module.file}` has the name of a module of Python's own, and hides it from all others; rename it"
+            effects.append(Problem("import", text, module.place(module.tree)))
     effects += _inside(flow)
     unique = {(problem.kind, problem.text): problem for problem in reversed(effects)}
     return tuple(reversed(unique.values()))

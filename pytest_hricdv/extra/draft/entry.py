@@ -122,7 +122,14 @@ class EntryFinder:
             yield Candidate(score, scope, methods.get(chosen))
 
     def _score(self, scope: Scope, function: Function) -> float:
-        return self._from_outside(scope) + self._port_score(scope) + min(self._speaks(function), 2)
+        score = self._from_outside(scope) + self._port_score(scope) + min(self._speaks(function), 2)
+        # What makes queues and processes itself only starts what is to be tested, and may not end.
+        return score - 5.0 * self._starts_others(scope, function)
+
+    @staticmethod
+    def _starts_others(scope: Scope, function: Function) -> bool:
+        made = {imported_name(scope.module, node.func) for node in ast.walk(function) if isinstance(node, ast.Call)}
+        return bool(made & {"multiprocessing.Queue", "multiprocessing.Process", "multiprocessing.Pipe"})
 
     def _port_score(self, scope: Scope) -> float:
         assert not isinstance(scope.node, ast.ClassDef)

@@ -365,6 +365,7 @@ class Findings:
         roots: further folders from which its modules can be imported, of several packages.
         channels: queues that the code makes itself, and through which messages come and go.
         calls: functions that somebody outside calls.
+        script: the module that is a program without a function; empty where none is.
     """
 
     package: str
@@ -383,6 +384,7 @@ class Findings:
     channels: tuple[Channel, ...] = ()
     roots: tuple[str, ...] = ()
     calls: tuple[Calling, ...] = ()
+    script: str = ""
 
     @property
     def said(self) -> tuple[Message, ...]:

@@ -103,7 +103,7 @@ class MessageFinder:
 
     def _annotated(self, module: Module, scope: Scope | None, node: ast.AnnAssign | ast.arg, inside: set[str]) -> None:
         """`inbox: Queue[Order]`, of which the code takes, or to which it adds."""
-        annotation = node.annotation
+        annotation = _unquoted(node.annotation)
         if not isinstance(annotation, ast.Subscript):
             return
         last = dotted_name(annotation.value).rpartition(".")[2]
@@ -188,3 +188,13 @@ def _receiver(node: ast.Call) -> str:
     if not isinstance(node.func, ast.Attribute):
         return ""
     return dotted_name(node.func.value).rpartition(".")[2].strip("_")
+
+
+def _unquoted(annotation: ast.expr | None) -> ast.expr | None:
+    """An annotation that is written as a text, as what it says."""
+    if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
+        try:
+            return ast.parse(annotation.value, mode="eval").body
+        except SyntaxError:
+            return None
+    return annotation

@@ -23,7 +23,7 @@ from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.naming import camel, snake, unit_of, word
 from pytest_hricdv.extra.draft.plain_value import PlainValue, fields_of
 from pytest_hricdv.extra.draft.plain_values import PlainReader
-from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, imported_name
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.speech import QUEUES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
@@ -145,13 +145,23 @@ class PlainFinder:
 
     def _terminal(self) -> Iterator[End]:
         """What is read with `input()` and said with `print()`."""
-        if self._entry is None or self._entry.is_async:
+        if self._entry is not None and self._entry.is_async:
             return
         for module, scope, node in self._flow.nodes:
             name = node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
-            if isinstance(node, ast.Call) and name in ("input", "print") and scope is not None:
+            if isinstance(node, ast.Call) and name in ("input", "print") and self._is_program(scope):
                 put = node.args[0] if len(node.args) == 1 else ast.copy_location(ast.JoinedStr([]), node)
                 yield End(Holder("terminal", "", name), name == "input", node, put, module, scope, name)
+            elif (isinstance(node, ast.For) and dotted_name(node.iter) == "sys.stdin" and self._is_program(scope)) or (
+                isinstance(node, ast.Call)
+                and dotted_name(node.func) == "sys.stdin.readline"
+                and self._is_program(scope)
+            ):
+                yield End(Holder("terminal", "", "stdin"), True, node, None, module, scope, "stdin")
+
+    def _is_program(self, scope: Scope | None) -> bool:
+        """Whether a place is of the program: in a function that may be called, or at the top of one without any."""
+        return (scope is None) == (self._entry is None)
 
     def _ends(self) -> Iterator[End]:
         for module, scope, node in self._flow.nodes:
@@ -241,7 +251,7 @@ class PlainFinder:
     def _is_from_outside(self, end: End) -> bool:
         """At the top of a program, or in a method that hands something in or out and that nobody of the code calls."""
         if end.scope is None:
-            return True
+            return end.holder.kind != "terminal"
         function = end.scope.node
         assert not isinstance(function, ast.ClassDef)
         if any(call.scope is not None for call in self._flow.calls.get(function.name, ())):
@@ -276,6 +286,8 @@ class PlainFinder:
         if isinstance(end.node, ast.For | ast.AsyncFor):
             if isinstance(end.node.target, ast.Name) and end.scope is not None:
                 self._reader.read_name(end.node.target.id, end.scope, value)
+            elif isinstance(end.node.target, ast.Name):
+                self._reader.read_global(end.node.target.id, end.module, value)
         else:
             self._reader.read(end.node, end.module, end.scope, value)
 

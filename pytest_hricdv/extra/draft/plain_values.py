@@ -49,6 +49,13 @@ class PlainReader:
             if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
                 self._used(node, scope.module, scope, value, depth + 1)
 
+    def read_global(self, name: str, module: Module, value: PlainValue, depth: int = 0) -> None:
+        """Add what the top of a module does with a name."""
+        for where, scope, node in self._flow.nodes:
+            is_name = isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)
+            if scope is None and where is module and is_name:
+                self._used(node, module, None, value, depth + 1)
+
     def _used(self, node: ast.AST, module: Module, scope: Scope | None, value: PlainValue, depth: int) -> None:
         parent = self.parent(node)
         if parent is None or depth > MAX_DEPTH or id(node) in self._seen:
@@ -207,8 +214,11 @@ class PlainReader:
             value.is_object = True
 
     def _assigned(self, target: ast.expr, module: Module, scope: Scope | None, value: PlainValue, depth: int) -> None:
-        if isinstance(target, ast.Name) and scope is not None:
-            self._named(target.id, scope, value, depth)
+        if isinstance(target, ast.Name):
+            if scope is None:
+                self.read_global(target.id, module, value, depth)
+            else:
+                self._named(target.id, scope, value, depth)
         elif isinstance(target, ast.Tuple | ast.List):
             for number, part in enumerate(target.elts):
                 if isinstance(part, ast.Starred):

@@ -11,9 +11,12 @@ from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.naming import camel
 from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES, plain_classes
-from pytest_hricdv.extra.draft.queue_templates import ASYNC_QUEUES, OUTBOX, READLINE, STREAM, SYNC_QUEUES
+from pytest_hricdv.extra.draft.queue_templates import ASYNC_QUEUES, OUTBOX, READLINE, SCRIPT, STREAM, SYNC_QUEUES
 from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.stand_in_templates import ANYTHING, MISSING
+
+_TYPED = "Inbox"
+"""The class that a script's input comes from; a script without any has none."""
 
 
 def _topic_bus(draft: Draft) -> str:
@@ -77,6 +80,8 @@ def ports(draft: Draft) -> str:
     if how in ("async", "callback"):
         parts.append(ASYNC_BUS if how == "async" else CALLBACK_BUS)
     parts.append(call_classes(draft))
+    if draft.findings.script:
+        parts.append(SCRIPT if draft.findings.channels else SCRIPT.replace(_TYPED, "Any"))
     parts += [_device(draft, port) for port in draft.devices]
     body = "".join(parts)
     return _head(draft, body) + body
@@ -137,7 +142,7 @@ def _head(draft: Draft, body: str) -> str:
         "",
     ]
     lines += ["from __future__ import annotations", ""]
-    modules = ("asyncio", "json", "queue", "sys")
+    modules = ("ast", "asyncio", "json", "queue", "sys")
     lines += [f"import {name}" for name in modules if re.search(rf"(?<![\w.]){name}\.", body)]
     names = [name for name in ("Callable", "Iterator") if name in body]
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []
@@ -146,6 +151,8 @@ def _head(draft: Draft, body: str) -> str:
     lines += ["from enum import Enum"] if re.search(r"Enum\)", body) else []
     lines += ["from functools import partial"] if "partial(" in body else []
     lines += ["from importlib import import_module"] if "import_module(" in body else []
+    lines += ["from importlib.util import find_spec, module_from_spec"] if "module_from_spec(" in body else []
+    lines += ["from pathlib import Path"] if "Path(" in body else []
     lines += ["from inspect import signature"] if "signature(" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec"]

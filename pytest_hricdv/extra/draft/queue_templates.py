@@ -137,6 +137,44 @@ class Outbox:
         return False
 '''
 
+SCRIPT = '''
+
+class Typed:
+    """Standard input, at which a person types lines."""
+
+    def __init__(self, inbox: Inbox) -> None:
+        self._inbox = inbox
+
+    def readline(self, *_: Any) -> str:
+        """The next line."""
+        return f"{self._inbox.get()}\\n"
+
+    def __iter__(self) -> Iterator[str]:
+        while True:
+            yield self.readline()
+
+
+def run_script(name: str, names: dict[str, Any]) -> None:
+    """Execute a module of the code as a main program, with these functions in the place of Python's own."""
+    spec = find_spec(name)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"no module {name}")
+    module = module_from_spec(spec)
+    module.__dict__.update(names)
+    tree = ast.parse(Path(spec.origin or "").read_bytes())
+    for number, statement in reversed([*enumerate(tree.body)]):
+        if isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test):
+            tree.body[number : number + 1] = statement.body  # as its main program
+    sys.modules[name], before = module, sys.stdin
+    sys.stdin = Typed(names["stdin"]) if "stdin" in names else before  # type: ignore[assignment]
+    try:
+        exec(compile(tree, spec.origin or "", "exec"), module.__dict__)
+    except SystemExit:
+        return
+    finally:
+        sys.stdin = before
+'''
+
 STREAM = '''
 
 class Stream:

@@ -11,6 +11,9 @@ from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES
 from pytest_hricdv.extra.draft.ports_text import bus_kind, device_class
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes
 
+TAKEN = ("run", "world", "person", "robot", "manner", "hits", "note", "look", "made", "make", "program", "calls")
+"""Names of a run: where the code's own function has one of them, it is not imported under it."""
+
 
 def robot_lines(draft: Draft) -> list[str]:
     """The function `robot` of a run."""
@@ -18,7 +21,10 @@ def robot_lines(draft: Draft) -> list[str]:
     if entry is None:
         return _without_entry(draft)
     lines = []
-    needs = [(entry.module, entry.name)]
+    looked_at = [message for message in draft.plain if message.form == "state"]
+    is_early = not entry.is_made and bool(looked_at or draft.findings.calls)
+    is_apart = entry.name in TAKEN or is_early
+    needs = [] if is_apart else [(entry.module, entry.name)]
     needs += [("ports", device_class(port)) for port in draft.devices]
     roles = {port.role for port in draft.ports if not port.default}
     needs += [("ports", "Stream")] if roles & {"reader", "writer"} and _streams(draft) else []
@@ -37,6 +43,7 @@ def robot_lines(draft: Draft) -> list[str]:
     needs += [("ports", "instead")] if any(channel.made for channel in channels) else []
     needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "topics") else []
     imports = [line[4:] for line in import_lines(draft, needs)]
+    making_name = f'import_module("{entry.module}").{entry.name}' if is_apart else entry.name
     making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"
     handed = ", ".join(_handed(draft, port) for port in entry.method_ports if _is_handed(port))
     called = f"made.{entry.method}({handed})" if entry.method else making
@@ -44,10 +51,10 @@ def robot_lines(draft: Draft) -> list[str]:
     if entry.is_made and not entry.method:
         called = ("asyncio.sleep" if entry.is_async else "run.kernel.sleep") + "(LIMIT_S)  # it is called back"
     made = [*_variables(draft), *([f"made = {making}"] if entry.is_made else []), *_attributes(draft)]
-    looked_at = [message for message in draft.plain if message.form == "state"]
-    made += [_look(m) for m in looked_at]
-    made += call_lines(draft)
-    body = [f"        {line}" for line in [*imports, "", f"make: Any = {entry.name}", *made]]
+    around = [*map(_look, looked_at), *call_lines(draft)]
+    early = around if is_early else []  # importing the code may be what runs it
+    made += [] if is_early else around
+    body = [f"        {line}" for line in [*imports, "", *early, f"make: Any = {making_name}", *made]]
     last = [f"await {called}" if entry.is_async else called]
     if entry.is_step:
         last = ["while True:", f"    {last[0]}  # it has no loop of its own", "    run.kernel.sleep(STEP_S)"]
@@ -64,6 +71,7 @@ def robot_lines(draft: Draft) -> list[str]:
 
 
 def _look(message: Message) -> str:
+    """The line that lets somebody look at the state."""
     return f'run.kernel.spawn("looks at the state", partial(look, run, lambda: {message.channel}))  # {message.place}'
 
 
@@ -72,12 +80,30 @@ def _without_entry(draft: Draft) -> list[str]:
     looked_at = [message for message in draft.plain if message.form == "state"]
     needs = [*call_needs(draft), *(("ports", "look") for _ in looked_at)]
     lines = [line[4:] for line in import_lines(draft, needs)]
+    if draft.findings.script:
+        return _script(draft, lines)
     if not draft.findings.calls:
         lines.append("# TODO: nothing was found to call: call what runs the robot.")
     lines += [*([""] if lines else []), *_variables(draft)]
     lines += [f'import_module("{name}")' for name in draft.findings.code]
     lines += [*map(_look, looked_at), *call_lines(draft)]
     lines += ["run.kernel.sleep(LIMIT_S)  # it is called back"] if draft.findings.calls else []
+    return ["    def robot() -> None:", *(f"        {line}".rstrip() for line in lines)]
+
+
+def _script(draft: Draft, imports: list[str]) -> list[str]:
+    """A program without a function: it is executed, with the terminal of the test."""
+    channels = [channel for channel in draft.findings.channels if channel.name in ("input", "print", "stdin")]
+    kinds = message_classes(message for message in draft.plain if message.form not in OWN_CLASSES)
+    ends = [("ports", "Inbox" if channel.direction == "heard" else "Outbox") for channel in channels]
+    lines = [line[4:] for line in import_lines(draft, [*ends, *kinds, ("ports", "run_script")])] + ["", *imports]
+    lines += [f"{c.name}_: Any = {_end(draft, c.name, c.direction)}  # {c.place}" for c in channels]
+    says = 'lambda *parts, **_: print_(" ".join(map(str, parts)))'
+    names = ", ".join(f'"{c.name}": {says if c.name == "print" else f"{c.name}_"}' for c in channels)
+    lines += [_look(message) for message in draft.plain if message.form == "state"]
+    lines.append(f'run_script("{draft.findings.script}", {{{names}}})')
+    lines += [] if draft.findings.said else ['world.record("robot_works", False)']
+    lines.append('run.kernel.stop("the robot has ended its work")')
     return ["    def robot() -> None:", *(f"        {line}".rstrip() for line in lines)]
 
 

@@ -217,3 +217,81 @@ def test_a_draft_of_code_without_classes_is_green_at_once(name: str, tmp_path: P
     )
     assert done.returncode == 0, done.stdout
     assert f"tests: {6 if name == 'HELD' else 30} passed" in done.stdout
+
+
+def test_a_function_called_as_what_a_run_needs_is_not_imported_under_its_name(tmp_path: Path) -> None:
+    source = (
+        "def run(inbox, outbox):\n    while True:\n        if inbox.get() == 'go':\n            outbox.put('gone')\n"
+    )
+    findings = found(tmp_path, source)
+    text = dict(files(Draft(findings, "robot_code", "person", tmp_path)))["conftest.py"]
+    assert 'make: Any = import_module("robot_code").run' in text
+    assert "import run" not in text
+
+
+def test_an_annotation_that_is_a_text_is_read(tmp_path: Path) -> None:
+    source = """
+import queue
+from dataclasses import dataclass
+
+
+@dataclass
+class Go:
+    where: str
+
+
+def work(inbox: "queue.Queue[Go]"):
+    while True:
+        print(inbox.get().where)
+"""
+    assert [message.name for message in found(tmp_path, source).heard] == ["Go"]
+
+
+@pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__":\n    '])
+def test_a_program_without_a_function_is_executed_with_its_terminal(guard: str, tmp_path: Path) -> None:
+    indent = "    " if guard else ""
+    lines = ["while True:", "    word = input()", "    if word == 'go':", "        print('gone')"]
+    findings = found(tmp_path, guard + ("\n" + indent).join(lines) + "\n")
+    assert findings.script == "robot_code"
+    assert [read(message) for message in findings.heard] == [("text", {"text": ("go",)})]
+    text = dict(files(Draft(findings, "robot_code", "person", tmp_path)))["conftest.py"]
+    assert 'run_script("robot_code", {"input": input_, "print": ' in text
+
+
+def test_lines_of_standard_input_are_heard(tmp_path: Path) -> None:
+    source = "import sys\nfor line in sys.stdin:\n    if line.strip() == 'go':\n        print('gone')\n"
+    findings = found(tmp_path, source)
+    assert [(message.channel, read(message)) for message in findings.heard] == [("stdin", ("text", {"text": ("go",)}))]
+
+
+def test_a_module_that_hides_one_of_python_is_said(tmp_path: Path) -> None:
+    (tmp_path / "queue.py").write_text("def run(inbox):\n    inbox.get()\n", encoding="utf-8")
+    texts = [problem.text for problem in analyse("queue", tmp_path).problems]
+    assert any("has the name of a module of Python's own" in text for text in texts)
+
+
+def test_a_program_that_starts_processes_is_not_what_is_tested(tmp_path: Path) -> None:
+    source = """
+import multiprocessing as mp
+
+
+class Worker(mp.Process):
+    def __init__(self, tasks: mp.Queue, results: mp.Queue):
+        super().__init__()
+        self.tasks, self.results = tasks, results
+
+    def run(self):
+        while True:
+            if self.tasks.get() == "go":
+                self.results.put("gone")
+
+
+def main():
+    tasks, results = mp.Queue(), mp.Queue()
+    Worker(tasks, results).start()
+    tasks.put("go")
+    print(results.get())
+"""
+    findings = found(tmp_path, source)
+    assert findings.entry is not None
+    assert (findings.entry.name, findings.entry.method) == ("Worker", "run")
