@@ -22,8 +22,14 @@ AROUND_M = 0.35
 SQUEEZE_M = 0.28
 """The same where there is no way else, as between two of them (chosen: hull and wheels need 0.12 m)."""
 
-LEAVES_CELLS = 3
+FINE_M = 0.125
+"""Of cells, where there is no way on the others: between a wall and somebody who stands near to it (chosen: half)."""
+
+LEAVES_M = 0.75
 """Beside somebody the first cell of a way may be so far (chosen: those next to the robot may all be too near)."""
+
+TRIES = ((AROUND_M, False, CELL_M), (SQUEEZE_M, False, CELL_M), (SQUEEZE_M, True, CELL_M), (SQUEEZE_M, True, FINE_M))
+"""One after the other until there is a way: room around others, whether it may leave somebody beside it, and cells."""
 
 STEPS = tuple((dx, dy, hypot(dx, dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
 
@@ -38,8 +44,8 @@ class Wayfinder:
 
     def __init__(self, flat: FlatMap) -> None:
         self._flat = flat
-        self._free: dict[Cell, bool] = {}
-        self._is_leaving = False
+        self._free: dict[tuple[float, Cell], bool] = {}
+        self._is_leaving, self._cell_m = False, CELL_M
 
     def way(self, start: Point, goal: Point, others: Sequence[Point] = ()) -> list[Point] | None:
         """The corners of a way, without its start and with its goal; None where there is none.
@@ -52,7 +58,7 @@ class Wayfinder:
             goal: where it is to go.
             others: points that are not in the map, to keep away from.
         """
-        for room_m, self._is_leaving in ((AROUND_M, False), (SQUEEZE_M, False), (SQUEEZE_M, True)):
+        for room_m, self._is_leaving, self._cell_m in TRIES:
             circles = [(x, y, HULL_M + room_m) for x, y in others]
             way = self._way(start, goal, _left(circles, start) if self._is_leaving else circles)
             if way is not None or not others:
@@ -64,13 +70,13 @@ class Wayfinder:
             return [goal]
         if self._is_near(goal, circles):
             return None
-        cells = self._search(start, _cell(goal), circles)
+        cells = self._search(start, self._cell(goal), circles)
         if cells is None:
             return None
-        return self._corners([start, *(map(_centre, cells[1:-1])), goal], circles)
+        return self._corners([start, *(map(self._centre, cells[1:-1])), goal], circles)
 
     def _search(self, start: Point, goal: Cell, circles: Sequence[Circle]) -> list[Cell] | None:
-        first = _cell(start)
+        first = self._cell(start)
         costs, came_from = {first: 0.0}, {first: first}
         open_cells, closed = [(0.0, first)], set()
         while open_cells:
@@ -98,17 +104,18 @@ class Wayfinder:
 
     def _around(self, start: Point, circles: Sequence[Circle]) -> Iterator[tuple[Cell, float]]:
         """Cells to which it can leave straight from where it is, which need not be on the grid."""
-        first, reach = _cell(start), range(-LEAVES_CELLS, LEAVES_CELLS + 1)
+        cells = round(LEAVES_M / self._cell_m)
+        first, reach = self._cell(start), range(-cells, cells + 1)
         for dx, dy in product(reach, reach):
             cell = first[0] + dx, first[1] + dy
-            if self._is_free(cell, circles) and self._is_clear(start, _centre(cell), circles):
+            if self._is_free(cell, circles) and self._is_clear(start, self._centre(cell), circles):
                 yield cell, hypot(dx, dy)
 
     def _is_free(self, cell: Cell, circles: Sequence[Circle]) -> bool:
-        centre = _centre(cell)
-        free = self._free.get(cell)
+        centre = self._centre(cell)
+        free = self._free.get((self._cell_m, cell))
         if free is None:
-            free = self._free[cell] = self._flat.clearance_m(*centre) >= HULL_M + MARGIN_M
+            free = self._free[self._cell_m, cell] = self._flat.clearance_m(*centre) >= HULL_M + MARGIN_M
         return free and not self._is_near(centre, circles)
 
     def _corners(self, points: list[Point], circles: Sequence[Circle]) -> list[Point]:
@@ -125,13 +132,19 @@ class Wayfinder:
     def _is_clear(self, start: Point, end: Point, circles: Sequence[Circle]) -> bool:
         """Whether the robot can drive straight; it can leave and reach a place that is narrower than the rest."""
         length_m = hypot(end[0] - start[0], end[1] - start[1])
-        pieces = max(ceil(length_m / CELL_M), 1)
+        pieces = max(ceil(length_m / self._cell_m), 1)
         for piece in range(1, pieces):
             part = piece / pieces
             point = start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
             if self._flat.clearance_m(*point) < HULL_M + MARGIN_M or self._is_near(point, circles):
                 return False
         return not self._is_near(end, circles)
+
+    def _cell(self, point: Point) -> Cell:
+        return round(point[0] / self._cell_m), round(point[1] / self._cell_m)
+
+    def _centre(self, cell: Cell) -> Point:
+        return cell[0] * self._cell_m, cell[1] * self._cell_m
 
     def _is_near(self, point: Point, circles: Sequence[Circle]) -> bool:
         return any(hypot(point[0] - x, point[1] - y) < keeps_m for x, y, keeps_m in circles)
@@ -162,14 +175,6 @@ def length_m(start: Point, way: Sequence[Point]) -> float:
     """How long a way is."""
     corners = [start, *way]
     return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(corners))
-
-
-def _cell(point: Point) -> Cell:
-    return round(point[0] / CELL_M), round(point[1] / CELL_M)
-
-
-def _centre(cell: Cell) -> Point:
-    return cell[0] * CELL_M, cell[1] * CELL_M
 
 
 def _traced(came_from: dict[Cell, Cell], goal: Cell) -> list[Cell]:

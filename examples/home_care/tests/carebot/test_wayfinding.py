@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise, permutations
-from math import hypot
+from math import cos, hypot, sin
 
 import pytest
 from carebot.flatmap import CHARGER, DOORWAY, FRIDGE, HULL_M, PLACES, SINK, TABLE, FlatMap
@@ -87,3 +87,12 @@ def test_the_published_way_is_straight_but_for_the_doorway_between_the_rooms() -
     for far in (FRIDGE, SINK, CHARGER):
         assert published_way(PLACES[TABLE], PLACES[far]) == [DOORWAY, PLACES[far]]
         assert published_way(PLACES[far], PLACES[TABLE]) == [DOORWAY, PLACES[TABLE]]
+
+
+def test_between_a_wall_and_somebody_near_to_it_there_is_a_way_on_finer_cells() -> None:
+    start, person = (1.462, -0.011), (0.826, 0.338)  # beside the charger, with a person between it and the kitchen
+    shoulder = [(person[0] + 0.23 * cos(angle / 10), person[1] + 0.23 * sin(angle / 10)) for angle in range(-19, 3)]
+    way = Wayfinder(FlatMap()).way(start, PLACES[FRIDGE], shoulder)
+    assert way is not None
+    nearest_m = min(hypot(x - person[0], y - person[1]) for x, y in points_on(start, way))
+    assert nearest_m - 0.23 - HULL_M >= 0.12  # what it takes for the way to be free: see BESIDE_M
