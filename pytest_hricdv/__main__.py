@@ -33,7 +33,11 @@ def _init(options: argparse.Namespace) -> int:
     if options.update or options.write:
         from pytest_hricdv.extra.drift.command import update
 
-        return update(options.folder, write=options.write)
+        missing = next((path for path in options.recording if not path.exists()), None)
+        if missing is not None:
+            print(visible(f"error: init: --recording={missing}: there is no file or folder"), file=sys.stderr)
+            return USAGE
+        return update(options.folder, write=options.write, recordings=options.recording)
     try:
         asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
                                           ("--launch", options.launch)) if value]  # fmt: skip
@@ -116,8 +120,8 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         action="append",
         default=[],
-        help="of a draft, take ranges of times and values from a recording of the real system: a bag of ROS 2 or an "
-        "MCAP file; several times for several (docs/draft.md)",
+        help="of a draft or an update, take ranges of times and values from a recording of the real system: a bag of "
+        "ROS 2 or an MCAP file; several times for several (docs/draft.md)",
     )
     init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")
     init.add_argument(

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
 from pytest_hricdv.extra.draft.findings import MessageField
-from pytest_hricdv.extra.recordings.observed import Topic, key_of
+from pytest_hricdv.extra.recordings.observed import Spread, Topic, key_of
 
 EARLY_S = 0.05
 """Who acts sooner is too early, where people of the recording were not as fast (as `TIMES` has it)."""
@@ -69,7 +69,7 @@ def _times(topic: Topic) -> Iterator[str]:
         after, of, why = topic.gaps, "gaps", f"between messages of {topic.name}"
     if after is None:
         return
-    low, high = after.ends()
+    low, high = _with_default(after, (0.5, 2.0))
     in_time = f'"after_s": Range({low!r}, {high!r}, "s")'
     yield f"        # {why}: {after.comment('s', of)}"
     yield f'        "in_time": {{{in_time}}},'
@@ -77,9 +77,15 @@ def _times(topic: Topic) -> Iterator[str]:
     if again is None:
         yield f'        "twice": {{{in_time}, "again_s": Range(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
         return
-    least, most = again.ends()
+    least, most = _with_default(again, (0.1, 1.0))
     yield f"        # {topic.name} again: {again.comment('s', 'gaps')}"
     yield f'        "twice": {{{in_time}, "again_s": Range({least!r}, {most!r}, "s")}},'
+
+
+def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, float]:
+    """The observed range; where it is of few observations, one that holds the range of `TIMES`, too."""
+    low, high = seen.ends()
+    return (low, high) if seen.is_trusted else (min(low, default[0]), max(high, default[1]))
 
 
 def reaction_lines(draft: Draft) -> list[str]:

@@ -100,9 +100,13 @@ def _with_texts(part: MessageField, topic: Topic, source: str) -> MessageField:
     if part.kind != "str" or part.by_type or len(texts) > MOST_KINDS:
         return part
     there = {value.text for value in part.values}
-    added = [FoundValue(text, Place(f"observed {count} times in {source}", 0), how="run")
+    added = [FoundValue(text, Place(f"observed {_times(count)} in {source}", 0), how="run")
              for text, count in texts.most_common() if text.strip() and text not in there]  # fmt: skip
     return replace(part, values=(*part.values, *added))
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def _unshared(
@@ -113,10 +117,8 @@ def _unshared(
         topic = seen.topics.get(key_of(message.topic))
         if topic is None:
             verb = {"heard": "hears", "said": "says", "both": "says and hears"}[message.direction]
-            yield (
-                f"the code {verb} {message.name}, which {seen.source} does not have: nothing is observed of it",
-                message.place,
-            )
+            text = f"the code {verb} {message.name}: no message of it in {seen.source}, so nothing is observed of it"
+            yield text, message.place
             continue
         yield from _unshared_fields(message, topic, seen.source)
     known = {key_of(message.topic) for message in messages}

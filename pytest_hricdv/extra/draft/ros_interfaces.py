@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib.machinery import PathFinder
 from pathlib import Path
 
@@ -30,6 +30,12 @@ def interface_file(kind: str, packages: Mapping[str, SourcePackage]) -> Path | N
     shares += [prefix / "share" / package for prefix in prefixes]
     files = [share / folder / f"{name}.{folder}" for share in shares]
     return next((file for file in files if file.is_file()), None)
+
+
+def interface_files(folders: Iterable[Path]) -> Callable[[str], Path | None]:
+    """Finds the file of a type as `interface_file`, where these are the folders of packages."""
+    packages = {folder.name: SourcePackage(folder.name, folder) for folder in folders}
+    return lambda kind: interface_file(kind, packages)
 
 
 def is_installed(package: str) -> bool:

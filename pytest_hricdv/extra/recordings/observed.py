@@ -75,6 +75,7 @@ class Spread:
         unit = f" {unit}" if unit else ""
         inner = f" (5 to 95 %: {self.low_5:.3g} to {self.high_95:.3g})" if self.is_trusted else ""
         margin = "" if whole or self.low == self.high else f"; margin {MARGIN * 100:g} %"
+        of = of.removesuffix("s") if self.count == 1 else of
         text = f"observed {self.low:.3g} to {self.high:.3g}{unit}{inner} in {self.count} {of} of {self.source}{margin}"
         return text if self.is_trusted else f"TODO: {text}: too few to trust"
 

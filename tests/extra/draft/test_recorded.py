@@ -92,7 +92,7 @@ def test_numbers_and_times_are_those_of_the_recording(tmp_path: Path) -> None:
 def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -> None:
     findings, texts = drafted(tmp_path, orders(12))
     drink = findings.heard[0].fields[0]
-    assert [str(value.place) for value in drink.values][2:] == ["observed 1 times in day.mcap"]
+    assert [str(value.place) for value in drink.values][2:] == ["observed once in day.mcap"]
     assert '"order.drink": ("tea", "coffee", "milk")' in texts["conftest.py"]
     assert "Order.drink: never observed in day.mcap: 'coffee'" in said(findings)
 
@@ -100,14 +100,14 @@ def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -
 def test_messages_that_only_one_of_them_has_are_said(tmp_path: Path) -> None:
     stray: list[Entry] = [(1.0, "/joy", {"x": 1.0}), (2.0, "/joy", {"x": 2.0}), (3.0, "/rosout", {"msg": "hello"})]
     findings, _ = drafted(tmp_path, [*orders(12), *stray])
-    assert "the code hears Cancel, which day.mcap does not have: nothing is observed of it" in said(findings)
+    assert "the code hears Cancel: no message of it in day.mcap, so nothing is observed of it" in said(findings)
     assert "day.mcap: has 2 messages of /joy, which the code neither says nor hears" in said(findings)
     assert "rosout" not in said(findings)
 
 
 def test_few_messages_are_a_question(tmp_path: Path) -> None:
     findings, texts = drafted(tmp_path, orders(1))
-    assert "# TODO: observed 150 to 150 ml in 1 messages of day.mcap: too few to trust" in texts["conftest.py"]
+    assert "# TODO: observed 150 to 150 ml in 1 message of day.mcap: too few to trust" in texts["conftest.py"]
     assert "TIMES_OF" not in texts["conftest.py"]
     questions = [question.text for question in findings.questions]
     assert "Is that all? day.mcap has one message of /order: too few to trust its ranges" in questions
