@@ -18,6 +18,9 @@ Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 LABEL_COLUMNS = 20
 """Of the label that a line of the terminal begins with; chosen: the names of most suites and agents fit."""
 
+_MOST_LINES = 3
+"""Of a sentence in the summary; chosen: what is longer is in the report."""
+
 _ZERO_WIDTH = {"Mn", "Me"}
 
 
@@ -160,6 +163,19 @@ def wrap(words: Iterable[str], columns: int) -> list[str]:
         else:
             lines.append(fit(word, columns))
     return lines
+
+
+def continued(text: str, columns: int) -> list[str]:
+    """The text in lines of at most so many columns, the further ones indented by two more; of a long one, the begin."""
+    if width(text) <= columns:
+        return [text]
+    words = text.lstrip(" ")
+    indent = " " * min(len(text) - len(words), columns // 2)
+    room = columns - len(indent) - 2
+    lines = wrap(words.split(" "), room)
+    if len(lines) > _MOST_LINES:
+        lines = [*lines[: _MOST_LINES - 1], fit(" ".join(lines[_MOST_LINES - 1 :]), room)]
+    return [indent + lines[0], *(f"{indent}  {line}" for line in lines[1:])]
 
 
 def labelled(label: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:

@@ -11,6 +11,8 @@ _MAX_UNUSED = 3
 """Alternatives that a requirement never needed; chosen: formulas with more are rare, and the report has them."""
 
 
+_LEAST_TITLE = 16
+"""Columns of a title that say something; with fewer, a requirement has its name only. Chosen: three words."""
 _MAX_PASSED = 8
 """Requirements that no test failed are listed in a failed session if they are no more; chosen: few take no room."""
 
@@ -45,7 +47,7 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
     numbers = 7 + 8 + marks + 6 + 10 + (10 + units if margins else 0)
     room = max(columns - numbers - 2, 4)
     head = f"{'Passed':>7}{'Failed':>8}{'':{marks}}{'NC':>6}{'triggers':>10}{'margin' if margins else '':>10}"
-    yield Line(f"  {pad('requirement', room)}{head}".rstrip(), "dim")
+    yield Line(f"  {pad('requirement' if room > width('requirement') else '', room)}{head}".rstrip(), "dim")
     for group, members in totals.by_group(rows):
         if group:
             yield Line(f"  {visible(group)}", "dim")
@@ -54,7 +56,8 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
             margin = "" if row.margin is None else f"{row.margin:.3g}"
             figures = f"{row.passed:>7}{row.failed:>8}{mark:{marks}}{row.nc:>6}{row.triggers:>10}{margin:>10}"
             unit = visible(f" {row.unit}" if margin else "")
-            name = pad(visible(f"{row.name} {row.title}"), room)
+            is_titled = room - width(visible(row.name)) > _LEAST_TITLE
+            name = pad(visible(f"{row.name} {row.title}" if is_titled else row.name), room)
             if width(visible(row.name)) > room:  # it is what tells rows apart
                 yield Line(f"  {visible(row.name)}", _verdict_style(row))
                 name = " " * room

@@ -13,7 +13,7 @@ from pytest_hricdv.report.formatting import (
     LABEL_COLUMNS,
     Line,
     and_more,
-    fit,
+    continued,
     fit_path,
     labelled,
     listing,
@@ -79,7 +79,7 @@ def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = F
         shown = list(view.lines(report, width))
         lines += [*shown, Line("")] if shown else []
     lines += _totals(report, width)
-    fitted = [Line(fit(visible(line.text), width), line.style) for line in lines]
+    fitted = [Line(text, line.style) for line in lines for text in continued(visible(line.text), width)]
     kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"), *kept)
 

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.formatting import Line, fit, listing, pad, width
+from pytest_hricdv.report.formatting import Line, continued, fit, listing, pad, width
 from pytest_hricdv.report.terminal import header, summary
-from tests.report import sample
+from tests.report import sample, sample_sections
 
 WHERE = Path("hri-report")
 
@@ -134,6 +134,16 @@ def test_names_that_tell_rows_apart_are_whole(columns: int) -> None:
     for name in (*names, "plans of assistant_of_the_person_left", "plans of assistant_of_the_person_right"):
         assert any(line.strip().startswith(name) for line in lines), name
     assert any(line.endswith("089d384f]") for line in lines)
+
+
+def test_a_sentence_goes_on_below_itself_and_a_title_that_would_say_nothing_is_left_out() -> None:
+    report = sample.data(tests=3) | {"closing": sample_sections.CLOSING}
+    lines = [line.text for line in _lines(report, 60)[:-1]]
+    assert not [line for line in lines if line.endswith("...")]
+    assert [line.split()[:2] for line in lines if line.startswith("  R1 ")] == [["R1", "0"]]
+    sentence = "  open: it was never aimed at, not by any run"
+    assert continued(sentence, 30) == ["  open: it was never aimed", "    at, not by any run"]
+    assert continued("short", 30) == ["short"]
 
 
 def test_a_failed_session_is_about_what_failed() -> None:
