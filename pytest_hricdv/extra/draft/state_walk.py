@@ -358,7 +358,8 @@ def written_machines(sources: Sources, flow: ValueFlow) -> Iterator[Machine]:
         initial = walk.initial or initial_of_class(flow, holder, sources)
         owner = holder.owner.name if holder.owner is not None else getattr(holder.function, "name", "")
         listed = tuple(State(name, place, name in initial) for name, place in states.items())
-        moves = tuple(Transition(source, target, place) for (source, target), place in walk.moves.items())
+        ordered = sorted(walk.moves.items(), key=lambda move: (move[1], move[0]))  # sets have none
+        moves = tuple(Transition(source, target, place) for (source, target), place in ordered)
         place = holder.module.place(holder.owner or holder.function or holder.module.tree)
         held = f"{holder.module.name}:{owner}.{holder.attribute}" if holder.owner is not None else ""
         yield Machine(owner, "enum" if enum_of(sources, flow, holder) else "text", listed, moves, place, held=held)

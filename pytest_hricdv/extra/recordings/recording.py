@@ -177,21 +177,15 @@ class _Reading:
             messages = self._by_clock()
         elif self._is_ros:
             notes = [f"{self._name}: has no {CLOCK}: times are those at which messages were recorded"]
-        parts: list[list[Recorded]] = []
-        jumps = []
-        last_s, pause_s = 0.0, _pause_s(messages)
-        for number, message in enumerate(messages, 1):
-            jump_s = message.time_s - last_s if parts else 0.0
-            if not parts or jump_s < -JITTER_S or jump_s > pause_s:
-                if parts:
-                    how = f"goes back by {-jump_s:.3g} s" if jump_s < 0 else f"jumps by {jump_s:.3g} s"
-                    text = f"{self._name}: message {number} ({message.topic}): the clock {how}: times across it are not"
-                    jumps.append(f"{text} counted")
-                parts.append([])
-                last_s = message.time_s
-            last_s = max(last_s, message.time_s)
-            parts[-1].append(message)
-        return tuple(tuple(sorted(part, key=lambda m: m.time_s)) for part in parts), _cut(jumps), notes
+        unset = [message for message in messages if self._is_ros and not message.time_s]
+        timed = [message for message in messages if message.time_s or not self._is_ros]
+        if not timed:
+            timed, unset = messages, []
+        parts, jumps = _split(timed, self._name)
+        if unset:
+            count = "one message has" if len(unset) == 1 else f"{len(unset)} messages have"
+            jumps.insert(0, f"{self._name}: {count} the time 0, as before a first {CLOCK}: it is not counted")
+        return (*((message,) for message in unset), *parts), _cut(jumps), notes
 
     def _by_clock(self) -> list[Recorded]:
         """The messages with the times that the clock of the simulation had then, between its messages linearly."""
@@ -207,6 +201,25 @@ class _Reading:
                 time_s = shown[at - 1] + share * (shown[at] - shown[at - 1])
             made.append(Recorded(time_s, message.topic, message.fields))
         return made
+
+
+def _split(messages: Sequence[Recorded], name: str) -> tuple[list[tuple[Recorded, ...]], list[str]]:
+    """The parts between jumps of the clock, each in the order of time; and the jumps, a sentence each."""
+    parts: list[list[Recorded]] = []
+    jumps: list[str] = []
+    last_s, pause_s = 0.0, _pause_s(messages)
+    for number, message in enumerate(messages, 1):
+        jump_s = message.time_s - last_s if parts else 0.0
+        if not parts or jump_s < -JITTER_S or jump_s > pause_s:
+            if parts:
+                how = f"goes back by {-jump_s:.3g} s" if jump_s < 0 else f"jumps by {jump_s:.3g} s"
+                place = f"{name}: message {number} ({message.topic})"
+                jumps.append(f"{place}: the clock {how}: times across it are not counted")
+            parts.append([])
+            last_s = message.time_s
+        last_s = max(last_s, message.time_s)
+        parts[-1].append(message)
+    return [tuple(sorted(part, key=lambda message: message.time_s)) for part in parts], jumps
 
 
 def _cut(jumps: list[str], most: int = 3) -> list[str]:

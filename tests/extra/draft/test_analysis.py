@@ -169,3 +169,8 @@ class Robot:
     machine = analyse("robot_code", tmp_path).machines[0]
     assert [state.name for state in machine.states] == ["idle", "busy"]
     assert [(move.source, move.target) for move in machine.transitions] == [("idle", "busy")]
+
+
+def test_transitions_have_the_order_of_the_code(tmp_path: Path) -> None:
+    machine = read(tmp_path, robots.MATCH).machines[0]
+    assert [move.place for move in machine.transitions] == sorted(move.place for move in machine.transitions)

@@ -10,9 +10,10 @@ import pytest
 
 from pytest_hricdv.extra.recordings.observed import Observed, observe
 from pytest_hricdv.extra.recordings.recording import Recording, read
-from tests.extra.recordings.bags import STRING, clock, text, tray, write_mcap, write_sqlite
+from tests.extra.recordings.bags import BEGAN_NS, STRING, clock, text, tray, write_mcap, write_sqlite
 
 SAID = {"/said": STRING}
+BEGAN_S = BEGAN_NS / 1e9
 TRAY = {"/tray": "cell_msgs/msg/Tray", "/said": STRING, "/clock": "rosgraph_msgs/msg/Clock"}
 
 
@@ -190,6 +191,16 @@ BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
         lambda f: write_mcap(f / "run.mcap", said([0.1 * n + 20 * (n > 70) for n in range(100)]), SAID),
         "run.mcap: message 72 (/said): the clock jumps by 20.1 s",
         100,
+    ),
+    "times of 0 before the clock": (  # ros2/rosbag2 issue 1276
+        lambda f: write_sqlite(f / "run.db3", said([-BEGAN_S, -BEGAN_S, -BEGAN_S, 1.0, 2.0, 3.0]), SAID),
+        "run.db3: 3 messages have the time 0, as before a first /clock: it is not counted",
+        6,
+    ),
+    "times that rolled over": (  # ros2/rosbag2 issue 2389
+        lambda f: write_mcap(f / "run.mcap", said([1.0, 2.0, 9e9, 3.0, 4.0]), SAID),
+        "run.mcap: message 4 (/said): the clock goes back by 9e+09 s",
+        5,
     ),
     "simulation begun again": (
         lambda f: write_mcap(
