@@ -8,41 +8,20 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
-import yaml
-
+from pytest_hricdv.extra.draft.launch_elements import INSTALL, Entity, entities
 from pytest_hricdv.extra.draft.launch_nodes import LaunchedNodes, StartedNode
 from pytest_hricdv.extra.draft.place import Place
 from pytest_hricdv.extra.draft.sources import DraftError
+from pytest_hricdv.extra.ros2.arguments import parse
+from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.packages import SourcePackage
 
-INSTALL = (
-    "the launch system reads it: source a distribution of ROS 2, or install launch, launch_ros and rclpy "
-    "(docs/ros2.md#launch-files)"
-)
 DEEPEST = 16
 """Launch files in launch files, and substitutions in substitutions (chosen)."""
 
 _SUBSTITUTION = re.compile(r"\$\(([\w-]+)((?:[^()$]|\$(?!\())*)\)")
 """An innermost one: `$(var name)`."""
-
-
-@dataclass
-class Entity:
-    """An element of a launch file: `<node pkg="cell" exec="arm"/>`, or the same in YAML.
-
-    Args:
-        kind: `node`, `group`, `arg`.
-        values: its attributes, as texts.
-        parts: the elements in it.
-        line: from 1.
-    """
-
-    kind: str
-    values: dict[str, str]
-    parts: list[Entity] = field(default_factory=list)
-    line: int = 0
 
 
 class NotSimpleError(ValueError):
@@ -59,67 +38,6 @@ def read_launch(file: Path, arguments: Mapping[str, str], packages: Mapping[str,
     scope = _Scope(dict(arguments), set(arguments))
     reader.read(file, scope, 0)
     return LaunchedNodes(file, arguments, tuple(reader.nodes), tuple(reader.problems))
-
-
-def entities(file: Path) -> Entity:
-    """The root element of a launch file.
-
-    Raises:
-        DraftError: it is of Python, or no XML or YAML.
-    """
-    if file.suffix == ".py":
-        raise DraftError(f"--launch={file}: is a launch file of Python: {INSTALL}")
-    try:
-        data = file.read_bytes()
-        return _of_yaml(data) if file.suffix in (".yaml", ".yml") else _of_xml(data)
-    except OSError as error:
-        raise DraftError(f"--launch={file}: cannot be read: {error.strerror}") from None
-    except expat.ExpatError as error:
-        raise DraftError(f"--launch={file}:{error.lineno}: no XML: {expat.ErrorString(error.code)}") from None
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark is not None else 1
-        raise DraftError(f"--launch={file}:{line}: no YAML: {error.problem}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise DraftError(f"--launch={file}: no YAML: {' '.join(str(error).split())}") from None
-
-
-def _of_xml(data: bytes) -> Entity:
-    root = Entity("", {})
-    around = [root]
-    parser = expat.ParserCreate()
-
-    def begin(name: str, attributes: dict[str, str]) -> None:
-        made = Entity(name.replace("-", "_"), attributes, line=parser.CurrentLineNumber)
-        around[-1].parts.append(made)
-        around.append(made)
-
-    parser.StartElementHandler = begin
-    parser.EndElementHandler = lambda name: around.pop()
-    parser.Parse(data, True)
-    return root.parts[0]
-
-
-def _of_yaml(data: bytes) -> Entity:
-    tree = yaml.compose(data.decode("utf-8"), Loader=yaml.SafeLoader)
-    root = _entity("launch", tree) if tree is not None else Entity("launch", {})
-    return root.parts[0] if len(root.parts) == 1 and root.parts[0].kind == "launch" else root
-
-
-def _entity(kind: str, node: yaml.Node, line: int = 0) -> Entity:
-    made = Entity(kind.replace("-", "_"), {}, line=line or node.start_mark.line + 1)
-    pairs = node.value if isinstance(node, yaml.MappingNode) else []
-    if isinstance(node, yaml.SequenceNode):
-        pairs = [pair for entry in node.value if isinstance(entry, yaml.MappingNode) for pair in entry.value]
-    for key, value in pairs:
-        if isinstance(value, yaml.ScalarNode):
-            made.values[str(key.value)] = str(value.value)
-        elif isinstance(value, yaml.SequenceNode) and key.value in ("remap", "param", "env", "arg"):
-            made.parts += [_entity(key.value, entry) for entry in value.value]
-        elif isinstance(value, yaml.SequenceNode) and key.value == "children":
-            made.parts += _entity("children", value).parts
-        else:
-            made.parts.append(_entity(key.value, value, key.start_mark.line + 1))
-    return made
 
 
 @dataclass
@@ -246,7 +164,12 @@ class _Reader:
         scope.parameters += ({self._value(entity, "name", scope, file): self._scalar(entity, scope, file)},)
 
     def _scalar(self, entity: Entity, scope: _Scope, file: Path) -> Any:
-        return yaml.safe_load(self._value(entity, "value", scope, file))
+        """A value as ROS reads one of a command line: `1` is a number, `2024-01-01` a text."""
+        text = self._value(entity, "value", scope, file)
+        try:
+            return parse(["--ros-args", "-p", f"value:={text}"]).parameters[-1][2]
+        except (RCLError, UnicodeError):
+            return text
 
     def _group(self, entity: Entity, scope: _Scope, file: Path, depth: int) -> None:
         is_scoped = self._value(entity, "scoped", scope, file, "true").strip().lower() in ("true", "1")
@@ -276,6 +199,10 @@ class _Reader:
         return Place(os.path.relpath(file, self._root), entity.line)
 
     def _node(self, entity: Entity, scope: _Scope, file: Path, depth: int) -> None:
+        lacking = next((name for name in ("pkg", "exec") if name not in entity.values), None)
+        if lacking is not None:
+            hint = ": is it a launch file of ROS 1?" if "type" in entity.values else ""
+            raise NotSimpleError(f"it has no {lacking}{hint}")
         remappings, parameters = list(scope.remappings), list(scope.parameters)
         for part in entity.parts:
             if not self._is_meant(part, scope, file):

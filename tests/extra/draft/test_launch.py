@@ -146,6 +146,16 @@ def said(draft: Draft) -> str:
     return "\n".join(problem.text for problem in draft.findings.problems)
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("2", 2), ("0.5", 0.5), ("true", True), ("left", "left"), ("2024-01-01", "2024-01-01"), ("[1, 2]", [1, 2]),
+     ("1e-3", 0.001), ("[", "[")],
+)  # fmt: skip
+def test_values_of_parameters_are_those_of_ros(package: Path, text: str, value: object) -> None:
+    made = of(package, f'<launch><node pkg="a" exec="b"><param name="p" value="{text}"/></node></launch>')
+    assert made.nodes[0].parameters == ({"p": value},)
+
+
 def test_an_argument_of_the_command_line_comes_before_the_default(package: Path) -> None:
     nodes = read_launch(package / "launch" / "home.launch.xml", {"side": "right", "is_fast": "1"}, workspace(package))
     names = [(node.name, node.namespace) for node in nodes.nodes[:3]]
@@ -189,6 +199,8 @@ def test_elements_that_need_no_launch_system(package: Path, body: str, expected:
         ('<include file="robot.launch.py"/>', "<include> is left out: robot.launch.py is a launch file of Python"),
         ('<include file="gone.launch.xml"/>', "<include> is left out: there is no file"),
         ('<include file="$(find-pkg-share gone)/x.xml"/>', "<include> is left out: package 'gone' is not in the work"),
+        ('<node pkg="a" type="b.py" name="c"/>', "<node> is left out: it has no exec: is it a launch file of ROS 1?"),
+        ('<node exec="b"/>', "<node> is left out: it has no pkg"),
         ('<node_container pkg="rclcpp_components" exec="component_container"/>', "<node_container> is left out"),
     ],
 )
@@ -205,6 +217,7 @@ def test_what_needs_the_launch_system_is_said_and_the_rest_is_read(package: Path
     [
         ("xml", "<launch>", "some.launch.xml:1: no XML: no element found"),
         ("xml", "", "some.launch.xml:1: no XML: no element found"),
+        ("yaml", "launch: &a [group: *a]", "some.launch.yaml: its elements are nested too deep"),
         ("yaml", "launch: [", "some.launch.yaml:1: no YAML:"),
         ("py", "", "some.launch.py: is a launch file of Python: the launch system reads it: source a distribution"),
         ("xml", '<launch>\n<arg name="side"/></launch>', "some.launch.xml:2: argument 'side' has no default: expected"),
