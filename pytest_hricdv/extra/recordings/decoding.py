@@ -23,6 +23,10 @@ _DEEPEST = 8
 """Messages in messages that are read (chosen: a pose with covariance and stamp has four)."""
 
 
+MOST_ELEMENTS = 1000
+"""Of an array, so many are looked at one by one (chosen: an image has millions)."""
+
+
 class UnreadableError(ValueError):
     """The bytes of a message cannot be read; the text says why."""
 
@@ -136,5 +140,15 @@ def _flat(content: Mapping[str, Any], above: str) -> Iterator[tuple[str, Value]]
             yield path, value
         elif isinstance(value, int | float):
             yield path, float(value)
-        elif isinstance(value, list) and value and all(type(element) in (int, float) for element in value):
-            yield path, tuple(map(float, value))
+        elif isinstance(value, list) and value:
+            elements = _some(value)
+            if all(type(element) in (int, float) for element in elements):
+                yield path, tuple(map(float, elements))
+
+
+def _some(values: list[Any]) -> list[Any]:
+    """The elements of an array; of a long one, as an image, the extremes and some at equal distances."""
+    step = -(-len(values) // MOST_ELEMENTS)
+    if step == 1 or not isinstance(values[0], int | float):
+        return values[:MOST_ELEMENTS]
+    return [min(values), max(values), *values[::step]]

@@ -8,7 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.recordings.recording import Recorded, Recording
+from pytest_hricdv.extra.recordings.recording import Recorded, Recording, is_stream
 
 MARGIN = 0.1
 """A range is wider than what was observed by this share of its width, at each end (chosen)."""
@@ -16,12 +16,6 @@ MARGIN = 0.1
 TRUSTED = 10
 """So many observations make a range; of fewer, it is a question. The next value lies outside the extremes of n
 observations with a chance of 2 / (n + 1), whatever their distribution: 18 % with 10."""
-
-STREAM_MESSAGES = 20
-"""A topic with fewer messages is none that comes again and again (chosen)."""
-
-STREAM_SPREAD = 1.5
-"""The greatest quotient of the quartiles of the times between its messages (chosen: timers have 1.0, people more)."""
 
 
 def key_of(topic: str) -> str:
@@ -174,7 +168,7 @@ def observe(recordings: Sequence[Recording]) -> Observed:
     for key, message in (keyed for part in parts for keyed in part):
         messages[key].append(message)
     gaps = _gaps(parts)
-    streams = {key for key in messages if _is_stream(gaps.get(key, []))}
+    streams = {key for key in messages if is_stream(gaps.get(key, []))}
     waits, repeats = _waits(parts, streams)
     topics = {
         key: Topic(own[0].topic, len(own), _numbers(own, source), _texts(own), spread(gaps.get(key, []), source),
@@ -214,13 +208,6 @@ def _gaps(parts: Sequence[Keyed]) -> dict[str, list[float]]:
                 gaps[key].append(message.time_s - last_s[key])
             last_s[key] = message.time_s
     return gaps
-
-
-def _is_stream(gaps: Sequence[float]) -> bool:
-    ordered = sorted(gaps)
-    if len(ordered) + 1 < STREAM_MESSAGES:
-        return False
-    return ordered[3 * len(ordered) // 4] <= STREAM_SPREAD * ordered[len(ordered) // 4]
 
 
 def _waits(parts: Sequence[Keyed], streams: Collection[str]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:

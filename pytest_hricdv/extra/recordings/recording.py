@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -32,9 +33,15 @@ JITTER_S = 1.0
 PAUSE_S = 600.0
 """A longer pause of all topics is a jump of the clock, or of another recording (chosen)."""
 
-_SHORTEST_PAUSE_S, _PAUSE_FACTOR, _PAUSE_MESSAGES = 10.0, 50.0, 50
-"""With so many messages, so many times the pause that 99 % of them do not exceed is one, too, from so many seconds
-(chosen: a topic that comes ten times a second shows a clock that is set forward by a quarter of a minute)."""
+_SHORTEST_PAUSE_S, _PAUSE_FACTOR, _PAUSE_STREAMS = 10.0, 50.0, 2
+"""With so many topics that come again and again, so many times the pause that 99 % of all do not exceed is one, too,
+from so many seconds (chosen: one topic alone may rest while its node has nothing to do, as a clock never does)."""
+
+STREAM_MESSAGES = 20
+"""A topic with fewer messages is none that comes again and again (chosen)."""
+
+STREAM_SPREAD = 1.5
+"""The greatest quotient of the quartiles of the times between its messages (chosen: timers have 1.0, people more)."""
 
 
 @dataclass(frozen=True)
@@ -228,9 +235,20 @@ def _cut(jumps: list[str], most: int = 3) -> list[str]:
 
 
 def _pause_s(messages: Sequence[Recorded]) -> float:
-    if len(messages) < _PAUSE_MESSAGES:
+    by_topic: dict[str, list[float]] = defaultdict(list)
+    for message in messages:
+        by_topic[message.topic].append(message.time_s)
+    gaps = [[abs(later - earlier) for earlier, later in pairwise(times)] for times in by_topic.values()]
+    if sum(map(is_stream, gaps)) < _PAUSE_STREAMS:
         return PAUSE_S
-    times_s = [message.time_s for message in messages]
-    gaps_s = sorted(abs(later - earlier) for earlier, later in pairwise(times_s))
-    usual_s = gaps_s[int(0.99 * (len(gaps_s) - 1))]
+    pauses_s = sorted(abs(later.time_s - earlier.time_s) for earlier, later in pairwise(messages))
+    usual_s = pauses_s[int(0.99 * (len(pauses_s) - 1))]
     return min(PAUSE_S, max(_SHORTEST_PAUSE_S, _PAUSE_FACTOR * usual_s))
+
+
+def is_stream(gaps: Sequence[float]) -> bool:
+    """Whether a topic with these times between its messages comes again and again, as of a timer."""
+    ordered = sorted(gaps)
+    if len(ordered) + 1 < STREAM_MESSAGES:
+        return False
+    return ordered[3 * len(ordered) // 4] <= STREAM_SPREAD * ordered[len(ordered) // 4]

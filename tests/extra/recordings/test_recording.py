@@ -65,6 +65,15 @@ def test_numbers_that_are_not_finite_do_not_count(tmp_path: Path) -> None:
     assert numbers["pose.x"].comment().startswith("TODO: observed 1.5 to 2.5 in 2 messages")
 
 
+def test_of_long_arrays_the_extremes_are_seen(tmp_path: Path) -> None:
+    loads = [1.0] * 5000
+    loads[77], loads[4077] = -3.5, 9.5
+    entries = [(0.1 * n, "/tray", tray(0.0, 0.0, 1, loads, True)) for n in range(3)]
+    seen_loads = seen(write_mcap(tmp_path / "run.mcap", entries, TRAY)).topics["tray"].numbers["loads"]
+    assert (seen_loads.low, seen_loads.high) == (-3.5, 9.5)
+    assert seen_loads.count == 3 * 1002
+
+
 def test_waits_repeats_and_reactions_are_times_between_topics(tmp_path: Path) -> None:
     entries = [
         (0.0, "/order", {}),
@@ -109,6 +118,13 @@ def test_files_of_a_folder_begin_anew_each(tmp_path: Path) -> None:
     gaps = seen(tmp_path).topics["said"].gaps
     assert gaps is not None
     assert (gaps.count, gaps.high, gaps.source) == (3, 3.0, "3 recordings")
+
+
+def test_a_stream_that_rests_is_no_clock_that_jumps(tmp_path: Path) -> None:
+    moving = [(0.2 * n + 30 * (n > 70), "/moving", {"x": 1.0}) for n in range(100)]
+    (recording,) = reading(write_mcap(tmp_path / "run.mcap", sorted([*moving, (44.0, "/order", {})])))
+    assert recording.problems == ()
+    assert len(recording.parts) == 1
 
 
 def truncated(folder: Path, suffix: str) -> Path:
@@ -188,8 +204,11 @@ BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
         4,
     ),
     "clock set forward a little": (
-        lambda f: write_mcap(f / "run.mcap", said([0.1 * n + 20 * (n > 70) for n in range(100)]), SAID),
-        "run.mcap: message 72 (/said): the clock jumps by 20.1 s",
+        lambda f: write_mcap(
+            f / "run.mcap",
+            [(0.1 * n + 20 * (n > 70), topic, {"x": 1.0}) for n in range(100) for topic in ("/scan", "/odometry")],
+        ),
+        "run.mcap: message 143 (/scan): the clock jumps by 20.1 s",
         100,
     ),
     "times of 0 before the clock": (  # ros2/rosbag2 issue 1276
