@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from pytest_hricdv.extra.draft.drafted import Draft, Sensor
-from pytest_hricdv.extra.draft.findings import Port
+from pytest_hricdv.extra.draft.drafted import OTHER, Draft, Sensor, is_open
+from pytest_hricdv.extra.draft.findings import Message, MessageField, Port
 from pytest_hricdv.extra.draft.model_text import groups, levels, neutral_beliefs, start_beliefs
 from pytest_hricdv.extra.draft.naming import unit_of, word
 from pytest_hricdv.extra.draft.observed_text import answer_s, lateness, reaction_lines, said_lines_of, times_of_lines
@@ -138,10 +138,15 @@ def said_commands(draft: Draft) -> list[str]:
     ]
 
 
+def _others(draft: Draft, message: Message, part: MessageField) -> list[str]:
+    """A text that a person says too, and the code does not know."""
+    return [OTHER] if draft.has_others and message.direction != "said" and is_open(part) else []
+
+
 def _testbench(draft: Draft) -> list[str]:
     findings = draft.findings
     values = [
-        (f"{m.topic}.{p.name}", [v.text for v in p.values], p)
+        (f"{m.topic}.{p.name}", [*(v.text for v in p.values), *_others(draft, m, p)], p)
         for m in draft.messages for p in m.fields if p.values and not p.by_type and p.kind == "str"
     ]  # fmt: skip
     units = [(f"{m.topic}.{p.name}", p.unit) for m in draft.messages for p in m.fields if p.unit]

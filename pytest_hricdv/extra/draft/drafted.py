@@ -17,8 +17,12 @@ from pytest_hricdv.skeleton.skeleton import name_like
 MANNERS = ("in_time", "too_early", "too_late", "twice")
 """How a person does something; *never* is a belief without a command."""
 
-MOST_KINDS = 8
-"""If messages of one class have more combinations of values, not all of them are drafted (chosen: three switches)."""
+MOST_KINDS = 12
+"""If messages of one class have more combinations of values, not all of them are drafted (chosen: three switches, or
+four texts with a number that is low, usual or high)."""
+
+OTHER = "something else"
+"""A text that no code knows."""
 
 LATE_S = 30.0
 """How long a person waits at least who is too late, where the code has no time-out (chosen)."""
@@ -38,11 +42,15 @@ class Kind:
         name: the word in the model, and in commands; empty where there is one only.
         values: source text of each field that has a value of its own.
         place: where the value is in the code.
+        ranges: source text of the range of each number that the code compares with others.
+        is_usual: whether the code knows its text, and its numbers are usual where it has one.
     """
 
     name: str
     values: tuple[tuple[str, str], ...]
     place: Place
+    ranges: tuple[tuple[str, str], ...] = ()
+    is_usual: bool = True
 
 
 @dataclass(frozen=True)
@@ -109,6 +117,7 @@ class Draft:
         ros: how the node of ROS 2 is started that the draft is for; None where it is for other code.
         observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
+        has_others: whether a person also says a text that the code does not know; not where it raises then.
     """
 
     findings: Findings
@@ -121,6 +130,7 @@ class Draft:
     ros: RosStart | None = None
     observed: Observed | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
+    has_others: bool = True
 
     @property
     def entry(self) -> Entry | None:
@@ -149,7 +159,7 @@ class Draft:
     @cached_property
     def things(self) -> tuple[Thing, ...]:
         """What a person can say."""
-        return tuple(_thing(message) for message in self.findings.heard)
+        return tuple(_thing(message, self.has_others) for message in self.findings.heard)
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
@@ -252,25 +262,47 @@ def robot_name(findings: Findings) -> str:
     return name_like(findings.package.rstrip("/").rpartition("/")[2].removesuffix(".py").rpartition(".")[2])
 
 
-def _thing(message: Message) -> Thing:
+def is_open(part: MessageField) -> bool:
+    """Whether a field may also have a text that the code does not know."""
+    return part.kind == "str" and bool(part.values) and not part.by_type
+
+
+def _levels(part: MessageField) -> list[tuple[str, str, str, Place]]:
+    """Ranges of a number around those that the code compares it with; what is usual first."""
+    low, high = min(part.compared), max(part.compared)
+    width = max(abs(low), abs(high), 3.0 if part.type == "int" else 0.0) or 1.0
+    ranges = [("mid", low, high)] if low < high else []
+    ranges += [("high", high + width / 4, high + width), ("low", low - width, low - width / 4)]
+    return [(f"{level}_{word(part.name)}", part.name, f'Range({a:g}, {b:g}, "{part.unit}")', part.place)
+            for level, a, b in ranges]  # fmt: skip
+
+
+def _thing(message: Message, has_others: bool) -> Thing:
     choices: list[list[tuple[str, str, str, Place]]] = []
     numbers = []
     for part in message.fields:
         if part.kind == "str":
             texts = [(word(v.text), part.name, _source(part, v.text), v.place) for v in part.values]
+            texts += [("other", part.name, f'"{OTHER}"', part.values[0].place)] if has_others and is_open(part) else []
             choices.append(texts or [("", part.name, '"text"', part.place)])
         elif part.kind == "bool":
             options = [("with_" + word(part.name), part.name, "True", part.place)]
             choices.append([*options, ("no_" + word(part.name), part.name, "False", part.place)])
         elif part.kind == "float":
             numbers.append(part)
+            choices += [_levels(part)] if part.compared else []
+    floats = {part.name for part in numbers}
     kinds: list[Kind] = []
     for combination in _combined(choices):
         name = "_".join(choice[0] for choice in combination if choice[0])
-        values = tuple((choice[1], choice[2]) for choice in combination)
+        values = tuple((choice[1], choice[2]) for choice in combination if choice[1] not in floats)
+        ranges = tuple((choice[1], choice[2]) for choice in combination if choice[1] in floats)
         place = combination[0][3] if combination else message.place
         if all(kind.name != name for kind in kinds):
-            kinds.append(Kind(name, values, place))
+            usual = {choice[0] for choice in choices} if values else set(combination)
+            is_known = all(source != f'"{OTHER}"' for _, source in values)
+            is_usual = is_known and all(part in usual for part in combination if part[1] in floats)
+            kinds.append(Kind(name, values, place, ranges, is_usual))
     return Thing(message, word(message.topic), tuple(kinds), tuple(numbers))
 
 
@@ -279,8 +311,19 @@ def _combined(choices: list[list[tuple[str, str, str, Place]]]) -> list[tuple[tu
     combinations = list(product(*choices))
     if len(combinations) <= MOST_KINDS:
         return combinations
-    longest = max(len(choice) for choice in choices)
-    return [tuple(choice[row % len(choice)] for choice in choices) for row in range(longest)]
+    first = [choice[0] for choice in choices]
+    rows = [tuple(first)]
+    for number, choice in enumerate(choices):  # each option with what is usual of the others
+        rows += [(*first[:number], option, *first[number + 1 :]) for option in choice[1:]]
+    longest = max(range(len(choices)), key=lambda number: len(choices[number]))
+    options = choices[longest]
+    for number, choice in enumerate(choices):  # and what is unusual with another option of the longest one
+        if number != longest:
+            for turn, option in enumerate(choice[1:], 1):
+                row = [*first[:number], option, *first[number + 1 :]]
+                row[longest] = options[turn % len(options)]
+                rows.append(tuple(row))
+    return rows[: max(MOST_KINDS, len(options))]
 
 
 def _source(part: MessageField, text: str) -> str:

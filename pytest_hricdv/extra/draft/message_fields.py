@@ -82,6 +82,8 @@ class MessageFields:
 
     def _with_values(self, scope: Scope, part: MessageField, fields: int) -> MessageField:
         """The same with the texts that it is made of, or compared with; of a docstring where the code says none."""
+        if part.kind == "float":
+            return replace(part, compared=tuple(dict.fromkeys(self._numbers(scope, part.name))))
         if part.kind != "str" or part.by_type:
             return part
         values: dict[str, FoundValue] = {}
@@ -90,6 +92,18 @@ class MessageFields:
         for text in self._documented(scope, part.name, fields):
             values.setdefault(text, FoundValue(text, scope.place, certainty="likely"))
         return replace(part, values=tuple(values.values()))
+
+    def _numbers(self, scope: Scope, name: str) -> Iterator[float]:
+        """The numbers that a field is compared with where it is read."""
+        for module, at, node in self._flow.nodes:
+            parent = self._parents.get(id(node))
+            if not (isinstance(node, ast.Attribute) and node.attr == name and isinstance(parent, ast.Compare)):
+                continue
+            if self._is_of(node.value, scope, module, at):
+                others = [part for part in (parent.left, *parent.comparators) if part is not node]
+                for value in (value for part in others for value in self._flow.constants(part, module, at)):
+                    if isinstance(value, int | float) and not isinstance(value, bool):
+                        yield float(value)
 
     def _made_of(self, scope: Scope, name: str) -> dict[str, Place]:
         """Texts with which a message is made."""

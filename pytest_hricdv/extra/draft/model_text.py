@@ -41,7 +41,24 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
             beliefs[f"which {thing.name}"] = tuple(which(thing, kind.name) for kind in thing.kinds)
     for sensor in draft.sensors:
         beliefs[f"{sensor.name}"] = tuple(f"{word(sensor.name)}_{level}" for level in levels(sensor))
+    if in_order(draft):
+        beliefs["order"] = ORDERS
+        beliefs["left out"] = ("nothing_left_out", *(f"without_{command}" for command in in_order(draft)))
     return beliefs or {"stay": STAYS}
+
+
+ORDERS = ("each_once", "all_in_order", "all_quickly")
+"""What a person says in a round: each thing once, or all that there is to say, one after the other, also
+without waiting for answers."""
+
+MOST_IN_ORDER = 12
+"""A round of more would take too long (chosen)."""
+
+
+def in_order(draft: Draft) -> tuple[str, ...]:
+    """All that a person can say, in the order of the code; empty where that is one thing, or too much for a round."""
+    commands = [command for thing in draft.things for command, kind in thing.commands if kind.is_usual]
+    return tuple(commands) if 2 <= len(commands) <= MOST_IN_ORDER else ()
 
 
 def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
@@ -52,7 +69,7 @@ def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
         belief
         for thing in draft.things
         for belief in (f"{thing.name}_{NEVER}", *((which(thing, thing.kinds[0].name),) if len(thing.kinds) > 1 else ()))
-    )
+    ) + ((ORDERS[0], "nothing_left_out") if in_order(draft) else ())
 
 
 LONG = "wait_answer; wait_answer; wait_answer"
@@ -80,7 +97,14 @@ def person(draft: Draft) -> str:
     ]
     body = "; ".join(steps if draft.things else [*steps, "wait_answer"])
     lines += ["", "@once  +!visit : one_round  <- !round.", "@again +!visit : two_rounds <- !round; !round.", ""]
-    if steps:
+    if in_order(draft):
+        seen = "".join(f"!see_{word(sensor.name)}; " for sensor in draft.sensors)
+        forwards = "; ".join(f"!then_{command}" for command in in_order(draft))
+        quickly = "; ".join(f"!quickly_{command}" for command in in_order(draft))
+        lines += [f"@all_in_order +!round : all_in_order <- {seen}{forwards}."]
+        lines += [f"@all_quickly +!round : all_quickly <- {seen}{quickly}; wait_answer."]
+        lines += [f"@each_once +!round <- {body}.", ""]
+    elif steps:
         lines += [f"+!round <- {body}.", ""]
     else:
         lines += ["// TODO: nothing was found that the robot hears or reads. What makes it act?"]
@@ -94,6 +118,14 @@ def person(draft: Draft) -> str:
         lines += [f"@{name}_stays +!see_{name}.", ""]
     for thing in draft.things:
         lines += [*_plans(thing), ""]
+    if in_order(draft):
+        lines.append("// Each of all that there is to say, where it is not left out.")
+    for thing in draft.things if in_order(draft) else ():
+        for command in (command for command, kind in thing.commands if kind.is_usual):
+            lines.append(f"@leaves_out_{command} +!quickly_{command} : without_{command}.")
+            lines.append(f"@says_{command} +!quickly_{command} <- {command}(in_time); {_told(thing)}")
+            lines.append(f"+!then_{command} : without_{command}.")
+            lines.append(f"+!then_{command} <- !quickly_{command}; wait_answer.")
     return "\n".join(lines).rstrip() + "\n"
 
 

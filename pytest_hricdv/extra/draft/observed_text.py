@@ -18,8 +18,11 @@ def said_lines_of(draft: Draft, thing: Thing) -> Iterator[str]:
     topic = topic_of(draft, thing)
     for command, kind in thing.commands:
         if topic is None or not any(part.name in topic.numbers for part in thing.numbers):
-            numbers = ", ".join(f'"{p.name}": Range(0.0, 1.0, "{p.unit}")' for p in thing.numbers)
-            mark = "TODO: between which numbers?" if numbers else str(kind.place)
+            numbers = ", ".join(
+                f'"{p.name}": ' + dict(kind.ranges).get(p.name, f'Range(0.0, 1.0, "{p.unit}")') for p in thing.numbers
+            )
+            is_open = any(p.name not in dict(kind.ranges) for p in thing.numbers)
+            mark = "TODO: between which numbers?" if is_open else str(kind.place)
             yield f'    "{command}": {{{numbers}}},  # {mark}'
             continue
         yield f'    "{command}": {{  # {kind.place}'

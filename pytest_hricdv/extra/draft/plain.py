@@ -352,7 +352,8 @@ def _field(name: str, value: PlainValue) -> MessageField:
     kind = value.kind
     values = tuple(FoundValue(text, place) for text, place in value.texts.items()) if kind == "str" else ()
     unit = unit_of(name) if kind == "float" else ""
-    return MessageField(name, TYPES[kind], kind, value.place, values, unit, DEFAULTS[kind])
+    numbers = tuple(value.numbers) if kind == "float" else ()
+    return MessageField(name, TYPES[kind], kind, value.place, values, unit, DEFAULTS[kind], compared=numbers)
 
 
 def _channel(holder: Holder, direction: Direction, ends: Sequence[End]) -> Channel:

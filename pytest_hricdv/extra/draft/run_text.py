@@ -95,6 +95,7 @@ def _person(draft: Draft) -> list[str]:
         "    def person() -> None:",
         f'        bus = run.bus.port("{draft.person}")',
         f"        answers = [bus.subscribe(kind) for kind in ({answers})]" if answers else "",
+        "        run.kernel.sleep(LOOKS_EACH_S)",
         "        for action in run.actions():",
         '            run.kernel.sleep(float(action.parameters.get("after_s", 0.0)))',
         '            what, _, how = action.command.rpartition(" ")',
