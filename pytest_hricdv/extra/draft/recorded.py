@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +20,9 @@ from pytest_hricdv.extra.recordings.observed import (
 )
 from pytest_hricdv.extra.recordings.recording import Recording, read
 from pytest_hricdv.extra.ros2.packages import SourcePackage
+
+LONGEST = 40
+"""Characters of a text that is one of several choices (chosen: the name of a state, of a place)."""
 
 
 def with_recordings(
@@ -97,12 +100,17 @@ def _with_values(message: Message, seen: Observed) -> Message:
 def _with_texts(part: MessageField, topic: Topic, source: str) -> MessageField:
     """A field of texts with those that were observed, the most frequent first, after those of the code."""
     texts = topic.texts.get(part.name, Counter())
-    if part.kind != "str" or part.by_type or len(texts) > MOST_KINDS:
+    if part.kind != "str" or part.by_type or not _are_choices(texts):
         return part
     there = {value.text for value in part.values}
     added = [FoundValue(text, Place(f"observed {_times(count)} in {source}", 0), how="run")
              for text, count in texts.most_common() if text.strip() and text not in there]  # fmt: skip
     return replace(part, values=(*part.values, *added))
+
+
+def _are_choices(texts: Iterable[str]) -> bool:
+    """Whether texts are few and short, so that one is chosen, and not written."""
+    return len(list(texts)) <= MOST_KINDS and all(len(text) <= LONGEST for text in texts)
 
 
 def _times(count: int) -> str:
@@ -153,7 +161,7 @@ def _unshared_fields(message: Message, topic: Topic, source: str) -> Iterator[tu
 def _settled(questions: Sequence[Question], seen: Observed) -> tuple[Question, ...]:
     """The questions without those for texts that were observed."""
     answered = {f"{key}.{path}" for key, topic in seen.topics.items() for path, texts in topic.texts.items()
-                if len(texts) <= MOST_KINDS}  # fmt: skip
+                if _are_choices(texts)}  # fmt: skip
     return tuple(question for question in questions if question.about not in answered)
 
 
@@ -168,6 +176,6 @@ def _questions(messages: Sequence[Message], seen: Observed) -> Iterator[Question
             yield Question(text, topic.name, message.place)
         for part in message.fields:
             texts = topic.texts.get(part.name, Counter())
-            if part.kind == "str" and len(texts) > MOST_KINDS:
+            if part.kind == "str" and not _are_choices(texts):
                 text = f"Which texts of `{message.topic}.{part.name}` matter? {seen.source} has {len(texts)} of them"
                 yield Question(text, f"{message.topic}.{part.name}", part.place)

@@ -97,6 +97,17 @@ def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -
     assert "Order.drink: never observed in day.mcap: 'coffee'" in said(findings)
 
 
+@pytest.mark.parametrize(
+    "drinks", [[f"drink {n}" for n in range(12)], ["tea, but not as hot as the last time I was here"]]
+)
+def test_texts_that_people_write_are_a_question(tmp_path: Path, drinks: list[str]) -> None:
+    entries: list[Entry] = [(10.0 * n, "/order", order(n, drinks[n % len(drinks)])) for n in range(12)]
+    findings, texts = drafted(tmp_path, entries)
+    assert '"order.drink": ("tea", "coffee")' in texts["conftest.py"]
+    asked = f"Which texts of `order.drink` matter? day.mcap has {len(drinks)} of them"
+    assert asked in [question.text for question in findings.questions]
+
+
 def test_messages_that_only_one_of_them_has_are_said(tmp_path: Path) -> None:
     stray: list[Entry] = [(1.0, "/joy", {"x": 1.0}), (2.0, "/joy", {"x": 2.0}), (3.0, "/rosout", {"msg": "hello"})]
     findings, _ = drafted(tmp_path, [*orders(12), *stray])
