@@ -22,7 +22,7 @@ STAMPS = PICTURES / "made-from.toml"
 
 PAGE = ("pytest_hricdv/report",)
 FILM = ("controller", "sim", "pytest_hricdv/extra/film")
-SUFFIXES = frozenset({".py", ".js", ".css", ".html", ".urdf", ".xml", ".toml"})
+SUFFIXES = frozenset({".py", ".js", ".css", ".html", ".jinja", ".urdf", ".xml", ".toml"})
 
 
 def sources_of(picture: str) -> tuple[str, ...]:
