@@ -1,0 +1,92 @@
+"""Which planted faults a draft notices, with the first ten requirements that are suggested for it accepted.
+
+    python -m studies.draft_kills porter vacuum                   # of these code bases of studies.drafts (many minutes)
+    python -m studies.draft_kills home-care --faults=40 --switches  # with the published faults of its code
+
+Needs the extra `mutation`, and `transitions` for the porter. Faults are drawn with seed 0 among all mutants, those that
+no test executes included: the share is of all that were drawn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from studies.code_bases import CodeBase, code_bases
+
+SUITES = "rl"
+"""The suite that faults are tried on: that of `pytest` in a draft."""
+
+MOST = 10
+"""Suggestions that are accepted."""
+
+
+def kills(code: CodeBase, folder: Path, faults: int, switches: bool) -> Iterator[str]:
+    """Lines on one code base: what was suggested, what was noticed, and what survived, by operator."""
+    target = folder / f"draft-of-{code.key}"
+    made = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
+    subprocess.run(made, cwd=code.folder, check=True, capture_output=True)
+    suggested = _report(target, f"--hri-suite={SUITES}", "--hri-suggest", f"--hri-suggest-most={MOST}",
+                        f"--hri-suggest-faults={faults}")  # fmt: skip
+    accepted = _accept(target, suggested)
+    yield f"{code.key}: {accepted} suggestions accepted"
+    report = _report(target, f"--hri-suite={SUITES}", "--hri-mutate", f"--hri-mutate-faults={faults}")
+    mutants = report["mutation"]["mutants"] if report.get("mutation") else []
+    noticed = sum(mutant["status"] == "killed" for mutant in mutants)
+    yield f"{code.key}: {noticed} of {len(mutants)} faults noticed ({100 * noticed / max(1, len(mutants)):.0f} %)"
+    left = Counter((mutant["status"], mutant["operator"]) for mutant in mutants if mutant["status"] != "killed")
+    for (status, operator), count in left.most_common():
+        yield f"{code.key}:   {status}, {operator}: {count}"
+    for switch in code.switches if switches else ():
+        found = _report(target, f"--hri-suite={SUITES}", environment={code.switch: switch})
+        failed = sum(test["outcome"] == "failed" for test in found["tests"])
+        yield f"{code.key}: published fault {switch}: {'noticed' if failed else 'not noticed'} ({failed} tests fail)"
+
+
+def _report(folder: Path, *options: str, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The report of a session of a draft."""
+    command = [sys.executable, "-m", "pytest", "-q", *options]
+    subprocess.run(command, cwd=folder, capture_output=True, check=False, env={**os.environ, **(environment or {})})
+    report: dict[str, Any] = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    return report
+
+
+def _accept(folder: Path, report: Mapping[str, Any]) -> int:
+    """Paste what was suggested, as accepted by this study; how many there were."""
+    result = report.get("suggestions") or {"suggestions": []}
+    lines = []
+    for one in result["suggestions"][:MOST]:
+        lines += ["", f"[{one['id']}]", f"title = {json.dumps(one['title'], ensure_ascii=False)}",
+                  f"formula = {json.dumps(one['formula'], ensure_ascii=False)}",
+                  'suggested = "from runs of this study"',
+                  'accepted_by = "studies.draft_kills"', f"accepted_on = {datetime.date.today()}"]  # fmt: skip
+    with (folder / "requirements.toml").open("a", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return len(result["suggestions"][:MOST])
+
+
+def main() -> None:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("keys", nargs="*", metavar="CODE", help="which code bases (default: all)")
+    parser.add_argument("--faults", type=int, default=60, help="so many faults of each, drawn with seed 0")
+    parser.add_argument("--switches", action="store_true", help="and the published faults of the code")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        for code in code_bases(Path(name)):
+            if not options.keys or code.key in options.keys:
+                for line in kills(code, Path(name), options.faults, options.switches):
+                    print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
