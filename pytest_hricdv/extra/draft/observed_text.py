@@ -47,20 +47,23 @@ def topic_of(draft: Draft, thing: Thing) -> Topic | None:
 
 def times_of_lines(draft: Draft) -> list[str]:
     """The table `TIMES_OF`: when people said a thing in the recording, in place of `TIMES`; empty without one."""
-    lines = []
+    lines: list[str] = []
+    commands: list[tuple[str, str]] = []
     for thing in draft.things:
         topic = topic_of(draft, thing)
         entries = list(_times(topic)) if topic is not None else []
         if entries:
-            commands = ", ".join(json.dumps(command) for command, _ in thing.commands)
-            lines += [f"    **dict.fromkeys(({commands},), {{", *entries, "    }),"]
+            name = f"{thing.name.upper()}_TIMES"
+            lines += [f"{name}: dict[str, dict[str, Range]] = {{", *entries, "}"]
+            commands += [(command, name) for command, _ in thing.commands]
     if not lines:
         return []
     return [
         "",
         "# When it was said in the recording, in place of TIMES.",
-        "TIMES_OF: dict[str, dict[str, dict[str, Range]]] = {",
         *lines,
+        "TIMES_OF = {",
+        *(f"    {json.dumps(command)}: {name}," for command, name in commands),
         "}",
     ]
 
@@ -74,15 +77,15 @@ def _times(topic: Topic) -> Iterator[str]:
         return
     low, high = _with_default(after, (0.5, 2.0))
     in_time = f'"after_s": Range({low!r}, {high!r}, "s")'
-    yield f"        # {why}: {after.comment('s', of)}"
-    yield f'        "in_time": {{{in_time}}},'
+    yield f"    # {why}: {after.comment('s', of)}"
+    yield f'    "in_time": {{{in_time}}},'
     again = topic.gaps if topic.is_stream else topic.repeats
     if again is None:
-        yield f'        "twice": {{{in_time}, "again_s": Range(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
+        yield f'    "twice": {{{in_time}, "again_s": Range(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
         return
     least, most = _with_default(again, (0.1, 1.0))
-    yield f"        # {topic.name} again: {again.comment('s', 'gaps')}"
-    yield f'        "twice": {{{in_time}, "again_s": Range({least!r}, {most!r}, "s")}},'
+    yield f"    # {topic.name} again: {again.comment('s', 'gaps')}"
+    yield f'    "twice": {{{in_time}, "again_s": Range({least!r}, {most!r}, "s")}},'
 
 
 def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, float]:

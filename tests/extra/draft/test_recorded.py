@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -103,7 +105,8 @@ def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -
 def test_texts_that_people_write_are_a_question(tmp_path: Path, drinks: list[str]) -> None:
     entries: list[Entry] = [(10.0 * n, "/order", order(n, drinks[n % len(drinks)])) for n in range(12)]
     findings, texts = drafted(tmp_path, entries)
-    assert '"order.drink": ("tea", "coffee")' in texts["conftest.py"]
+    assert '"order.drink": ("tea", "coffee"' in texts["conftest.py"]
+    assert drinks[0] not in texts["conftest.py"]
     asked = f"Which texts of `order.drink` matter? day.mcap has {len(drinks)} of them"
     assert asked in [question.text for question in findings.questions]
 
@@ -174,3 +177,11 @@ def test_the_learned_suite_of_a_draft_of_a_recording_is_green(tmp_path: Path) ->
     trial = run(Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 6)
     assert not trial.error
     assert trial.tests == 6
+
+
+def test_the_testbench_of_a_recording_passes_ruff(tmp_path: Path) -> None:
+    _, texts = drafted(tmp_path, orders(12))
+    (tmp_path / "conftest.py").write_text(texts["conftest.py"], encoding="utf-8")
+    command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "E4,E7,E9,F,B,RUF", "conftest.py"]
+    checked = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stdout
