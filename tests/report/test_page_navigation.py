@@ -151,3 +151,22 @@ def test_a_cause_leads_to_its_test_and_its_line(watched: Watched, tmp_path: Path
     cause.locator("a", has_text="controller/states.py:42").click()
     page.wait_for_selector("#code details[open]")
     watched.assert_quiet()
+
+
+@pytest.mark.slow
+def test_mutants_are_chosen_by_their_state_in_the_address_and_a_fault_is_told_in_full(
+    watched: Watched, tmp_path: Path
+) -> None:
+    page = watched.open(sample.data(tests=2) | {"mutation": sample_sections.MUTATION}, tmp_path, "mutants")
+    rows = page.locator("#mutants tr[data-state]:visible")
+    states = [mutant["status"] for mutant in sample_sections.MUTATION["mutants"] if mutant["status"] != "killed"]
+    assert sorted(rows.evaluate_all("rows => rows.map((row) => row.dataset.state)")) == sorted(states)
+    page.get_by_role("link", name="1 survived").click()
+    page.wait_for_function("() => document.querySelectorAll('#mutants tr[data-state]:not([hidden])').length === 1")
+    assert page.locator("#mutants select[name=state]").input_value() == "survived"
+    rows.locator("[data-full]").hover()
+    assert page.locator(".tip").inner_text().splitlines()[-2:] == ["becomes", "pass"]
+    page.get_by_role("searchbox", name="Search mutants").fill("no such text")
+    assert rows.count() == 0
+    assert "q=no+such+text" in page.url
+    watched.assert_quiet()
