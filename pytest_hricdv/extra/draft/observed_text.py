@@ -27,13 +27,21 @@ def said_lines_of(draft: Draft, thing: Thing) -> Iterator[str]:
             continue
         yield f'    "{command}": {{  # {kind.place}'
         for part in thing.numbers:
-            seen = topic.numbers.get(part.name)
-            low, high, mark = 0.0, 1.0, "TODO: between which numbers?"
-            if seen is not None:
-                whole = part.type == "int"
-                (low, high), mark = seen.ends(whole=whole), seen.comment(part.unit, _counted(part), whole=whole)
-            yield f'        "{part.name}": Range({low!r}, {high!r}, "{part.unit}"),  # {mark}'
+            chosen, mark = _range(part, topic.numbers.get(part.name), dict(kind.ranges).get(part.name))
+            yield f'        "{part.name}": {chosen},  # {mark}'
         yield "    },"
+
+
+def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tuple[str, str]:
+    """The range of a number, and where it comes from; one on a side of what the code compares it with stays there."""
+    whole = part.type == "int"
+    comment = seen.comment(part.unit, _counted(part), whole=whole) if seen is not None else ""
+    if of_code is not None:
+        return of_code, f"of the code; {comment or 'nothing was observed'}"
+    if seen is None:
+        return f'Range(0.0, 1.0, "{part.unit}")', "TODO: between which numbers?"
+    low, high = seen.ends(whole=whole)
+    return f'Range({low!r}, {high!r}, "{part.unit}")', comment
 
 
 def _counted(part: MessageField) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.drafted import MOST_KINDS
 from pytest_hricdv.extra.draft.findings import Findings, FoundValue, Message, MessageField, Place, Problem, Question
 from pytest_hricdv.extra.draft.ros_interfaces import interface_file
 from pytest_hricdv.extra.recordings.observed import (
+    MOST_TEXTS,
     TRUSTED,
     Observed,
     Topic,
@@ -110,7 +110,7 @@ def _with_texts(part: MessageField, topic: Topic, source: str) -> MessageField:
 
 def _are_choices(texts: Iterable[str]) -> bool:
     """Whether texts are few and short, so that one is chosen, and not written."""
-    return len(list(texts)) <= MOST_KINDS and all(len(text) <= LONGEST for text in texts)
+    return len(list(texts)) <= MOST_TEXTS and all(len(text) <= LONGEST for text in texts)
 
 
 def _times(count: int) -> str:
@@ -159,9 +159,11 @@ def _unshared_fields(message: Message, topic: Topic, source: str) -> Iterator[tu
 
 
 def _settled(questions: Sequence[Question], seen: Observed) -> tuple[Question, ...]:
-    """The questions without those for texts that were observed."""
+    """The questions without those for texts and numbers that were observed."""
     answered = {f"{key}.{path}" for key, topic in seen.topics.items() for path, texts in topic.texts.items()
                 if _are_choices(texts)}  # fmt: skip
+    answered |= {f"{key}.{path}" for key, topic in seen.topics.items() for path, numbers in topic.numbers.items()
+                 if numbers.is_trusted}  # fmt: skip
     return tuple(question for question in questions if question.about not in answered)
 
 

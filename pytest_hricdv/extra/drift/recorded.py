@@ -10,12 +10,17 @@ from pathlib import Path
 
 from pytest_hricdv.extra.draft.ros_interfaces import interface_files
 from pytest_hricdv.extra.drift.drifting import Drift
-from pytest_hricdv.extra.recordings.observed import Observed, Spread, Topic, is_infrastructure, key_of, observe
+from pytest_hricdv.extra.recordings.observed import (
+    MOST_TEXTS,
+    Observed,
+    Spread,
+    Topic,
+    is_infrastructure,
+    key_of,
+    observe,
+)
 from pytest_hricdv.extra.recordings.recording import read
 from pytest_hricdv.testbench import Testbench
-
-MOST_TEXTS = 8
-"""A field with more texts is no choice among some (chosen: as for drafts)."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,10 @@ TRUSTED = 10
 observations with a chance of 2 / (n + 1), whatever their distribution: 18 % with 10."""
 
 
+MOST_TEXTS = 8
+"""A field with more texts is no choice among some (chosen)."""
+
+
 def key_of(topic: str) -> str:
     """A topic as drafts and requirements call it.
 

@@ -185,3 +185,15 @@ def test_the_testbench_of_a_recording_passes_ruff(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "E4,E7,E9,F,B,RUF", "conftest.py"]
     checked = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert checked.returncode == 0, checked.stdout
+
+
+def test_a_number_stays_on_its_side_of_what_the_code_compares_it_with(tmp_path: Path) -> None:
+    code = BAR.replace('order.drink in ("tea", "coffee")', "order.level_ml > 200.0")
+    (tmp_path / "bar.py").write_text(code, encoding="utf-8")
+    recording = write_mcap(tmp_path / "day.mcap", orders(12))
+    findings, seen = with_recordings(analyse("bar", tmp_path), [recording], {})
+    texts = dict(files(Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=seen)))
+    lines = [line for line in texts["conftest.py"].splitlines() if '"level_ml": Range(' in line]
+    assert len(lines) > 1
+    assert all("# of the code; observed 150 to 260 ml" in line for line in lines)
+    assert len({line.partition("#")[0] for line in lines}) > 1
