@@ -7,6 +7,7 @@ argument, and for each key or attribute that is read of one.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -33,6 +34,11 @@ _OWN_WAYS = ("threading.", "asyncio.", "functools.", "multiprocessing.", "concur
 
 _HOOKS = ("on_enter_", "on_exit_", "on_transition", "after_", "before_", "on_")
 """Methods of a class with a machine of a library that this calls."""
+
+_LISTENS = re.compile(
+    r"^(add|register|attach|set|connect|remove|unregister)_?(listener|callback|observer|handler|hook)s?$"
+)
+"""Methods that take a function to call: a person has none to hand over."""
 
 _RECEIVES = ("get_json", "json", "form", "args", "values", "data")
 """What is read of the request of a web framework."""
@@ -133,6 +139,8 @@ class CallFinder:
         for name, scope in methods.items():
             function = scope.node
             assert not isinstance(function, ast.ClassDef)
+            if _LISTENS.match(name):
+                continue
             is_loop = _loops(function) and id(function) not in registered
             is_public = not name.startswith("_") and not _is_plain_access(function) and not self._is_used(scope)
             if name not in skipped and (is_public or id(function) in registered) and not is_loop:

@@ -111,3 +111,19 @@ def test_a_draft_of_code_that_is_called_is_green_at_once(name: str, tmp_path: Pa
     )
     assert done.returncode == 0, done.stdout
     assert "tests: 30 passed" in done.stdout
+
+
+def test_nobody_hands_over_a_listener(tmp_path: Path) -> None:
+    source = """
+class Scale:
+    def __init__(self):
+        self._listeners = []
+
+    def add_listener(self, listener):
+        self._listeners.append(listener)
+
+    def tare(self):
+        for listener in self._listeners:
+            listener("tared")
+"""
+    assert [message.name for message in findings_of(tmp_path, source).heard] == ["Tare"]
