@@ -118,6 +118,7 @@ class Draft:
         observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
         has_others: whether a person also says a text that the code does not know; not where it raises then.
+        isolates: whether each test has a process of its own: one leaves a state of the code to the next.
     """
 
     findings: Findings
@@ -131,6 +132,7 @@ class Draft:
     observed: Observed | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
     has_others: bool = True
+    isolates: bool = False
 
     @property
     def entry(self) -> Entry | None:

@@ -336,7 +336,8 @@ class Question:
 class Problem:
     """What keeps code from being run as it is: said, and the rest drafted.
 
-    `kind` is "syntax", "missing module", "hardware", "side effect", "terminal", "outside", "import".
+    `kind` is "syntax", "missing module", "hardware", "side effect", "terminal", "outside", "import", "raised",
+    "unrepeatable".
     """
 
     kind: str

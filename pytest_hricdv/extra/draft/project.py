@@ -34,6 +34,10 @@ _SIZES = """# TODO: more tests and runs reach more, and take longer.
 hri_tests = {tests}
 hri_close_runs = {runs}
 """
+_ISOLATES = """\
+# In the first runs a test left a state to the next (a variable of a module?). So each has its own process.
+hri_isolate = true
+"""
 _TESTS, _RUNS = 30, 60
 """Tests of the suite `rl`, runs of a closing loop (chosen: less than two minutes, with the first runs)."""
 _NODE_TESTS, _NODE_RUNS = 20, 30
@@ -58,11 +62,12 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
+    isolates = _ISOLATES if draft.isolates else ""
     folders = [os.path.relpath(root, draft.folder) for root in (draft.findings.root, *draft.findings.roots)]
     roots = [root for root in folders if root != "."]
     if roots:
         yield "mypy.ini", f"[mypy]\nmypy_path = {':'.join(roots)}\nignore_missing_imports = true\n"
-    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{sizes}"
+    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{sizes}{isolates}"
 
 
 def check(draft: Draft, folder: Path) -> None:

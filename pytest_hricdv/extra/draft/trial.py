@@ -65,6 +65,8 @@ class Trial:
         effects: what the code would have done outside.
         raised_at: the line of the code that raised; None where it did not.
         is_ended: whether the runs took too long: the draft has as many tests as there were.
+        unrepeatable: why a test came otherwise alone, in a fresh process; empty where those that ran again did not.
+        leaks: whether that is what a test left to another one.
     """
 
     tests: int
@@ -75,12 +77,15 @@ class Trial:
     effects: tuple[Problem, ...]
     raised_at: Place | None = None
     is_ended: bool = False
+    unrepeatable: str = ""
+    leaks: bool = False
 
 
 def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Trial, ...]]:
     """The draft after its first runs: requirements that do not hold are questions in it.
 
-    A draft whose runs go round without time passing is tried once more with devices that take time.
+    A draft whose runs go round without time passing is tried once more with devices that take time, and one whose tests
+    leave a state to each other with a process for each test.
     """
     trials: list[Trial] = []
     if "rl" in suites:  # few tests first: where much fails, all of them would take long
@@ -92,24 +97,42 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
         draft = replace(draft, takes_time="no simulated time" in first.error)
         draft = without(draft, first.failed)
     for suite in suites:
-        trial = run(draft, suite)
-        if trial.error and "no simulated time" in trial.error and not draft.takes_time:
-            draft = replace(draft, takes_time=True)
-            trial = run(draft, suite)
+        draft, trial = _settled(draft, suite)
         trials.append(trial)
         draft = without(draft, (*trial.failed, *trial.never))
         if trial.is_ended and trial.tests:
             draft = replace(draft, sizes={**draft.sizes, suite: trial.tests})
         if trial.error:
             break
+    return _with_problems(draft, trials), tuple(trials)
+
+
+def _settled(draft: Draft, suite: str) -> tuple[Draft, Trial]:
+    """The runs of a suite, and the draft with what they need to end, and to repeat."""
+    trial = run(draft, suite)
+    if trial.error and "no simulated time" in trial.error and not draft.takes_time:
+        draft = replace(draft, takes_time=True)
+        trial = run(draft, suite)
+    if trial.leaks and not draft.isolates:
+        draft = replace(draft, isolates=True)
+        trial = run(draft, suite)
+    return draft, trial
+
+
+def _with_problems(draft: Draft, trials: Sequence[Trial]) -> Draft:
+    """The draft with what the runs have shown that somebody has to mend."""
     effects = tuple(dict.fromkeys(effect for trial in trials for effect in trial.effects))
     raised = tuple(
         Problem("raised", f"{' '.join(trial.error.split())}: the draft is not green; {mend(draft)}", trial.raised_at)
         for trial in trials
         if trial.error
     )
+    differing = tuple(
+        Problem("unrepeatable", f"a run is another one when it is run again ({reason}): the draft is not green", None)
+        for reason in dict.fromkeys(trial.unrepeatable for trial in trials if trial.unrepeatable)
+    )
     findings = draft.findings
-    return replace(draft, findings=replace(findings, problems=findings.problems + effects + raised)), tuple(trials)
+    return replace(draft, findings=replace(findings, problems=findings.problems + effects + raised + differing))
 
 
 def without(draft: Draft, names: Sequence[str]) -> Draft:
@@ -133,8 +156,8 @@ def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
             "PYTHONDONTWRITEBYTECODE": "1",
         }
         command = [sys.executable, "-m", "pytest", "-q", "-p", guard.__name__, "-p", "no:cacheprovider",
-                   f"--hri-suite={suite}", "--hri-audit=off"]  # fmt: skip
-        command += [] if tests is None else [f"--hri-tests={tests}"]
+                   f"--hri-suite={suite}"]  # fmt: skip
+        command += [] if tests is None else [f"--hri-tests={tests}", "--hri-audit=off"]
         text, is_ended = _done(command, folder, environment)
         report = folder / "hri-report" / "report.json"
         if not report.exists():
@@ -201,7 +224,12 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
     never = [name for name, count in triggers.items() if not count]
     errors = [test["failure"] for test in tests if test["failure"] and not _is_of_requirements(test)]
     passed = sum(test["outcome"] == "passed" for test in tests)
-    return Trial(len(tests), passed, tuple(failed), tuple(never), _sentence(errors[0]) if errors else "", effects)
+    others = [test["unrepeatable"] for test in tests if test.get("unrepeatable")]
+    return Trial(
+        len(tests), passed, tuple(failed), tuple(never), _sentence(errors[0]) if errors else "", effects,
+        unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
+        leaks=any(other["left_by"] for other in others),
+    )  # fmt: skip
 
 
 def _raised_at(report: Path, folder: Path, root: Path) -> Place | None:
