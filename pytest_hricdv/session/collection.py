@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import re
 import shutil
+import textwrap
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
@@ -165,7 +166,10 @@ class Collection:
                 reporter.write("\r", flush=True)
                 self._is_rewriting = False
             reporter.ensure_newline()
-            reporter.write_line(visible(text))
+            line, columns = visible(text), shutil.get_terminal_size().columns - 1
+            if reporter.isatty and len(line) > columns:  # between words, which the terminal would break
+                line = textwrap.fill(line, columns, subsequent_indent="  ", break_long_words=False)
+            reporter.write_line(line)
 
     def rewrite(self, text: str) -> bool:
         """Report progress on a line that the next report takes; False where there is no terminal, or none is wanted.
