@@ -40,9 +40,11 @@ class Hand:
         self._bus.publish(Food(True))
 
     async def drop(self) -> None:
-        """Open it. Raises GripperError if it does not open: what is in it is still there then."""
+        """Open it. Raises GripperError if it does not open: what is in it is held on to then."""
         self._gripper.command(GripperCommand(close=False))
         if await self._settled() < OPEN and not self._config.faults.trusts_gripper:
+            # Else it would open wherever the robot is by then, once it comes free.
+            self._gripper.command(GripperCommand(close=True))
             raise GripperError("the gripper does not open")
         self.is_empty = True
         self._bus.publish(Food(False))
