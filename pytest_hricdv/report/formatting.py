@@ -111,13 +111,19 @@ def fit(text: str, columns: int) -> str:
     if width(text) <= columns:
         return text
     dots = "..."[: max(columns, 0)]
-    room, kept = columns - len(dots), ""
-    for char in text:
-        room -= _char_width(char)
-        if room < 0:
-            break
-        kept += char
-    return kept.rstrip() + dots
+    return _beginning(text, columns - len(dots)).rstrip() + dots
+
+
+def fitting(texts: Iterable[str], columns: int) -> str:
+    """The first of the texts that takes at most so many columns, without `...`: the fullest first, each says less.
+
+    Where not even the last fits, as much of it as there is room for.
+    """
+    text = ""
+    for text in texts:
+        if width(text) <= columns:
+            return text
+    return _beginning(text, columns)
 
 
 def fit_path(path: str, columns: int) -> str:
@@ -202,6 +208,15 @@ def counted_notes(notes: Iterable[str], columns: int) -> Iterator[Line]:
 
 def _end(line: int) -> str:
     return "exit" if line < 0 else str(line)
+
+
+def _beginning(text: str, columns: int) -> str:
+    room = columns
+    for length, char in enumerate(text):
+        room -= _char_width(char)
+        if room < 0:
+            return text[:length]
+    return text
 
 
 def _char_width(char: str) -> int:

@@ -16,7 +16,7 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase
-from pytest_hricdv.report.formatting import fit
+from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.engine_choice import on_installed_engine
@@ -171,17 +171,19 @@ class Collection:
                 line = textwrap.fill(line, columns, subsequent_indent="  ", break_long_words=False)
             reporter.write_line(line)
 
-    def rewrite(self, text: str) -> bool:
+    def rewrite(self, texts: Iterable[str]) -> bool:
         """Report progress on a line that the next report takes; False where there is no terminal, or none is wanted.
 
-        A longer text is cut: of a line that wraps, the terminal would keep a part.
+        Args:
+            texts: that say it, the fullest first; the first that fits is shown. Of a line that wraps, the terminal
+                would keep a part.
         """
         reporter = self.config.pluginmanager.get_plugin("terminalreporter")
         if reporter is None or not reporter.isatty or self.config.get_verbosity() < 0:
             return False
         if not self._is_rewriting:
             reporter.ensure_newline()
-        reporter.rewrite(fit(visible(text), shutil.get_terminal_size().columns - 1), erase=True)
+        reporter.rewrite(fitting(map(visible, texts), shutil.get_terminal_size().columns - 1), erase=True)
         self._is_rewriting = True
         return True
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report.formatting import fit, width
+from pytest_hricdv.report.formatting import fitting
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
@@ -54,6 +54,10 @@ class Status:
 
     def text(self, columns: int) -> str:
         """`hri: 37 of 134, 2 failed, about 40 s left: rl-leg1-0f3a9c21 and 1 more`, in at most so many columns."""
+        return fitting(self._texts(), columns)
+
+    def _texts(self) -> Iterator[str]:
+        """The fullest first: then without one test that runs after the other, the time left, and how many failed."""
         parts = [f"hri: {self.done} of {self.total}"]
         if self.failed:
             parts.append(f"{self.failed} failed")
@@ -62,10 +66,8 @@ class Status:
         start, shown = ", ".join(parts), [visible(test) for test in self.running]
         for count in range(len(shown), 0, -1):
             more = f" and {len(shown) - count} more" if count < len(shown) else ""
-            text = f"{start}: {', '.join(shown[:count])}{more}"
-            if count == 1 or width(text) <= columns:
-                return fit(text, columns)
-        return fit(start, columns)
+            yield f"{start}: {', '.join(shown[:count])}{more}"
+        yield from (", ".join(parts[:count]) for count in range(len(parts), 0, -1))
 
 
 def time_left(seconds: float) -> str:

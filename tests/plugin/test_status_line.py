@@ -19,7 +19,7 @@ from tests.plugin.screen import Screen
         (Status(0, 134, 0, None, ()), "hri: 0 of 134"),
         (Status(37, 134, 0, 41.2, ("rl-a",)), "hri: 37 of 134, about 40 s left: rl-a"),
         (Status(37, 134, 2, 41.2, ("rl-a", "rl-b")), "hri: 37 of 134, 2 failed, about 40 s left: rl-a, rl-b"),
-        (Status(3, 4, 0, 1.0, ("rl-" + "a" * 50, "rl-b")), f"hri: 3 of 4, a few seconds left: rl-{'a' * 40}..."),
+        (Status(3, 4, 0, 1.0, ("rl-" + "a" * 50, "rl-b")), "hri: 3 of 4, a few seconds left"),
         (
             Status(3, 4, 0, 1.0, ("rl-" + "a" * 30, "rl-" + "b" * 30)),
             f"hri: 3 of 4, a few seconds left: rl-{'a' * 30} and 1 more",
@@ -28,6 +28,20 @@ from tests.plugin.screen import Screen
 )
 def test_it_says_how_many_tests_ended_the_time_left_and_what_runs(status: Status, shown: str) -> None:
     assert status.text(79) == shown
+
+
+@pytest.mark.parametrize(
+    ("columns", "shown"),
+    [
+        (60, "hri: 1037 of 5000, 12 failed, about 2 h 10 min left"),
+        (40, "hri: 1037 of 5000, 12 failed"),
+        (20, "hri: 1037 of 5000"),
+        (8, "hri: 103"),
+    ],
+)
+def test_on_a_narrow_terminal_it_says_less_and_cuts_no_id(columns: int, shown: str) -> None:
+    status = Status(1037, 5000, 12, 7805.0, ("closing-0f3a9c21", "closing-d7650e1d8c"))
+    assert status.text(columns) == shown
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.report.formatting import (
     branches,
+    fitting,
     line_ranges,
     natural,
     percent,
@@ -60,3 +61,17 @@ def test_a_thinned_curve_keeps_its_ends_and_extremes(count: int, columns: int) -
     if points:
         assert (thin[0], thin[-1]) == (points[0], points[-1])
         assert max(up for _, up in thin) == max(up for _, up in points)
+
+
+@pytest.mark.parametrize(
+    ("columns", "shown"),
+    [(30, "12 statements, 3 branches"), (25, "12 statements, 3 branches"), (24, "15 open"), (7, "15 open"), (3, "15 ")],
+)
+def test_of_several_texts_the_fullest_that_fits_is_taken(columns: int, shown: str) -> None:
+    assert fitting(("12 statements, 3 branches", "15 open"), columns) == shown
+
+
+def test_wide_characters_count_twice_where_a_text_must_fit() -> None:
+    assert fitting(("病院の支度", "病院"), 9) == "病院"
+    assert fitting(("病院の支度",), 5) == "病院"
+    assert fitting((), 5) == fitting(("a",), 0) == ""

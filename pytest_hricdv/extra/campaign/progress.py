@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Store
+from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.session.progress import time_left
 
 STEPS = 10  # a log of CI has ten lines, however long the campaign is
@@ -51,23 +53,24 @@ class Progress:
         counts = self._store.counts()
         step = self._stored_at_step(counts.stored)
         if self._rewrites:
-            self._stream.write(f"\r\x1b[2K{self._line(now_s)}")
+            line = fitting(self._texts(now_s), shutil.get_terminal_size().columns - 1)  # one that wraps leaves a rest
+            self._stream.write(f"\r\x1b[2K{line}")
             self._has_line = True
         elif step > self._step:
-            self._stream.write(f"{self._line(now_s)}\n")
+            self._stream.write(f"{self._texts(now_s)[0]}\n")
         self._step = step
         self._stream.flush()
 
-    def _line(self, now_s: float) -> str:
+    def _texts(self, now_s: float) -> list[str]:
+        """The fullest first: then without the speed, the time left, and the outcomes."""
         counts, took_s = self._store.counts(), max(1e-9, now_s - self._began_s)
         done = counts.stored - self._before.stored
         speed = (counts.sim_s - self._before.sim_s) / took_s
         left = (self._expected - counts.stored) * took_s / done if done else None
-        parts = [f"{counts.stored:,} of {self._expected:,} runs", outcomes(counts.outcomes)]
-        parts.append(f"{speed:,.0f} simulated s a second")
-        if left is not None and counts.stored < self._expected:
-            parts.append(time_left(left))
-        return ", ".join(parts)
+        start = [f"{counts.stored:,} of {self._expected:,} runs", outcomes(counts.outcomes)]
+        end = [time_left(left)] if left is not None and counts.stored < self._expected else []
+        fullest = [*start, f"{speed:,.0f} simulated s a second", *end]
+        return [", ".join(parts) for parts in (fullest, [*start, *end], start, start[:1])]
 
     def say(self, text: str) -> None:
         """Tell something else, on a line of its own."""
