@@ -145,11 +145,13 @@ class Driver:
         error = (bearing - pose.heading + pi) % (2 * pi) - pi
         if self._config.faults.waits_for_ever and any(other.distance_m < self._config.near_m / 2 for other in seen):
             return None  # unreachable: a published fault, which is off
-        if self._turning or abs(error) > OFF_COURSE_RAD:
+        blocked = any(is_in_the_way(other, self._config.stop_m, seen) for other in seen)
+        # With somebody ahead it turns first: whether they are in its way shows when it faces its corner.
+        if self._turning or abs(error) > (TURNED_RAD if blocked else OFF_COURSE_RAD):
             self._turning = abs(error) > TURNED_RAD
             # The last piece is as slow as it has to be, so that it is not turned too far.
             return Velocity(0.0, copysign(min(self._config.turn_rad_s, abs(error) / self._config.period_s), error))
-        if any(is_in_the_way(other, self._config.stop_m, seen) for other in seen):
+        if blocked:
             return None
         speed_m_s = self._config.near_speed_m_s if self._is_slow(bool(seen)) else self._config.speed_m_s
         forward = min(speed_m_s, distance_m / self._config.period_s)
