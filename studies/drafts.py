@@ -1,36 +1,51 @@
 """How right drafts are: what is found in code, beside what hand-written testbenches of the same code declare.
 
-    python -m studies.drafts            # what is found (seconds), written into docs/draft.md
-    python -m studies.drafts --green    # and the time to the first green run (minutes)
+    python -m studies.drafts                               # what is found (seconds), written into docs/draft.md
+    python -m studies.drafts --ros2-packages FOLDER        # of public packages of ROS 2 as well, cloned into a folder
+    python -m studies.drafts --green [--only porter,dance] # and the time to the first green run (minutes)
 
 The code of the tutorials is taken from their pages, without world, model, requirements and testbench; the porter's is
-in studies/code_bases/, and needs the library `transitions` to be run.
+in studies/code_bases/, and needs the library `transitions` to be run. Nodes need `rclpy` to be run, not to be read.
+What is not measured keeps the figures that it had.
 """
 
 from __future__ import annotations
 
 import argparse
-import re
 import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.findings import Findings
+from pytest_hricdv.extra.draft.ros_draft import ros_findings
+from pytest_hricdv.extra.draft.ros_executable import executable
+from pytest_hricdv.extra.draft.ros_interfaces import is_installed
 from pytest_hricdv.extra.draft.running import with_transitions
-from studies.code_bases import KINDS, ROOT, Names, code_bases
-from studies.page import replace_figures, table
-
-PAGE = ROOT / "docs" / "draft.md"
-COMMAND = "python -m studies.drafts"
-HEAD = ("code", *(f"{kind}: found, right, declared" for kind in KINDS))
+from studies.code_bases import KINDS, CodeBase, Names, code_bases, ros2
+from studies.draft_table import note, write_page
 
 
-def names_found(findings: Findings, fields: frozenset[str]) -> Names:
-    """What a draft has found; values only of fields whose values a person has declared."""
+def chosen(folder: Path, packages: Path | None, only: Sequence[str]) -> Iterator[CodeBase]:
+    """The code bases of these keys, or all; those of ROS 2 where there is a folder for their packages."""
+    every = [*code_bases(folder), *(ros2.nodes(packages) if packages is not None else ())]
+    yield from (code for code in every if not only or code.key in only)
+
+
+def names_found(code: CodeBase) -> Names:
+    """What a draft finds in code; values only of fields whose values a person has declared."""
+    fields = frozenset(name.partition("=")[0] for name in code.declared["values"])
+    if code.asked[0] != "--ros2":
+        return _names(with_transitions(analyse(code.asked[1], code.folder)), fields)
+    findings, start = ros_findings(executable(code.asked[1], code.folder))
+    declared = frozenset(f"{endpoint.kind} {endpoint.name} {endpoint.type}" for endpoint in start.declared)
+    return {**_names(findings, fields), "messages": declared}
+
+
+def _names(findings: Findings, fields: frozenset[str]) -> Names:
     machine = next((machine for machine in findings.machines if machine.told), None)
     values = {
         f"{message.topic}.{part.name}={value.text}"
@@ -47,36 +62,30 @@ def names_found(findings: Findings, fields: frozenset[str]) -> Names:
     }
 
 
-def figures(folder: Path) -> str:
-    """The table: of each kind, how many were found, how many of these are right, and how many are declared."""
-    rows = []
-    for code in code_bases(folder):
-        fields = frozenset(name.partition("=")[0] for name in code.declared["values"])
-        found = names_found(with_transitions(analyse(code.asked[1], code.folder)), fields)
-        cells = [
-            f"{len(found[kind])}, {len(found[kind] & code.declared[kind])}, {len(code.declared[kind])}"
-            for kind in KINDS
-        ]
-        rows.append([code.name, *cells])
-    return table(HEAD, rows)
+def found(code: CodeBase) -> dict[str, str]:
+    """Of each kind, how many names were found, how many of these are right, and how many are declared."""
+    names = names_found(code)
+    return {
+        kind: f"{len(names[kind])}, {len(names[kind] & code.declared[kind])}, {len(code.declared[kind])}"
+        for kind in KINDS
+    }
 
 
-def green(folder: Path) -> Iterator[str]:
-    """The processor time (s) to a draft, and from there to its first runs, of each code base; a line each."""
-    for code in code_bases(folder):
-        target = folder / f"draft-of-{code.key}"
-        begin_s = _processor_s()
-        init = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
-        subprocess.run(init, cwd=code.folder, check=True, capture_output=True)
-        drafted_s = _processor_s() - begin_s
-        ends = []
-        for suite in ("rl", "closure"):
-            command = [sys.executable, "-m", "pytest", "-q", f"--hri-suite={suite}"]
-            done = subprocess.run(command, cwd=target, capture_output=True, text=True)
-            total_s = _processor_s() - begin_s
-            tests = re.findall(r"^tests: .*$", done.stdout, re.MULTILINE)
-            ends.append(f"{suite} after {total_s:.0f} s, exit status {done.returncode}: {' '.join(tests)}")
-        yield f"{code.key}: draft {drafted_s:.0f} s; {'; '.join(ends)}"
+def green(code: CodeBase, folder: Path) -> dict[str, int]:
+    """The processor time (s) to a draft, and to the end of its first green run.
+
+    Raises:
+        RuntimeError: the run is not green.
+    """
+    target = folder / f"draft-of-{code.key}"
+    begin_s = _processor_s()
+    init = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
+    subprocess.run(init, cwd=code.folder, check=True, capture_output=True)
+    draft_s = _processor_s() - begin_s
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q"], cwd=target, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{code.key}: the draft is not green:\n{done.stdout[-3000:]}")
+    return {"draft_s": round(draft_s), "green_s": round(_processor_s() - begin_s)}
 
 
 def _processor_s() -> float:
@@ -89,15 +98,19 @@ def main() -> None:
     """Measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--green", action="store_true", help="measure the time to the first green run as well")
+    parser.add_argument("--ros2-packages", type=Path, metavar="FOLDER", help="of repositories, cloned where missing")
+    parser.add_argument("--only", default="", metavar="KEYS", help="of some code bases, such as porter,dance")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        measured = figures(Path(name))
-    replace_figures(PAGE, COMMAND, measured)
-    print(measured)
-    if options.green:
-        with tempfile.TemporaryDirectory() as name:
-            for line in green(Path(name)):
-                print(line, flush=True)
+        for code in chosen(Path(name), options.ros2_packages, list(filter(None, options.only.split(",")))):
+            note(code, {"found": found(code)})
+            if options.green and (code.asked[0] != "--ros2" or is_installed("rclpy")):
+                note(code, green(code, Path(name)))
+            elif options.green:
+                print(f"{code.key}: not run: rclpy is not installed, see docs/ros2.md")
+    if options.ros2_packages is None:
+        print("nodes of ROS 2 were not read: --ros2-packages FOLDER names a folder for their repositories")
+    print(write_page())
 
 
 if __name__ == "__main__":
