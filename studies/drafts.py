@@ -2,7 +2,8 @@
 
     python -m studies.drafts                               # what is found (seconds), written into docs/draft.md
     python -m studies.drafts --ros2-packages FOLDER        # of public packages of ROS 2 as well, cloned into a folder
-    python -m studies.drafts --green [--only porter,dance] # and the time to the first green run (minutes)
+    python -m studies.drafts --green [--only porter,dance] # and the time to the first green run, and a requirement of
+                                                           # one's own in it (minutes)
 
 The code of the tutorials is taken from their pages, without world, model, requirements and testbench; the porter's is
 in studies/code_bases/, and needs the library `transitions` to be run. Nodes need `rclpy` to be run, not to be read.
@@ -27,6 +28,7 @@ from pytest_hricdv.extra.draft.ros_interfaces import is_installed
 from pytest_hricdv.extra.draft.running import with_transitions
 from studies.code_bases import KINDS, CodeBase, Names, code_bases, ros2
 from studies.draft_table import note, write_page
+from studies.own_requirement import checked, edited, own_requirement
 
 
 def chosen(folder: Path, packages: Path | None, only: Sequence[str]) -> Iterator[CodeBase]:
@@ -71,13 +73,12 @@ def found(code: CodeBase) -> dict[str, str]:
     }
 
 
-def green(code: CodeBase, folder: Path) -> dict[str, int]:
+def green(code: CodeBase, target: Path) -> dict[str, int]:
     """The processor time (s) to a draft, and to the end of its first green run.
 
     Raises:
         RuntimeError: the run is not green.
     """
-    target = folder / f"draft-of-{code.key}"
     begin_s = _processor_s()
     init = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
     subprocess.run(init, cwd=code.folder, check=True, capture_output=True)
@@ -105,7 +106,10 @@ def main() -> None:
         for code in chosen(Path(name), options.ros2_packages, list(filter(None, options.only.split(",")))):
             note(code, {"found": found(code)})
             if options.green and (code.asked[0] != "--ros2" or is_installed("rclpy")):
-                note(code, green(code, Path(name)))
+                target = Path(name) / f"draft-of-{code.key}"
+                note(code, green(code, target))
+                own = own_requirement(code.key)
+                note(code, {"edited_lines": edited(own, target), "own": checked(own, target)})
             elif options.green:
                 print(f"{code.key}: not run: rclpy is not installed, see docs/ros2.md")
     if options.ros2_packages is None:

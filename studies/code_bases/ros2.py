@@ -35,6 +35,8 @@ _NODES = (
 )  # fmt: skip
 """Key, name on the page, package and executable, what a testbench declares."""
 
+KEYS = tuple(key for key, *_ in _NODES)
+
 
 class FetchError(Exception):
     """A repository cannot be fetched, or is there at another commit."""

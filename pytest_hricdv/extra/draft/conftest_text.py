@@ -6,7 +6,7 @@ import json
 
 from pytest_hricdv.extra.draft.drafted import OTHER, Draft, Sensor, is_open
 from pytest_hricdv.extra.draft.findings import Message, MessageField, Port
-from pytest_hricdv.extra.draft.model_text import groups, levels, neutral_beliefs, start_beliefs
+from pytest_hricdv.extra.draft.model_text import STAY_S, groups, levels, neutral_beliefs, start_beliefs
 from pytest_hricdv.extra.draft.naming import unit_of, word
 from pytest_hricdv.extra.draft.observed_text import answer_s, lateness, reaction_lines, said_lines_of, times_of_lines
 from pytest_hricdv.extra.draft.run_text import run_lines, said_lines
@@ -123,9 +123,13 @@ def declared_model(draft: Draft) -> list[str]:
 
 
 def said_commands(draft: Draft) -> list[str]:
-    """The commands of what a person says."""
+    """The commands of what a person says, and of waiting."""
+    waits = ['                "wait_answer": {},']
+    if draft.is_alone:
+        return [f'                "stay {how}": {{"after_s": Range({low}, {high}, "s")}},  # TODO: how long?'
+                for how, (low, high) in STAY_S.items()]  # fmt: skip
     if not draft.things:
-        return []
+        return waits
     times = (
         "**times, **TIMES_OF.get(what, {}).get(how, {}), **numbers" if times_of_lines(draft) else "**times, **numbers"
     )
@@ -135,6 +139,7 @@ def said_commands(draft: Draft) -> list[str]:
         "                    for what, numbers in SAYS.items()",
         "                    for how, times in TIMES.items()",
         "                },",
+        *waits,
     ]
 
 
@@ -166,7 +171,7 @@ def _testbench(draft: Draft) -> list[str]:
     lines += said_commands(draft)
     for sensor in draft.sensors:
         lines += _sensor_commands(sensor)
-    lines += ['                "wait_answer": {},', "            },"]
+    lines += ["            },"]
     if draft.parameters:
         lines += ["            run={", *(_parameter(draft, port) for port in draft.parameters), "            },"]
     lines += [

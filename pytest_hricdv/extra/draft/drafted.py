@@ -199,7 +199,12 @@ class Draft:
     @property
     def tells_presence(self) -> bool:
         """Whether signals tell that the person is there, for a requirement where there is no other."""
-        return self.has_dropped_all or not self.findings.said
+        return self.has_dropped_all or not self.findings.said or not self.things
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether nothing is known that a person could do with the robot, but to stay with it."""
+        return not self.things and not self.sensors
 
     @property
     def states(self) -> tuple[str, ...]:

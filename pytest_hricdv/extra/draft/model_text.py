@@ -10,6 +10,9 @@ NEVER = "never"
 STAYS = ("stays_briefly", "stays_long")
 """How long a person stays with a robot of which nobody knows what it hears."""
 
+STAY_S = {"briefly": (0.5, 5.0), "long": (20.0, 60.0)}
+"""So long (chosen): a robot that acts of itself may say something at each instant, so that no answer ends a visit."""
+
 
 def mas2j(draft: Draft) -> str:
     """The multi-agent system."""
@@ -44,7 +47,7 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
     if in_order(draft):
         beliefs["order"] = ORDERS
         beliefs["left out"] = ("nothing_left_out", *(f"without_{command}" for command in in_order(draft)))
-    return beliefs or {"stay": STAYS}
+    return beliefs or {"how long": STAYS}
 
 
 ORDERS = ("each_once", "all_in_order", "all_quickly")
@@ -63,16 +66,13 @@ def in_order(draft: Draft) -> tuple[str, ...]:
 
 def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
     """The beliefs that mean what happens without them."""
-    if not draft.things and not draft.sensors:
+    if draft.is_alone:
         return STAYS[:1]
     return tuple(
         belief
         for thing in draft.things
         for belief in (f"{thing.name}_{NEVER}", *((which(thing, thing.kinds[0].name),) if len(thing.kinds) > 1 else ()))
     ) + ((ORDERS[0], "nothing_left_out") if in_order(draft) else ())
-
-
-LONG = "wait_answer; wait_answer; wait_answer"
 
 
 def which(thing: Thing, kind: str) -> str:
@@ -108,7 +108,7 @@ def person(draft: Draft) -> str:
         lines += [f"+!round <- {body}.", ""]
     else:
         lines += ["// TODO: nothing was found that the robot hears or reads. What makes it act?"]
-        lines += [f"@stays_long +!round : stays_long <- {LONG}.", "@stays_briefly +!round <- wait_answer.", ""]
+        lines += ["@stays_long +!round : stays_long <- stay(long).", "@stays_briefly +!round <- stay(briefly).", ""]
     for sensor in draft.sensors:
         name = word(sensor.name)
         lines.append(f"// {sensor.operation.place}")

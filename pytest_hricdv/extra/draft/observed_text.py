@@ -18,9 +18,7 @@ def said_lines_of(draft: Draft, thing: Thing) -> Iterator[str]:
     topic = topic_of(draft, thing)
     for command, kind in thing.commands:
         if topic is None or not any(part.name in topic.numbers for part in thing.numbers):
-            numbers = ", ".join(
-                f'"{p.name}": ' + dict(kind.ranges).get(p.name, f'Range(0.0, 1.0, "{p.unit}")') for p in thing.numbers
-            )
+            numbers = ", ".join(f'"{p.name}": ' + dict(kind.ranges).get(p.name, _unknown(p)) for p in thing.numbers)
             is_open = any(p.name not in dict(kind.ranges) for p in thing.numbers)
             mark = "TODO: between which numbers?" if is_open else str(kind.place)
             yield f'    "{command}": {{{numbers}}},  # {mark}'
@@ -39,9 +37,14 @@ def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tupl
     if of_code is not None:
         return of_code, f"of the code; {comment or 'nothing was observed'}"
     if seen is None:
-        return f'Range(0.0, 1.0, "{part.unit}")', "TODO: between which numbers?"
+        return _unknown(part), "TODO: between which numbers?"
     low, high = seen.ends(whole=whole)
     return f'Range({low!r}, {high!r}, "{part.unit}")', comment
+
+
+def _unknown(part: MessageField) -> str:
+    """The range of a number of which nothing is known (chosen); whole ones are often counts, and 0 and 1 say little."""
+    return f'Range({"0, 10" if part.type == "int" else "0.0, 1.0"}, "{part.unit}")'
 
 
 def _counted(part: MessageField) -> str:

@@ -18,7 +18,8 @@ def requirement_ids(draft: Draft) -> dict[str, str]:
     """Subject of each requirement (`answer order`, `state moving`) -> its id."""
     subjects = [subject for subject, _, _ in _asked(draft)]
     subjects += [f"state {state}" for state in draft.states]
-    subjects += ["said"] if draft.findings.said else []
+    if draft.findings.said:
+        subjects.append("said" if draft.things else "speaks")
     # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
     silent = ["works", "ends"] if draft.ros is None and not draft.has_dropped_all else ["ends"]
     subjects += silent if draft.tells_presence else []
@@ -54,6 +55,8 @@ def requirements(draft: Draft) -> str:
         lines += _requirement(ids[subject], title, formula, str(place), is_dropped, "how long may it last")
     if "said" in ids:
         lines += _flood(ids["said"], draft)
+    if "speaks" in ids:
+        lines += _speaks(ids["speaks"], draft)
     if "ends" in ids:
         lines += _silent(ids, draft)
     return "\n".join(lines) + "\n"
@@ -80,10 +83,19 @@ def _asked(draft: Draft) -> Iterator[tuple[str, str, Place]]:
 def _flood(name: str, draft: Draft) -> list[str]:
     """What holds of each robot that does not go mad: it does not say the same twice at one instant."""
     message = draft.answers[0]
-    heard = " | ".join(f"on({thing.message.topic})" for thing in draft.things) or f"on({message.topic})"
+    heard = " | ".join(f"on({thing.message.topic})" for thing in draft.things)
     title = f"Before {_words(message.topic)}, the robot has heard something"
     formula = f"always(on({message.topic}) -> once({heard}))"
     return _requirement(name, title, formula, str(message.place), "said" in draft.dropped, "may it come of itself")
+
+
+def _speaks(name: str, draft: Draft) -> list[str]:
+    """What can be asked of a robot that nobody has to tell anything."""
+    answers = " | ".join(f"on({message.topic})" for message in draft.answers)
+    title = f"While a person is there, the robot says something every {ANSWER_S:g} s"
+    formula = f"always(person_is_there -> eventually[0:{ANSWER_S:g}]({answers} | not person_is_there))"
+    place = str(draft.answers[0].place)
+    return _requirement(name, title, formula, place, "speaks" in draft.dropped, "may it be silent for longer")
 
 
 def _silent(ids: dict[str, str], draft: Draft) -> list[str]:

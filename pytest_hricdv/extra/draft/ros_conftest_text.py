@@ -56,7 +56,7 @@ _PERSON = """
         for action in run.actions():
             run.kernel.sleep(float(action.parameters.get("after_s", 0.0)))
             what, _, how = action.command.rpartition(" ")
-            if action.command == "wait_answer":
+{stays}            if action.command == "wait_answer":
                 ends_s = run.kernel.now_s + (ANSWER_S if answers else 1.0)
                 while run.kernel.now_s < ends_s and all(answer.poll() is None for answer in answers):
                     run.kernel.sleep(LOOKS_EACH_S)
@@ -72,6 +72,10 @@ _PERSON = """
 
     run.kernel.spawn("{person}", person)
     return Outcome(run.go(LIMIT_S))
+"""
+
+_STAYS = """            if what == "stay":  # after_s has passed
+                continue
 """
 
 
@@ -159,7 +163,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         *declared_model(draft),
     ]  # fmt: skip
     lines += said_commands(draft)
-    lines += ['                "wait_answer": {},', "            },", "        ),",
+    lines += ["            },", "        ),",
               '        requirements=HERE / "requirements.toml",', "        messages=(),"]  # fmt: skip
     lines.append('        signals={"person_is_there": bool},' if draft.tells_presence else "        signals={},")
     if values:
@@ -250,4 +254,5 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     leaves = '        run.recorder.signal(run.kernel.now_s, "person_is_there", False)\n' if silent else ""
     if silent:
         lines += ['    run.recorder.signal(0.0, "person_is_there", True)']
-    return [*lines, _PERSON.replace("{person}", draft.person).replace("{leaves}", leaves).rstrip("\n"), ""]
+    person = _PERSON.replace("{stays}", _STAYS if draft.is_alone else "")
+    return [*lines, person.replace("{person}", draft.person).replace("{leaves}", leaves).rstrip("\n"), ""]

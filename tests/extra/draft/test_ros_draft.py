@@ -213,3 +213,37 @@ def test_a_package_of_nodes_and_messages_is_both(tmp_path: Path, monkeypatch: py
     provide_interfaces(draft.ros.interfaces)
     assert import_module("bar_robot.tables").TABLES == 3
     assert import_module("bar_robot.msg").Order(drink="tea").drink == "tea"
+
+
+BEACON = """
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+
+class Beacon(Node):
+    def __init__(self):
+        super().__init__("beacon")
+        self.light = self.create_publisher(Bool, "light", 10)
+        self.create_timer(0.05, lambda: self.light.publish(Bool(data=True)))
+"""
+
+
+def test_a_person_stays_with_a_node_that_hears_nothing_and_no_requirement_is_always_true(workspace: Path) -> None:
+    (workspace / "beacon.py").write_text(BEACON, encoding="utf-8")
+    findings, start = ros_findings(executable("beacon.py", workspace))
+    texts = dict(files(Draft(findings, "beacon", "person", workspace / "hri", ros=start)))
+    assert "stays_long <- stay(long)." in texts["models/person.asl"]
+    assert '"stay long": {"after_s": Range(20.0, 60.0, "s")}' in texts["conftest.py"]
+    formulas = [entry["formula"] for entry in tomllib.loads(texts["requirements.toml"]).values()]
+    assert formulas[0] == "always(person_is_there -> eventually[0:60](on(light) | not person_is_there))"
+    assert not [formula for formula in formulas if "once(" in formula]
+
+
+def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace: Path) -> None:
+    counter = SCANNER.replace("scan_msgs.msg import Scan", "scan_msgs.msg import Limits").replace("(Scan,", "(Limits,")
+    (workspace / "counter.py").write_text(counter, encoding="utf-8")
+    findings, start = ros_findings(executable("counter.py", workspace))
+    text = dict(files(Draft(findings, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
+    assert '"count": Range(0, 10, "")' in text
+    assert '"low": Range(0.0, 1.0, "")' in text
