@@ -11,7 +11,7 @@ from sim.layout import BIN_M, LEG_LENGTH_M, PICKUP_M, STORE_M, assembly_place
 from sim.leg import STILL_M_S, Held, Leg, RigidLeg
 
 RESUPPLY_S = 3.0
-"""From the release of a leg until the next one waits: shorter than the arm's way back."""
+"""From the release of a leg until the next one waits: shorter than the arm's way back. What fell rests by then."""
 
 CLEAR_M = 0.20
 """A leg closer than this to the pickup place is removed before the next one is placed there. Chosen: from 0.1 to 0.4
@@ -33,10 +33,17 @@ class LegSupply:
         self.legs = [self.current]
         self.received = 0  # legs that the person set down
         self.due_step: int | None = None
+        self._rests_step: int | None = None  # legs that were dropped do not move from then on
         self.missing = False  # the current leg is put away
         self._not_before_step = 0
         self._shift_m: tuple[float, float] = (0.0, 0.0)  # of the next leg from the pickup place, along x and y
         self._carried: list[Leg] = []
+
+    @property
+    def changes_step(self) -> int | None:
+        """The next step at which a leg comes, or one that was dropped rests; None if there is none."""
+        steps = [step for step in (self.due_step, self._rests_step) if step is not None]
+        return min(steps, default=None)
 
     @property
     def in_hand(self) -> Leg | None:
@@ -64,7 +71,8 @@ class LegSupply:
         else:
             self.current.take(hand)
             self._carried.append(self.current)
-        self.due_step = max(self._time.step_in(RESUPPLY_S), self._not_before_step)
+        self._rests_step = self._time.step_in(RESUPPLY_S)
+        self.due_step = max(self._rests_step, self._not_before_step)
 
     def take(self, hand: int, next_s: float) -> None:
         """The person's `hand` (a body) takes the leg that waits, if one does; the next one comes after `next_s`."""
@@ -100,12 +108,11 @@ class LegSupply:
 
     def tick(self) -> None:
         """At every control tick: place a new leg at the pickup place when it is due."""
+        self._rest()
         if self.due_step is None or self._time.step < self.due_step:
             return
         self.due_step = None
         for leg in self.legs:
-            if leg.held is Held.LOOSE:
-                leg.finish()  # it has had the time to fall; a leg that physics moves costs time in each step
             if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
                 self._engine.place(leg.body, ((BIN_M[0], BIN_M[1], BIN_M[2] + LEG_LENGTH_M / 2), UPRIGHT))
         if self.missing:
@@ -114,6 +121,19 @@ class LegSupply:
         else:
             self.current = self._make_leg(self._engine, self._pickup_place())
             self.legs.append(self.current)
+
+    def _rest(self) -> None:
+        """Legs that were dropped stay where they are, once they have had the time to fall.
+
+        One that rolled on until the next leg came, which may be minutes later, would leave the floor's edge and fall
+        for ever; and a leg that physics moves costs time in each step.
+        """
+        if self._rests_step is None or self._time.step < self._rests_step:
+            return
+        self._rests_step = None
+        for leg in self.legs:
+            if leg.held is Held.LOOSE:
+                leg.finish()
 
     def _pickup_place(self) -> Vector:
         (dx_m, dy_m), self._shift_m = self._shift_m, (0.0, 0.0)

@@ -248,8 +248,8 @@ class World:
         return self._freeze and self._rest_ticks >= REST_TICKS and not self._force_changes()
 
     def _skip_steps(self, last: int) -> None:
-        """Skip steps in which only the person moves, up to the tick at which a new leg is due."""
-        due = self.legs.due_step
+        """Skip steps in which only the person moves, up to the tick at which a leg comes, or one that fell rests."""
+        due = self.legs.changes_step
         upto = last if due is None else min(last, -(-due // TICK_STEPS) * TICK_STEPS)
         self._frozen_steps += upto - self.time.step
         self._count(upto - self.time.step)

@@ -63,6 +63,30 @@ def test_the_next_leg_waits_only_some_seconds_after_the_last_one_left_the_hand()
         assert stage.run(empty_for_a_while) == "over"
 
 
+def test_a_leg_that_rolls_on_the_floor_rests_however_long_the_next_one_takes() -> None:
+    """With the next leg two minutes late it had rolled off the floor, and fell thousands of metres."""
+    with Stage() as stage:
+
+        def drop_one() -> None:
+            assert stage.fetch()
+            legs = stage.world.legs
+            legs.withhold(120.0)
+            leg = legs.current
+            assert stage.robot.hand.open()
+            for _ in range(60):  # pushed, so that it rolls away
+                leg.pull((1.2, 1.2, 0.0)) if leg.held is Held.LOOSE else None
+                stage.kernel.sleep(1 / 60)
+            stage.kernel.sleep(RESUPPLY_S)
+            at = leg.pose()[0]
+            assert leg.held is Held.DONE
+            assert 0.0 < at[2] < 1.0
+            stage.kernel.sleep(60.0)
+            assert leg.pose()[0] == at
+            assert legs.current is leg
+
+        assert stage.run(drop_one) == "over"
+
+
 def test_a_leg_left_at_the_pickup_place_is_cleared_away() -> None:
     with Stage() as stage:
 
