@@ -32,9 +32,12 @@ IDLE = (
 )
 CAUSES = {
     "A2": IDLE,
+    "A4": "It stands for a second beside somebody as it leaves its charger: on one base before, on the other after it "
+    "is 0.2 m away, from where the published monitor asks it to move.",
     "N6": IDLE,
     "N7": "The battery is just above its limit when the robot comes to its charger: with motors that take time it is "
     "there a moment later, and just below.",
+    "S2": "With motors that take 0.1 s to slow down it comes a centimetre nearer to a dog, and so to less than 0.15 m.",
     "S3": "In MuJoCo the motors take 0.1 s to slow down: at the edge of the half second it may still be too fast.",
     "S4": "The planar force is that of the impact, or what the wheels push with. In MuJoCo both come together, up to "
     "120 N more.",
