@@ -46,6 +46,7 @@ class MessageField:
         default: the source text of its default; empty where there is none.
         by_type: whether its type alone says which values it has (Literal, Enum): a testbench need not declare them.
         compared: numbers that the code compares it with.
+        is_partial: whether the code makes it of texts, too, that are not known: `values` are some of them.
     """
 
     name: str
@@ -57,6 +58,7 @@ class MessageField:
     default: str = ""
     by_type: bool = False
     compared: tuple[float, ...] = ()
+    is_partial: bool = False
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,8 @@ class MessageFields:
             values.setdefault(text, FoundValue(text, place))
         for text in self._documented(scope, part.name, fields):
             values.setdefault(text, FoundValue(text, scope.place, certainty="likely"))
-        return replace(part, values=tuple(values.values()))
+        is_partial = not all(self._flow.is_whole(*made) for made in self._makings(scope, part.name))
+        return replace(part, values=tuple(values.values()), is_partial=is_partial)
 
     def _numbers(self, scope: Scope, name: str) -> Iterator[float]:
         """The numbers that a field is compared with where it is read."""
@@ -107,20 +108,25 @@ class MessageFields:
 
     def _made_of(self, scope: Scope, name: str) -> dict[str, Place]:
         """Texts with which a message is made."""
+        places: dict[str, Place] = {}
+        for value, module, at in self._makings(scope, name):
+            places |= texts(self._flow.constants(value, module, at))
+            places |= self._forwarded(value, module, at)
+        return places
+
+    def _makings(self, scope: Scope, name: str) -> Iterator[tuple[ast.expr, Module, Scope | None]]:
+        """What a field of a message is made of, wherever one is made."""
         assert isinstance(scope.node, ast.ClassDef)
         names = [
             s.target.id for s in scope.node.body if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name)
         ]
-        places: dict[str, Place] = {}
         for call in self._flow.calls.get(scope.node.name, ()):
             value = next((keyword.value for keyword in call.node.keywords if keyword.arg == name), None)
             index = names.index(name) if name in names else len(names)
             if value is None and index < len(call.node.args):
                 value = call.node.args[index]
             if value is not None:
-                places |= texts(self._flow.constants(value, call.module, call.scope))
-                places |= self._forwarded(value, call.module, call.scope)
-        return places
+                yield value, call.module, call.scope
 
     def _forwarded(self, value: ast.expr, module: Module, scope: Scope | None) -> dict[str, Place]:
         """Texts of a message's field that is said back in another one, as far as it is compared."""

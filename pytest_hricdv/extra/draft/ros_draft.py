@@ -51,7 +51,10 @@ def ros_findings(executable: Executable, started: StartedNode | None = None) -> 
     questions = [q for q in findings.questions if q.about in ("publisher", "subscription", "service", "client",
                                                              "action server", "action client")]  # fmt: skip
     machines = tuple(replace(machine, told="") for machine in findings.machines)
-    made = replace(findings, messages=tuple(messages), machines=machines, entry=None, problems=problems)
+    made = replace(
+        findings, messages=tuple(messages), machines=machines, entry=None, problems=problems,
+        code=executable.sources.code_without(OWN.encode()),  # other nodes of the package are not under test
+    )  # fmt: skip
     return replace(made, questions=(*questions, *_questions(made))), start
 
 

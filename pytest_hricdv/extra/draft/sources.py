@@ -82,6 +82,20 @@ class Sources:
         """Names of the top-level modules and packages."""
         return tuple(dict.fromkeys(module.name.partition(".")[0] for module in self.modules))
 
+    def code_without(self, word: bytes) -> tuple[str, ...]:
+        """The same, without modules that were not read and have a word in them, such as other programs of a package."""
+        return tuple(name for package in self.code for name in self._without(package, word))
+
+    def _without(self, package: str, word: bytes) -> tuple[str, ...]:
+        read = {self.root / module.file for module in self.modules}
+        files = [path for path in sorted((self.root / package).rglob("*.py"))
+                 if path in read or not _is_skipped(path.relative_to(self.root).parts)]  # fmt: skip
+        left_out = {path for path in files if path not in read and word in path.read_bytes()}
+        packages = {path for path in files if path.name == "__init__.py"}
+        if not left_out or any(path.read_bytes().strip() for path in packages):
+            return (package,)  # what is in a package itself cannot be named without all that is below it
+        return tuple(_module_name(path, self.root) for path in files if path not in packages | left_out)
+
     def definition(self, module: Module, name: str, depth: int = 0) -> tuple[Module, ast.stmt] | None:
         """The statement that defines a name in a module, through imports and `a.b`; None: not of the code."""
         if depth > 8:  # imports that go round

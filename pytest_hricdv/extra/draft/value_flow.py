@@ -123,6 +123,22 @@ class ValueFlow:
             yield node, where, at
             waiting += [(*origin, depth + 1) for origin in self._origins(node, where, at)]
 
+    def is_whole(self, expression: ast.AST, module: Module, scope: Scope | None) -> bool:
+        """Whether all that an expression can be is known: each way to it begins with a constant."""
+        return all(
+            self._is_constant(node, where, at) or any(True for _ in self._origins(node, where, at))
+            for node, where, at in self.expressions(expression, module, scope)
+        )
+
+    def _is_constant(self, node: ast.AST, module: Module, scope: Scope | None) -> bool:
+        if isinstance(node, ast.Name) and scope is not None and node.id in self._locals(scope.node):
+            return False
+        try:
+            evaluate(self.sources, module, node)
+        except UnknownValueError:
+            return False
+        return True
+
     def _add(
         self, node: ast.AST | None, module: Module, scope: Scope | None, found: Constants, seen: set[Any], depth: int
     ) -> None:
@@ -277,9 +293,21 @@ class ValueFlow:
                     last = content.name.rpartition(".")[2] if isinstance(content, Reference) else ""
                     for method in self.methods.get(last, ())[:1]:
                         yield from self._returns(method)
-        is_own = isinstance(node.func, ast.Name) or dotted_name(node.func).startswith("self.")
-        if is_own and len(self.methods[name]) == 1:
-            yield from self._returns(self.methods[name][0])
+        called = self._called(node.func, module, scope)
+        if called is not None:
+            yield from self._returns(called)
+
+    def _called(self, called: ast.expr, module: Module, scope: Scope | None) -> Scope | None:
+        """The function of the code that is called by its name, or as a method of `self`; None where it is not known."""
+        if not isinstance(called, ast.Name) and not dotted_name(called).startswith("self."):
+            return None
+        methods = self.methods[last_name(called)]
+        if len(methods) > 1 and isinstance(called, ast.Name):
+            methods = [method for method in methods if method.owner is None and method.module is module]
+        elif len(methods) > 1:
+            owner = self.owner_of(called.value, module, scope) if isinstance(called, ast.Attribute) else None
+            methods = [method for method in methods if owner is not None and method.owner is owner]
+        return methods[0] if len(methods) == 1 else None
 
     def _returns(self, scope: Scope) -> Iterator[tuple[Any, Module, Scope | None]]:
         for node in ast.walk(scope.node):

@@ -113,3 +113,53 @@ def test_a_requirement_is_left_where_none_held_in_the_first_runs(tmp_path: Path)
     assert len(tomllib.loads(texts["requirements.toml"])) == len(names)
     assert [requirement["title"] for requirement in left.values()] == ["A visit ends within 900 s"]
     assert '"person_is_there": True' in dict(files(dropped))["world.py"]
+
+
+REASONS = """
+from dataclasses import dataclass
+
+LATE = "too late"
+
+
+@dataclass(frozen=True)
+class Order:
+    kind: str
+
+
+@dataclass(frozen=True)
+class Refused:
+    reason: str
+    told_by: str
+
+
+def _reason_against(problem):
+    return str(problem)
+
+
+class Desk:
+    def __init__(self, bus):
+        self.bus = bus
+        self.orders = bus.subscribe(Order)
+
+    def _reason_against(self, order):
+        return "unknown" if order.kind != "tea" else ""
+
+    def run(self):
+        while (order := self.orders.wait(60.0)) is not None:
+            reason = self._reason_against(order)
+            if reason:
+                self.bus.publish(Refused(reason, "desk"))
+            try:
+                self.make(order)
+            except OSError as problem:
+                self.bus.publish(Refused(_reason_against(problem), "kitchen"))
+            except ValueError:
+                self.bus.publish(Refused(LATE, "kitchen"))
+"""
+
+
+def test_a_field_that_is_also_made_of_unknown_texts_is_not_declared_with_those_that_are_known(tmp_path: Path) -> None:
+    (tmp_path / "desk.py").write_text(REASONS, encoding="utf-8")
+    text = dict(files(Draft(analyse("desk", tmp_path), "desk", "person", tmp_path / "hri")))["conftest.py"]
+    assert '# "refused.reason": ("unknown", "too late"),  # desk.py:28; TODO: which others?' in text
+    assert '            "refused.told_by": ("desk", "kitchen"),' in text

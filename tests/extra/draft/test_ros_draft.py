@@ -247,3 +247,13 @@ def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace
     text = dict(files(Draft(findings, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
     assert '"count": Range(0, 10, "")' in text
     assert '"low": Range(0.0, 1.0, "")' in text
+
+
+def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_package(workspace: Path) -> None:
+    package = workspace / "src" / "home_robot" / "home_robot"
+    (package / "hinges.py").write_text("COUNT = 2\n", encoding="utf-8")
+    findings, _ = ros_findings(executable("home_robot door", workspace))
+    assert findings.code == ("home_robot.door", "home_robot.hinges")
+    (package / "__init__.py").write_text("from home_robot import door\n", encoding="utf-8")
+    findings, _ = ros_findings(executable("home_robot door", workspace))
+    assert findings.code == ("home_robot",)
