@@ -18,6 +18,7 @@ from pytest_hricdv.extra.draft.findings import (
     Machine,
     Message,
     MessageField,
+    Problem,
     Question,
     State,
 )
@@ -54,7 +55,24 @@ def analyse(package: str, start: Path | None = None) -> Findings:
         DraftError: there is no such package or function, or no source.
     """
     name, _, entry_name = package.partition(":")
-    return analysed(find(name, (start or Path.cwd()).resolve()), name, entry_name)
+    sources = find(name, (start or Path.cwd()).resolve())
+    findings = analysed(sources, name, entry_name)
+    if not entry_name or findings.heard or findings.ros.endpoints:
+        return findings
+    hint = _other_entry(analysed(sources, name, ""), entry_name, findings.entry)
+    return replace(findings, problems=(*findings.problems, *hint))
+
+
+def _other_entry(other: Findings, named: str, entry: Entry | None) -> Iterator[Problem]:
+    """Where the function that was named hears nothing: what the draft would take by itself, if that hears something."""
+    if other.heard and other.entry is not None and other.entry != entry:
+        heard = ", ".join(f"`{message.topic}`" for message in other.heard)
+        yield Problem(
+            "entry",
+            f"nothing was found that `{named}` hears; `{other.entry.name}`, which it may make, hears {heard}: "
+            f"to draft that, `--from {other.package}`",
+            other.entry.place,
+        )
 
 
 def analysed(sources: Sources, name: str, entry_name: str) -> Findings:

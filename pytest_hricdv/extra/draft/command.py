@@ -120,7 +120,7 @@ def draft_launch(file: str, asked: Asked) -> Iterator[str]:
 def _written(made: Draft, folder: Path, runs: bool) -> Iterator[str]:
     if runs:
         made, trials = tried(made)
-        yield from _came_of(trials, mend(made))
+        yield from _came_of(trials, made)
     for name in write(made, folder):
         yield str(folder / name)
 
@@ -143,13 +143,13 @@ def _read(findings: Findings) -> Iterator[str]:
         yield f"{problem.place}: {problem.text}" if problem.place is not None else problem.text
 
 
-def _came_of(trials: tuple[Trial, ...], mending: str) -> Iterator[str]:
+def _came_of(trials: tuple[Trial, ...], made: Draft) -> Iterator[str]:
     for trial in trials:
         for effect in trial.effects:
             yield f"{effect.place}: {effect.text}"
         if trial.error:
             place = f"{trial.raised_at}: " if trial.raised_at is not None else ""
-            yield f"first runs: {place}{' '.join(trial.error.split())}: the draft is not green; {mending}"
+            yield f"first runs: {place}{' '.join(trial.error.split())}: the draft is not green; {mend(made, trial)}"
         elif trial.is_ended:
             yield (
                 f"first runs: they take long, and were ended at {trial.tests} tests: so many has the draft; pytest.ini"

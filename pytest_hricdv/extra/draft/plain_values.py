@@ -274,6 +274,8 @@ class PlainReader:
             place = where.place(node) if hasattr(node, "lineno") else value.place
             if isinstance(node, ast.Dict):
                 for key, content in zip(node.keys, node.values, strict=True):
+                    if key is None:  # `{**others, "key": 1}`
+                        self.write(content, where, at, value)
                     for name in self._flow.constants(key, where, at) if key is not None else ():
                         if isinstance(name, str):
                             self.write(content, where, at, value.key(name, place))
@@ -290,10 +292,15 @@ class PlainReader:
                 isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
             ):
                 value.is_bool = True
+            elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):  # of dicts, mostly
+                self.write(node.left, where, at, value)
+                self.write(node.right, where, at, value)
             elif isinstance(node, ast.BinOp | ast.UnaryOp):
                 value.is_number = True
             elif isinstance(node, ast.Call):
                 self._made_by(node, where, at, value)
+            elif isinstance(node, ast.Name) and at is not None:
+                self._named_arguments(node.id, at, value)
         for content, place in self._flow.constants(expression, module, scope).items():
             if isinstance(content, bool):
                 value.is_bool = True
@@ -307,10 +314,24 @@ class PlainReader:
             elif isinstance(content, Member):
                 value.texts.setdefault(content.text, place)
 
+    def _named_arguments(self, name: str, scope: Scope, value: PlainValue) -> None:
+        """`**fields` of a function has a key for each argument that it is called with and that is none of its own."""
+        function = scope.node
+        if isinstance(function, ast.ClassDef) or function.args.kwarg is None or function.args.kwarg.arg != name:
+            return
+        own = parameter_names(function)
+        for call in self._flow.calls.get(function.name, ()):
+            for keyword in call.node.keywords:
+                if keyword.arg is not None and keyword.arg not in own:
+                    place = call.module.place(keyword.value)
+                    self.write(keyword.value, call.module, call.scope, value.key(keyword.arg, place))
+
     def _made_by(self, node: ast.Call, module: Module, scope: Scope | None, value: PlainValue) -> None:
         name = imported_name(module, node.func)
         last = name.rpartition(".")[2]
-        if last == "dict" and not node.args:
+        if last == "dict":
+            for content in node.args[:1]:
+                self.write(content, module, scope, value)
             for keyword in node.keywords:
                 if keyword.arg:
                     self.write(keyword.value, module, scope, value.key(keyword.arg, module.place(node)))

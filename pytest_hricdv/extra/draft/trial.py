@@ -47,9 +47,16 @@ MEND_NODE = "which fields has what `said` in `conftest.py` sends it, and what do
 """The same where the code is a node of ROS 2."""
 
 
-def mend(draft: Draft) -> str:
-    """What to do where the first runs of a draft raise."""
-    return MEND if draft.ros is None else MEND_NODE
+def mend(draft: Draft, trial: Trial) -> str:
+    """What to do where the first runs of a draft raise.
+
+    What the code raises in some of them, and not in the others, most often is a fault of the code.
+    """
+    stand_ins = MEND if draft.ros is None else MEND_NODE
+    if trial.raised_at is None or not 0 < trial.raised < trial.tests:
+        return stand_ins
+    share = f"{trial.raised} of {trial.tests} tests end so"
+    return f"{share}: a fault of the code, for what it hears in them (`pytest` shows it)? if not, {stand_ins}"
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,7 @@ class Trial:
         is_ended: whether the runs took too long: the draft has as many tests as there were.
         unrepeatable: why a test came otherwise alone, in a fresh process; empty where those that ran again did not.
         leaks: whether that is what a test left to another one.
+        raised: how many tests ended with an error.
     """
 
     tests: int
@@ -79,6 +87,7 @@ class Trial:
     is_ended: bool = False
     unrepeatable: str = ""
     leaks: bool = False
+    raised: int = 0
 
 
 def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Trial, ...]]:
@@ -123,7 +132,7 @@ def _with_problems(draft: Draft, trials: Sequence[Trial]) -> Draft:
     """The draft with what the runs have shown that somebody has to mend."""
     effects = tuple(dict.fromkeys(effect for trial in trials for effect in trial.effects))
     raised = tuple(
-        Problem("raised", f"{' '.join(trial.error.split())}: the draft is not green; {mend(draft)}", trial.raised_at)
+        Problem("raised", f"{_one_line(trial.error)}: the draft is not green; {mend(draft, trial)}", trial.raised_at)
         for trial in trials
         if trial.error
     )
@@ -133,6 +142,10 @@ def _with_problems(draft: Draft, trials: Sequence[Trial]) -> Draft:
     )
     findings = draft.findings
     return replace(draft, findings=replace(findings, problems=findings.problems + effects + raised + differing))
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
 
 
 def without(draft: Draft, names: Sequence[str]) -> Draft:
@@ -228,7 +241,7 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
     return Trial(
         len(tests), passed, tuple(failed), tuple(never), _sentence(errors[0]) if errors else "", effects,
         unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
-        leaks=any(other["left_by"] for other in others),
+        leaks=any(other["left_by"] for other in others), raised=len(errors),
     )  # fmt: skip
 
 

@@ -227,3 +227,96 @@ class Mower:
 if __name__ == "__main__":
     Mower().run()
 """
+
+CLIENT_THAT_IS_HANDED_OVER = """
+import json
+import queue
+import time
+from enum import Enum
+
+import paho.mqtt.client as mqtt
+
+BROKER = "localhost"
+LOADING_TIMEOUT_S = 20.0
+STEP_S = 0.5
+
+
+class Phase(Enum):
+    PARKED = "parked"
+    LOADING = "loading"
+    DRIVING = "driving"
+    HANDING = "handing"
+    FAULT = "fault"
+
+
+class Courier:
+    def __init__(self, client):
+        self.client = client
+        self.phase = Phase.PARKED
+        self.inbox = queue.Queue()
+        self.client.on_message = self.on_message
+        self.client.on_connect = self.on_connect
+
+    def on_connect(self, client, userdata, flags, rc, properties=None):
+        client.subscribe("courier/#")
+
+    def on_message(self, client, userdata, msg):
+        self.inbox.put((msg.topic, json.loads(msg.payload)))
+
+    def say(self, topic, **fields):
+        self.client.publish("courier/" + topic, json.dumps(fields))
+
+    def go(self, phase):
+        self.phase = phase
+        self.say("phase", name=phase.value)
+
+    def wait_for(self, topic, limit_s):
+        end = time.monotonic() + limit_s
+        while time.monotonic() < end:
+            try:
+                heard, data = self.inbox.get(timeout=STEP_S)
+            except queue.Empty:
+                continue
+            if heard == "courier/stop":
+                raise InterruptedError
+            if heard == topic:
+                return data
+        return None
+
+    def serve(self):
+        while True:
+            order = self.wait_for("courier/order", 3600.0)
+            if order is None:
+                continue
+            if order["room"] not in ("kitchen", "lab", "office"):
+                self.say("refused", room=order["room"])
+                continue
+            self.go(Phase.LOADING)
+            try:
+                parcel = self.wait_for("courier/parcel", LOADING_TIMEOUT_S)
+                if parcel is None or parcel["weight_kg"] > 5.0:
+                    self.go(Phase.FAULT)
+                    self.say("gave_up", room=order["room"])
+                    time.sleep(2.0)
+                else:
+                    self.go(Phase.DRIVING)
+                    time.sleep(8.0)
+                    self.go(Phase.HANDING)
+                    self.say("delivered", room=order["room"])
+            except InterruptedError:
+                self.say("stopped")
+            self.go(Phase.PARKED)
+
+
+def main():
+    client = mqtt.Client(mqtt.CallbackAPIVersion.VERSION2)
+    courier = Courier(client)
+    client.connect(BROKER)
+    client.loop_start()
+    courier.serve()
+
+
+if __name__ == "__main__":
+    main()
+"""
+"""It takes orders over MQTT. A stop while it is parked ends it: a fault that the draft finds."""

@@ -54,6 +54,52 @@ def test_a_client_of_a_broker_says_what_it_publishes_and_hears_by_its_callback(t
     assert not [question for question in findings.questions if "carries the topic" in question.text]
 
 
+def test_what_a_client_is_handed_over_to_says_by_keywords(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(connected_robots.CLIENT_THAT_IS_HANDED_OVER, encoding="utf-8")
+    findings = analyse("robot_code", tmp_path)
+    values = {
+        (message.name, part.name): {value.text for value in part.values}
+        for message in findings.messages
+        for part in message.fields
+    }
+    assert values["InboxTuple", "topic"] == {"courier/stop", "courier/order", "courier/parcel"}
+    assert values["InboxTuple", "item_1_room"] == {"kitchen", "lab", "office"}
+    assert values["ClientJson", "name"] == {"parked", "loading", "driving", "handing", "fault"}
+    assert values["ClientJson", "room"] == set()
+    assert not [problem for problem in findings.problems if problem.kind == "entry"]
+
+
+@pytest.mark.parametrize(
+    "payload", ["fields", '{**fields, "at": 1.0}', "dict(fields)", "dict(fields, at=1.0)", '{"at": 1.0} | fields']
+)
+def test_keywords_that_are_handed_on_are_keys(payload: str, tmp_path: Path) -> None:
+    code = connected_robots.CLIENT_THAT_IS_HANDED_OVER.replace("json.dumps(fields)", f"json.dumps({payload})")
+    (tmp_path / "robot_code.py").write_text(code, encoding="utf-8")
+    (said,) = (message for message in analyse("robot_code", tmp_path).messages if message.name == "ClientJson")
+    assert {"name", "room"} <= {part.name for part in said.fields}
+    assert ("at" in payload) == ("at" in {part.name for part in said.fields})
+
+
+def test_a_function_that_hears_nothing_is_said_to_make_what_does(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(connected_robots.CLIENT_THAT_IS_HANDED_OVER, encoding="utf-8")
+    (problem,) = (problem for problem in analyse("robot_code:main", tmp_path).problems if problem.kind == "entry")
+    assert problem.text == (
+        "nothing was found that `main` hears; `Courier`, which it may make, hears `inbox_tuple`: to draft that, "
+        "`--from robot_code`"
+    )
+
+
+@pytest.mark.slow
+def test_a_fault_that_the_first_runs_find_is_taken_for_one(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(connected_robots.CLIENT_THAT_IS_HANDED_OVER, encoding="utf-8")
+    made = subprocess.run(
+        [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "robot_code"],
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "InterruptedError: the draft is not green; " in made.stdout
+    assert " tests end so: a fault of the code, for what it hears in them (`pytest` shows it)?" in made.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*READ, "CLIENT_OF_A_CLASS"])
 def test_a_draft_of_code_with_a_connection_is_green_at_once(name: str, tmp_path: Path) -> None:
