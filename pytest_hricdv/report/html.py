@@ -126,7 +126,10 @@ def _context(report: Report) -> dict[str, Any]:
         "requirement_groups": grouped(requirements),
         "no_count": CoverageCount(),
         "sources": {"code": code_sources(report), "plans": model_sources(report)},
-        "failing": [test for test in report.tests if test.fails or test.outcome == "not-run"],
+        "failing": sorted(
+            (test for test in report.tests if test.fails or test.outcome == "not-run"),
+            key=lambda test: test.outcome == "not-run",  # there may be many, which say nothing yet
+        ),
         "behaviour": behaviour_view.examples(report),
         "headline": headline,
         "all_sections": sections,

@@ -132,11 +132,14 @@ def requirement_view(report: Report, name: str) -> RequirementView:
 
 
 def grouped(requirements: Iterable[RequirementView]) -> list[tuple[str, list[RequirementView]]]:
-    """The requirements by their group, in the order of their first ones; where none has a group, one without a name."""
-    groups: dict[str, list[RequirementView]] = {}
+    """The requirements by their group, in the order of their first ones.
+
+    Those without a group come first, without a heading: below one they would seem to be of that group.
+    """
+    groups: dict[str, list[RequirementView]] = {"": []}
     for view in requirements:
         groups.setdefault(view.texts.group, []).append(view)
-    return [*groups.items()]
+    return [(group, members) for group, members in groups.items() if members]
 
 
 def states(requirements: Iterable[RequirementView]) -> dict[RequirementState, int]:

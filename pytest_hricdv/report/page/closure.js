@@ -2,6 +2,7 @@
 
 function closurePage(view) {
   const place = view.querySelector("[data-plot=gain]"), minimal = DATA.minimal;
+  if (!place) return; // no test, no suite
   linePlot(place, [
     { name: "smallest suite", n: 0, points: minimal.curve, note: Object.keys(minimal.gains).length + " tests", curve: "step-after" },
     { name: "all tests, as listed", n: 1, points: minimal.growth, note: TESTS.length + " tests", curve: "step-after" },

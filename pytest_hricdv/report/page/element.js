@@ -36,6 +36,17 @@ function capitalized(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
+/** A name of at most so many characters: cut in the middle, as names often differ at their ends only. */
+function shortened(name, most) {
+  const kept = most - 1, start = Math.floor(kept / 2);
+  return name.length <= most ? name : name.slice(0, start) + "…" + name.slice(name.length - (kept - start));
+}
+
+/** `nurse`, `nurse and child`, `nurse, porter and child`. */
+function enumerated(names) {
+  return [names.slice(0, -1).join(", "), ...names.slice(-1)].filter(Boolean).join(" and ");
+}
+
 function percent(value) {
   if (value === null) return "-";
   const least = value > 0 ? 0.1 : 0, most = value < 100 ? 99.9 : 100;

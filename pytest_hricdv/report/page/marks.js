@@ -60,5 +60,5 @@ function markText(picture, event) {
 
 /** What the marks mean. */
 function marksKey() {
-  return ["P", "F", "K", "N"].map((letter) => [marksOf(letter), " " + MARKED[letter].word + " "]);
+  return ["P", "F", "K", "N"].map((letter) => [h("span", { class: "nowrap" }, marksOf(letter), " " + MARKED[letter].word), " "]);
 }

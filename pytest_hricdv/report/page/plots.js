@@ -82,15 +82,23 @@ function legend(items) {
   }));
 }
 
-/** Line plot of `series` [{name, points, n, note, curve}] with axes and a legend below. */
+/** A figure at a tick of an axis of counts: none between two of them. */
+const wholeTick = (value) => (Number.isInteger(value) ? value.toLocaleString("en-US") : "");
+
+/** Options of an axis from one value to the same: it is written once, and not as 1.000000. */
+function onlyTick(values, zero) {
+  const [least, most] = [Math.min(...values), Math.max(...values)];
+  return least === most && !(zero && least) ? { ticks: [least], tickFormat: String } : {};
+}
+
+/** Line plot of `series` [{name, points, n, note, curve}] with axes and a legend below; hidden where no line has a point. */
 function linePlot(place, series, x, y, label) {
   const kept = series.filter((each) => each.points.length);
-  if (!kept.length) {
-    place.append(h("p", { class: "soft" }, "Nothing to plot: the report has no such data."));
-    return;
-  }
+  place.hidden = !kept.length;
+  if (!kept.length) return;
+  const along = (n) => kept.flatMap((each) => each.points.map((point) => point[n]));
   drawn(place, (width) => plotted(plain(width, {
-    ariaLabel: label, x, y: { grid: true, ...y },
+    ariaLabel: label, x: { ...onlyTick(along(0)), ...x }, y: { grid: true, ...(y.domain ? {} : onlyTick(along(1), y.zero)), ...y },
     marks: kept.flatMap((each) => [
       Plot.line(each.points, { x: "0", y: "1", stroke: colourOf(each.n), strokeDasharray: dashOf(each.n), strokeWidth: 2, curve: each.curve || "linear" }),
       each.points.length > 12 || each.curve ? null :

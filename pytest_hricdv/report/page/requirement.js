@@ -14,7 +14,7 @@ function triggersPlot(place, n) {
   }));
   const tooltip = (bar) => visible(DATA.suites[bar.suite]) + ": " + bar.count + " from " + bar.from + " to " + bar.to + " s";
   drawn(place, (width) => plotted(plain(width, {
-    ariaLabel: "Triggers over time", x: { label: "simulated time (s)" }, y: { label: "triggers, all tests", grid: true },
+    ariaLabel: "Triggers over time", x: { label: "simulated time (s)" }, y: { label: "triggers, all tests", grid: true, tickFormat: wholeTick },
     marks: [
       Plot.rectY(bars, Plot.stackY({ x1: "from", x2: "to", y: "count", order: "suite", fill: (bar) => colourOf(bar.suite), title: tooltip, tip: { fill: "var(--card)" } })),
       Plot.ruleY([0]),
@@ -40,8 +40,8 @@ function marginsPlot(place, n) {
   const room = 18 + 7.2 * Math.max(...suites.map((suite) => DATA.suites[suite].length));
   const low = suites[0] - 0.5, high = suites[suites.length - 1] + 0.5;
   drawn(place, (width) => plotted(plain(width, {
-    ariaLabel: "Margins of all tests", height: 90 + 90 * suites.length, marginLeft: Math.min(room, width / 3),
-    x: { label: "margin" + (unit ? " (" + unit + ")" : ""), grid: true, nice: true },
+    ariaLabel: "Margins of all tests", height: 90 + 90 * suites.length, marginLeft: Math.min(room, width / 3), marginRight: 30,
+    x: { label: "margin" + (unit ? " (" + unit + ")" : ""), grid: true, nice: true, ticks: Math.max(2, Math.floor(width / 120)) },
     y: { domain: [high, low], ticks: suites, tickFormat: (suite) => visible(DATA.suites[suite] || ""), label: null, tickSize: 0 },
     marks: [
       Plot.ruleX([0], { strokeDasharray: "3 3" }),

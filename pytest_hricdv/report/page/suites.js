@@ -9,21 +9,23 @@ const SUITE_PLOTS = {
       const values = TESTS.filter((test) => test.suite === n && test.percent !== null).map((test) => test.percent);
       return values.sort((a, b) => a - b).map((value, rank) => [rank + 1, value]);
     });
-    linePlot(place, series, { label: "tests, in ascending order of coverage" },
+    linePlot(place, series, { label: "tests, in ascending order of coverage", tickFormat: wholeTick },
       { label: "statements covered (%)", domain: percentDomain(series) }, "Statement coverage of each test");
   },
   closure: (place) => {
     const kind = place.dataset.kind, series = suiteSeries((curve) => curve.closure[kind] || []);
-    linePlot(place, series, { label: "tests run" },
+    linePlot(place, series, { label: "tests run", tickFormat: wholeTick },
       { label: kind + " covered (%)", domain: percentDomain(series) }, "Closure of " + kind);
   },
   learning: (place) => {
     const series = suiteSeries((curve) => curve.learning);
-    linePlot(place, series, { label: "iteration" },
-      { label: "largest change of Q", type: "log", tickFormat: "~g", ticks: 5 }, "Convergence of Q");
+    linePlot(place, series, { label: "iteration", tickFormat: wholeTick },
+      { label: "largest change of Q", type: "log", tickFormat: (value) => (value < 0.001 ? value.toExponential(0) : String(value)), ticks: 5 }, "Convergence of Q");
   },
 };
 
 function suitesPage(section) {
-  for (const place of section.querySelectorAll("[data-plot]")) SUITE_PLOTS[place.dataset.plot](place);
+  const places = [...section.querySelectorAll("[data-plot]")];
+  for (const place of places) SUITE_PLOTS[place.dataset.plot](place);
+  if (places.length) section.querySelector("[data-unplotted]").hidden = places.some((place) => !place.hidden);
 }

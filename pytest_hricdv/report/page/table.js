@@ -133,7 +133,7 @@ class Table {
 
   sorter(column, tabindex) {
     const mine = this.sortOf(column);
-    return h("button", { type: "button", tabindex, class: "sort" + (mine ? " " + mine : ""), title: column.note, onclick: () => this.sortBy(column.key) }, column.title);
+    return h("button", { type: "button", tabindex, class: "sort" + (mine ? " " + mine : ""), title: column.note, onclick: () => this.sortBy(column.key) }, column.head || column.title);
   }
 }
 

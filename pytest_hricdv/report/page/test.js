@@ -106,7 +106,7 @@ function testView(test, found, time) {
     h("ol", { class: "steps" },
       h("li", {}, section("Beliefs", chips(found.beliefs))),
       h("li", {}, section("Plans they trigger", plans.length ? plans : h("p", { class: "soft" }, "none"))),
-      h("li", {}, section("What " + (actorsOf(found.abstract).join(" and ") || "the human") + (actorsOf(found.abstract).length > 1 ? " do" : " does"), h("div", { class: "scroll" }, actionTable(found))))),
+      h("li", {}, section("What " + (enumerated(actorsOf(found.abstract)) || "the human") + (actorsOf(found.abstract).length > 1 ? " do" : " does"), h("div", { class: "scroll" }, actionTable(found))))),
     TEST_SECTIONS.last.map((show) => show(found)),
     found.failure && h("details", { class: "card" }, h("summary", {}, h("h3", {}, "Failure, as in the terminal")), h("pre", {}, found.failure)),
     section("Run it again", found.rerun.map((line) => (line.startsWith("pytest ") ? command(line) : h("p", { class: "soft small" }, line)))),

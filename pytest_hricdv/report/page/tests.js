@@ -31,20 +31,23 @@ const FILTERS = {
   }),
 };
 
+// So many characters of a requirement's name fit upright into the head of the table.
+const MOST_HEAD = 14;
+
 function testColumns() {
   const verdicts = DATA.requirements.map((name, n) => ({
-    key: name, title: name, note: DATA.titles[name], value: (test) => "FKPN-".indexOf(test.verdicts[n]),
+    key: name, title: name, head: shortened(name, MOST_HEAD), note: name + (DATA.titles[name] ? " " + DATA.titles[name] : ""), value: (test) => "FKPN-".indexOf(test.verdicts[n]),
   }));
   return [
-    { key: "test", title: "Test", value: (test) => test.id, cell: testLink, style: "id" },
+    { key: "test", title: "Test", value: (test) => test.id, cell: testIdLink, style: "id" },
     DATA.suites.length > 1 && { key: "suite", title: "Suite", value: (test) => test.suite, cell: (test) => DATA.suites[test.suite], style: "less" },
     { key: "outcome", title: "Outcome", value: (test) => test.outcome, cell: (test) => outcomeBadge(test.outcome), style: "outcome" },
     verdicts.length > 0 && { key: "requirements", title: "Requirements", parts: verdicts, cell: verdictMarks },
-    { key: "ended", title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "some" },
-    { key: "statements", title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
+    TESTS.some((test) => test.outcomes.length) && { key: "ended", title: capitalized(DATA.outcomeLabel), value: (test) => test.outcomes.join(), cell: (test) => test.outcomes.join(", ") || "-", style: "some" },
+    TESTS.some((test) => test.percent !== null) && { key: "statements", title: "Statements", value: (test) => test.percent, cell: (test) => percent(test.percent), style: "n" },
     { key: "adds", title: "Adds", note: "Points that it adds to the smallest suite", value: (test) => gain(test), cell: (test) => gain(test) || "-", style: "n" },
     { key: "simulated", title: "Simulated", value: (test) => test.sim, cell: (test) => seconds(test.sim), style: "n" },
-    { key: "beliefs", title: "Beliefs", value: (test) => test.beliefs, cell: (test) => test.beliefs || "-", style: "rest" },
+    TESTS.some((test) => test.beliefs) && { key: "beliefs", title: "Beliefs", value: (test) => test.beliefs, cell: (test) => test.beliefs || "-", style: "rest" },
   ].filter(Boolean);
 }
 
@@ -55,6 +58,16 @@ function gain(test) {
 
 function testLink(test) {
   return h("a", { class: "mono", href: "#test/" + test.anchor, title: test.id }, test.id);
+}
+
+// The end of an id, `-0060eeeb`, tells it from others of its suite: where an id is cut, its end stays.
+const ID_END = 9;
+
+/** A link to a test for a narrow column, which cuts the id before its end. */
+function testIdLink(test) {
+  const link = testLink(test), id = visible(test.id), end = id.length - ID_END;
+  if (end > 0) link.replaceChildren(h("span", { class: "cut-start" }, id.slice(0, end)), id.slice(end));
+  return link;
 }
 
 function select(label, every, options, change) {
