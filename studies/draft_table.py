@@ -19,7 +19,7 @@ PAGE = ROOT / "docs" / "draft.md"
 NOTED = ROOT / "studies" / "code_bases" / "measured.json"
 COMMAND = "python -m studies.drafts"
 FOUND = ("code", *(f"{kind}: found, right, declared" for kind in KINDS))
-EFFORT = ("code", "draft", "first green run after", "lines edited", "own requirement", "faults noticed")
+EFFORT = ("code", "draft", "first green run after", "lines added or removed", "own requirement", "faults noticed")
 
 Noted = dict[str, dict[str, Any]]
 """Key of a code base -> its name, and what was measured."""

@@ -2,8 +2,8 @@
 
     python -m studies.drafts                               # what is found (seconds), written into docs/draft.md
     python -m studies.drafts --ros2-packages FOLDER        # of public packages of ROS 2 as well, cloned into a folder
-    python -m studies.drafts --green [--only porter,dance] # and the time to the first green run, and a requirement of
-                                                           # one's own in it (minutes)
+    python -m studies.drafts --own [--only porter,dance]   # and a requirement of one's own (a minute or two)
+    python -m studies.drafts --green [--only porter,dance] # and the time to the first green run (many minutes)
 
 The code of the tutorials is taken from their pages, without world, model, requirements and testbench; the porter's is
 in studies/code_bases/, and needs the library `transitions` to be run. Nodes need `rclpy` to be run, not to be read.
@@ -73,6 +73,23 @@ def found(code: CodeBase) -> dict[str, str]:
     }
 
 
+def draft(code: CodeBase, target: Path, *options: str) -> None:
+    """Have a draft made in a folder."""
+    init = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked, *options]
+    subprocess.run(init, cwd=code.folder, check=True, capture_output=True)
+
+
+def own(code: CodeBase, target: Path) -> dict[str, object]:
+    """How many lines a requirement of one's own takes, and its verdict, in a draft without first runs: it needs none.
+
+    Raises:
+        EditError: the draft has not what an edit replaces.
+    """
+    draft(code, target, "--no-run")
+    asked = own_requirement(code.key)
+    return {"edited_lines": edited(asked, target), "own": checked(asked, target)}
+
+
 def green(code: CodeBase, target: Path) -> dict[str, int]:
     """The processor time (s) to a draft, and to the end of its first green run.
 
@@ -80,8 +97,7 @@ def green(code: CodeBase, target: Path) -> dict[str, int]:
         RuntimeError: the run is not green.
     """
     begin_s = _processor_s()
-    init = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
-    subprocess.run(init, cwd=code.folder, check=True, capture_output=True)
+    draft(code, target)
     draft_s = _processor_s() - begin_s
     done = subprocess.run([sys.executable, "-m", "pytest", "-q"], cwd=target, capture_output=True, text=True)
     if done.returncode:
@@ -99,18 +115,19 @@ def main() -> None:
     """Measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--green", action="store_true", help="measure the time to the first green run as well")
+    parser.add_argument("--own", action="store_true", help="check a requirement of one's own in each")
     parser.add_argument("--ros2-packages", type=Path, metavar="FOLDER", help="of repositories, cloned where missing")
     parser.add_argument("--only", default="", metavar="KEYS", help="of some code bases, such as porter,dance")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         for code in chosen(Path(name), options.ros2_packages, list(filter(None, options.only.split(",")))):
             note(code, {"found": found(code)})
-            if options.green and (code.asked[0] != "--ros2" or is_installed("rclpy")):
-                target = Path(name) / f"draft-of-{code.key}"
-                note(code, green(code, target))
-                own = own_requirement(code.key)
-                note(code, {"edited_lines": edited(own, target), "own": checked(own, target)})
-            elif options.green:
+            is_runnable = code.asked[0] != "--ros2" or is_installed("rclpy")
+            if options.own and is_runnable:
+                note(code, own(code, Path(name) / f"own-in-{code.key}"))
+            if options.green and is_runnable:
+                note(code, green(code, Path(name) / f"draft-of-{code.key}"))
+            if (options.own or options.green) and not is_runnable:
                 print(f"{code.key}: not run: rclpy is not installed, see docs/ros2.md")
     if options.ros2_packages is None:
         print("nodes of ROS 2 were not read: --ros2-packages FOLDER names a folder for their repositories")

@@ -157,6 +157,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
               for m in draft.messages for p in m.fields if p.values]  # fmt: skip
     interfaces = [os.path.relpath(folder, draft.folder) for folder in start.interfaces]
     ros = "".join(f'HERE / "{folder}", ' for folder in interfaces)
+    virtual = list(dict.fromkeys(name.partition(".")[0] for name in draft.findings.code if "." in name))
     lines = [
         "", "", "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
@@ -179,6 +180,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         "            services=SERVICES,",
         "            actions=ACTIONS,",
         *([f"            interfaces=({ros.rstrip()}),"] if interfaces else []),
+        *([f"            packages={tuple_text(virtual)},  # all of them see virtual time"] if virtual else []),
         "        ),",
         "        run=run,",
         '        may_end=("limit", "idle", "early", "cycle"),  # TODO: which ends are right?',

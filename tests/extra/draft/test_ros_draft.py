@@ -254,6 +254,8 @@ def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_pa
     (package / "hinges.py").write_text("COUNT = 2\n", encoding="utf-8")
     findings, _ = ros_findings(executable("home_robot door", workspace))
     assert findings.code == ("home_robot.door", "home_robot.hinges")
+    _, texts = drafted(workspace, "home_robot door")
+    assert 'packages=("home_robot",),  # all of them see virtual time' in texts["conftest.py"]
     (package / "__init__.py").write_text("from home_robot import door\n", encoding="utf-8")
     findings, _ = ros_findings(executable("home_robot door", workspace))
     assert findings.code == ("home_robot",)
