@@ -62,10 +62,12 @@ class Bus:
     def __init__(self, run: Run) -> None:
         self._run, self._port = run, run.bus.port("robot")
 
-    {async}def publish(self, topic: Any, message: Any = "", *_: Any, **__: Any) -> None:
-        """Say it."""
-        said = next((one for one in (topic, message) if is_dataclass(one)), None)
-        said = of_plain(message, SAID.get(topic, ())) if said is None else said
+    {async}def publish(self, topic: Any, *contents: Any, **named: Any) -> None:
+        """Say what goes with a topic: an argument, or other keywords, each of which is a field."""
+        contents += tuple(named[name] for name in PAYLOADS if name in named)
+        own = {name: content for name, content in named.items() if name not in OPTIONS}
+        said = next((one for one in (topic, *contents[:1]) if is_dataclass(one)), None)
+        said = of_plain(contents[0] if contents else own or "", SAID.get(topic, ())) if said is None else said
         if said is not None:
             self._port.publish(said)
 
@@ -74,10 +76,15 @@ class Bus:
         kinds = HEARD.get(topic, ()) if isinstance(topic, str) else (topic,)
         if callback is None:
             return Inbox(self._run, *kinds)
-        count = len(signature(callback).parameters)
+        parameters = signature(callback).parameters.values()
+        names = [part.name for part in parameters if part.kind not in (part.VAR_POSITIONAL, part.VAR_KEYWORD)]
+        first = (topic,) if names and names[0].strip("_") in SENDERS else ()
+        has_fields = any(part.kind == part.VAR_KEYWORD for part in parameters) or (len(names) > 1 and not first)
 
         def call(content: Any) -> Any:
-            return callback(*(topic, content)[2 - min(count, 2) :])
+            if has_fields and isinstance(content, dict):
+                return callback(*first, **content)
+            return callback(*(topic, content)[2 - min(len(parameters), 2) :])
 
 {hearing}
         return None

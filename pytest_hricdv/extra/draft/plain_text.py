@@ -5,7 +5,7 @@ from __future__ import annotations
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Message
 
-_CONVERTING = '''
+CONVERTING = '''
 
 def to_plain(message: Any) -> Any:
     """What the code gets for a message: its text, number, dict or tuple; a message of a class as it is."""
@@ -39,11 +39,14 @@ def _with_tuples(content: Any) -> Any:
 
 
 def of_plain(value: Any, kinds: tuple[type[Any], ...]) -> Any:
-    """The message for what the code said, of the first of these classes that is like it; None where none is."""
+    """The message for what the code said, of the first class that is like it; None, and a warning, where none is."""
     for kind in kinds:
         content = _read(value) if kind.FORM == "json" else value
         if isinstance(content, _LIKE[kind.FORM]) and not (kind.FORM == "number" and isinstance(content, bool)):
             return _filled(kind, content)
+    if kinds and value is not None:
+        classes = ", ".join(kind.__name__ for kind in kinds)
+        warnings.warn(f"the code says {value!r}, which is no {classes}: no test sees it", stacklevel=2)
     return None
 
 
@@ -102,7 +105,7 @@ def plain_classes(draft: Draft) -> str:
         return ""
     states = "".join(_state(message) for message in draft.plain if message.form == "state")
     others = "".join(_class(message) for message in draft.plain if message.form not in OWN_CLASSES)
-    return states + others + (_CONVERTING if others else "")
+    return states + others + (CONVERTING if others else "")
 
 
 def _state(message: Message) -> str:

@@ -16,6 +16,9 @@ MAX_DEPTH = 6
 _TEXT_METHODS = ("strip", "lstrip", "rstrip", "lower", "upper", "decode", "casefold", "title")
 _TEXT_ONLY = ("split", "partition", "rpartition", "format", "removeprefix", "splitlines", "replace")
 _DICT_ONLY = ("items", "keys", "values", "update")
+_CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "time_ns", "monotonic_ns", "perf_counter_ns")
+"""Calls that return a time."""
+
 _NUMBER_CALLS = ("float", "int", "abs", "min", "max", "round", "sleep", "sqrt", "hypot", "radians", "degrees")
 
 Use = tuple[ast.AST, Module, Scope | None]
@@ -338,7 +341,7 @@ class PlainReader:
         elif name in ("json.dumps", "orjson.dumps", "ujson.dumps") and node.args:
             value.is_json = True
             self.write(node.args[0], module, scope, value)
-        elif last in (*_NUMBER_CALLS, "time", "monotonic", "uniform", "randint", "len"):
+        elif last in (*_NUMBER_CALLS, *_CLOCKS, "uniform", "randint", "len"):
             value.is_number = True
         elif last in ("str", "format", "join", "upper", "lower"):
             value.is_text = True

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.naming import camel
 from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES, plain_classes
 from pytest_hricdv.extra.draft.queue_templates import ASYNC_QUEUES, OUTBOX, READLINE, SCRIPT, STREAM, SYNC_QUEUES
-from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
+from pytest_hricdv.extra.draft.speech import OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
 from pytest_hricdv.extra.draft.stand_in_templates import ANYTHING, MISSING
 
 _TYPED = "Inbox"
@@ -30,6 +30,9 @@ def _topic_bus(draft: Draft) -> str:
                 by_topic.setdefault(message.channel, []).append(message.name)
         pairs = [f"    {topic!r}: ({', '.join(kinds)},),".replace("'", '"') for topic, kinds in by_topic.items()]
         lines += ["", f"{name}: dict[str, tuple[type[Any], ...]] = {{", *pairs, "}"]
+    for name, words in (("PAYLOADS", PAYLOADS), ("OPTIONS", OPTIONS), ("SENDERS", SENDERS)):
+        listed = ", ".join(f'"{word}"' for word in words)
+        lines += ["", f"{name} = ({listed})"]
     used = {operation.name: operation.is_async for operation in bus.operations}
     says = [name for name in used if name.strip("_") in SAYS and name != "publish"]
     hears = [name for name in used if name.strip("_") in SUBSCRIBES and name != "subscribe"]
@@ -142,7 +145,7 @@ def _head(draft: Draft, body: str) -> str:
         "",
     ]
     lines += ["from __future__ import annotations", ""]
-    modules = ("ast", "asyncio", "json", "queue", "sys")
+    modules = ("ast", "asyncio", "json", "queue", "sys", "warnings")
     lines += [f"import {name}" for name in modules if re.search(rf"(?<![\w.]){name}\.", body)]
     names = [name for name in ("Callable", "Iterator") if name in body]
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []

@@ -30,3 +30,12 @@ QUEUES = (
     "queue.PriorityQueue",
     "janus.Queue",
 )
+
+PAYLOADS = ("payload", "data", "message", "msg", "value", "body", "content")
+"""Names of keywords by which a call hands over what goes with a topic; all others are fields of it."""
+
+OPTIONS = ("qos", "retain", "properties", "timeout", "block")
+"""Names of keywords that say how it is to go."""
+
+SENDERS = ("topic", "event", "name", "channel", "sender", "client", "bus", "signal", "")
+"""Names, without underscores, of the parameter before what a callback is called with."""

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.plain import Holder, messages_of
 from pytest_hricdv.extra.draft.plain_value import PlainValue
 from pytest_hricdv.extra.draft.plain_values import PlainReader
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
-from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
+from pytest_hricdv.extra.draft.speech import OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 
@@ -67,7 +67,7 @@ class TopicFinder:
             topic = self._topics.setdefault((text, direction), _Topic(PlainValue(place)))
             topic.places.append(place)
             if direction == "said":
-                self._said(topic, arguments, module, scope)
+                self._said(topic, node, module, scope)
             else:
                 self._heard(topic, text, arguments, place)
 
@@ -79,26 +79,45 @@ class TopicFinder:
                         return True
         return False
 
-    def _said(self, topic: _Topic, arguments: list[ast.expr], module: Module, scope: Scope | None) -> None:
-        if not arguments:
-            topic.value.is_text = True
+    def _said(self, topic: _Topic, node: ast.Call, module: Module, scope: Scope | None) -> None:
+        """What goes with a topic: an argument, or a field for each of other keywords."""
+        contents = [*node.args[1:], *(keyword.value for keyword in node.keywords if keyword.arg in PAYLOADS)]
+        if contents:
+            topic.has_class |= any(self._classes.classes_in(contents[0], module, scope))
+            self._reader.write(contents[0], module, scope, topic.value)
             return
-        topic.has_class |= any(self._classes.classes_in(arguments[0], module, scope))
-        self._reader.write(arguments[0], module, scope, topic.value)
+        topic.value.is_text |= not node.keywords
+        for keyword in node.keywords:
+            place = module.place(keyword.value)
+            if keyword.arg is None:  # `**fields`
+                self._reader.write(keyword.value, module, scope, topic.value)
+            elif keyword.arg not in OPTIONS:
+                self._reader.write(keyword.value, module, scope, topic.value.key(keyword.arg, place))
 
     def _heard(self, topic: _Topic, text: str, arguments: list[ast.expr], place: Place) -> None:
         callbacks = [scope for argument in arguments for scope in self._functions(argument)]
         for callback in callbacks:
-            assert not isinstance(callback.node, ast.ClassDef)
-            names = [name for name in parameter_names(callback.node) if name != "self"]
-            if names:
-                self._reader.read_name(names[-1], callback, topic.value)
+            self._called_back(callback, topic.value)
         if topic.value.is_object and not topic.value.is_known:
             question = f"What comes with the topic {text!r}? Attributes of it are read, and its class is not known"
             self._questions.append(Question(question, "messages", place))
         elif not callbacks:
             question = f"What is done with the topic {text!r}? No function of the code is called with it"
             self._questions.append(Question(question, "messages", place))
+
+    def _called_back(self, callback: Scope, value: PlainValue) -> None:
+        """What a callback does with what comes: its last parameter, or several of which each is a field."""
+        function = callback.node
+        assert not isinstance(function, ast.ClassDef)
+        names = [name for name in parameter_names(function) if name != "self"]
+        named = [name for number, name in enumerate(names) if number or name.strip("_") not in SENDERS]
+        if function.args.kwarg is not None or (len(named) > 1 and len(named) == len(names)):
+            for name in named:
+                self._reader.read_name(name, callback, value.key(name, callback.place))
+            if function.args.kwarg is not None:
+                self._reader.read_name(function.args.kwarg.arg, callback, value)
+        elif names:
+            self._reader.read_name(names[-1], callback, value)
 
     def _functions(self, argument: ast.expr) -> Iterator[Scope]:
         name = dotted_name(argument).rpartition(".")[2]

@@ -265,3 +265,80 @@ class Hall:
     def late(self, other):
         other.publish("hall/light", "on")
 """
+
+EVENTS_WITH_KEYWORDS = """import threading
+import time
+
+MAX_WEIGHT_KG = 8.0
+
+
+class Sorter(threading.Thread):
+    def __init__(self, bus):
+        super().__init__(daemon=True)
+        self.bus = bus
+        self.mode = "idle"
+        self._parcel = None
+        self._arrived = threading.Event()
+        self._stopped = threading.Event()
+        self._steps = {"idle": self._idle, "gripping": self._gripping, "sorting": self._sorting, "halted": self._halted}
+        bus.on("parcel", self._on_parcel)
+        bus.on("door", self._on_door)
+        bus.on("reset", self._on_reset)
+
+    def _on_parcel(self, data):
+        if self.mode != "idle":
+            self.bus.emit("rejected", reason="busy")
+            return
+        self._parcel = data
+        self._arrived.set()
+
+    def _on_door(self, data):
+        if data["open"]:
+            self._set("halted")
+
+    def _on_reset(self, data):
+        if self.mode == "halted":
+            self._set("idle")
+
+    def _set(self, mode):
+        if mode != self.mode:
+            self.mode = mode
+            self.bus.emit("mode", name=mode, at=time.perf_counter())
+
+    def run(self):
+        while not self._stopped.is_set():
+            self._steps[self.mode]()
+
+    def _idle(self):
+        if self._arrived.wait(0.5):
+            self._arrived.clear()
+            if self._parcel["weight_kg"] > MAX_WEIGHT_KG:
+                self.bus.emit("rejected", reason="too heavy")
+            else:
+                self._set("gripping")
+
+    def _gripping(self):
+        time.sleep(1.5)
+        if self.mode == "gripping":
+            self._set("sorting")
+
+    def _sorting(self):
+        lane = {"small": 1, "large": 2}.get(self._parcel["size"], 3)
+        time.sleep(5.0)
+        self.bus.emit("sorted", lane=lane)
+        self._set("idle")
+
+    def _halted(self):
+        time.sleep(0.1)
+
+"""
+"""Its bus hands on what is said by keywords, as a dict, as keywords or after the event: see `HANDLERS`."""
+
+HANDLERS = {
+    "a dict": ("self, data", "data"),
+    "keywords": ("self, weight_kg, size", '{"weight_kg": weight_kg, "size": size}'),
+    "any keywords": ("self, **data", "data"),
+    "the event, and a dict": ("self, event, data", "data"),
+    "the sender, and keywords": ("self, _sender, **data", "data"),
+}
+"""How the bus may call back for a parcel: parameters, and what comes."""

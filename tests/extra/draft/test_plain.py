@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import subprocess
 import sys
 import tomllib
@@ -15,6 +16,7 @@ import pytest
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Findings, Message
+from pytest_hricdv.extra.draft.plain_text import CONVERTING
 from pytest_hricdv.extra.draft.project import files
 from tests.extra.draft import plain_robots
 
@@ -170,6 +172,49 @@ def test_a_bus_that_calls_back_and_one_that_cannot_be_reached(tmp_path: Path) ->
     ports = ports_of(tmp_path, findings)
     assert ports.Bus.on is ports.Bus.subscribe
     assert ports.Bus.emit is ports.Bus.publish
+
+
+@pytest.mark.parametrize("how", plain_robots.HANDLERS)
+def test_events_have_a_field_for_each_keyword(how: str, tmp_path: Path) -> None:
+    parameters, content = plain_robots.HANDLERS[how]
+    code = plain_robots.EVENTS_WITH_KEYWORDS.replace("_on_parcel(self, data)", f"_on_parcel({parameters})")
+    findings = found(tmp_path, code.replace("_parcel = data", f"_parcel = {content}"))
+    fields = {message.name: [(part.name, part.kind) for part in message.fields] for message in findings.messages}
+    assert fields["ParcelDict"] == [("weight_kg", "float"), ("size", "str")]
+    assert fields["ModeDict"] == [("name", "str"), ("at", "float")]
+    assert fields["RejectedDict"] == [("reason", "str")]
+    assert fields["SortedDict"] == [("lane", "float")]
+    assert findings.state == "mode_dict.name"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["keywords", "the sender, and keywords"])
+def test_events_with_keywords_come_and_go_in_a_draft(how: str, tmp_path: Path) -> None:
+    parameters, content = plain_robots.HANDLERS[how]
+    code = plain_robots.EVENTS_WITH_KEYWORDS.replace("_on_parcel(self, data)", f"_on_parcel({parameters})")
+    code = code.replace("_parcel = data", f"_parcel = {content}")
+    (tmp_path / "robot_code.py").write_text(code, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "robot_code", "--no-run"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", "--hri-tests=8"]
+    done = subprocess.run(command, cwd=tmp_path / "hri", capture_output=True, text=True, check=False)
+    reported = json.loads((tmp_path / "hri" / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    heard = [line.split("\t") for test in reported["tests"] for line in test["timeline"]["messages"]]
+    told = {json.loads(content)["name"] for _, _, name, content in heard if name == "mode_dict"}
+    assert {"gripping", "sorting", "idle"} <= told, done.stdout
+    lanes = {json.loads(content)["lane"] for _, _, name, content in heard if name == "sorted_dict"}
+    assert lanes <= {1.0, 2.0, 3.0}
+    assert lanes
+
+
+def test_what_is_said_and_is_like_no_message_is_warned_of() -> None:
+    names: dict[str, Any] = {}
+    imports = "import json, warnings\nfrom enum import Enum\nfrom dataclasses import fields\nfrom typing import Any\n"
+    exec(imports + CONVERTING, names)  # as the draft's `ports.py` has it
+    of_plain = names["of_plain"]
+    with pytest.warns(UserWarning, match=r"the code says 3, which is no Lamp: no test sees it"):
+        assert of_plain(3, (type("Lamp", (), {"FORM": "text"}),)) is None
+    assert of_plain(3, ()) is None
 
 
 def test_what_is_printed_counts_where_nothing_else_is_said(tmp_path: Path) -> None:
