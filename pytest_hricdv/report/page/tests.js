@@ -67,6 +67,7 @@ const ID_END = 9;
 function testIdLink(test) {
   const link = testLink(test), id = visible(test.id), end = id.length - ID_END;
   if (end > 0) link.replaceChildren(h("span", { class: "cut-start" }, id.slice(0, end)), id.slice(end));
+  link.setAttribute("aria-label", id); // of parts that stand side by side, it would have a blank in between
   return link;
 }
 

@@ -88,8 +88,9 @@ function fillOf(n) {
 
 /** As much of a label as fits into so many pixels; nothing where that would say nothing. */
 function fitting(label, pixels) {
-  const most = Math.floor(pixels / 7);
-  return label.length <= most ? label : most < 3 ? "" : label.slice(0, most - 1) + "…";
+  if (label.length <= Math.floor(pixels / 7)) return label;
+  const most = Math.floor((pixels - 5) / 7); // the dots are wider than a letter
+  return most < 3 ? "" : label.slice(0, most - 1) + "…";
 }
 
 /** Who acts in an abstract test, where its lines say so: "nurse: press call". */
