@@ -2,9 +2,10 @@
 
     python -m studies.draft_kills porter vacuum                   # of these code bases of studies.drafts (many minutes)
     python -m studies.draft_kills home-care --faults=40 --switches  # with the published faults of its code
+    python -m studies.draft_kills dance --ros2-packages FOLDER     # of public nodes of ROS 2, cloned into a folder
 
 Needs the extra `mutation`, and `transitions` for the porter. Faults are drawn with seed 0 among all mutants, those that
-no test executes included: the share is of all that were drawn.
+no test executes included: the share is of all that were drawn, and is noted for docs/draft.md.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.code_bases import CodeBase, code_bases
+from studies.code_bases import CodeBase
+from studies.draft_table import note, write_page
+from studies.drafts import chosen
 
 SUITES = "rl"
 """The suite that faults are tried on: that of `pytest` in a draft."""
@@ -42,6 +45,7 @@ def kills(code: CodeBase, folder: Path, faults: int, switches: bool) -> Iterator
     report = _report(target, f"--hri-suite={SUITES}", "--hri-mutate", f"--hri-mutate-faults={faults}")
     mutants = report["mutation"]["mutants"] if report.get("mutation") else []
     noticed = sum(mutant["status"] == "killed" for mutant in mutants)
+    note(code, {"faults": [noticed, len(mutants)]})
     yield f"{code.key}: {noticed} of {len(mutants)} faults noticed ({100 * noticed / max(1, len(mutants)):.0f} %)"
     left = Counter((mutant["status"], mutant["operator"]) for mutant in mutants if mutant["status"] != "killed")
     for (status, operator), count in left.most_common():
@@ -79,13 +83,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("keys", nargs="*", metavar="CODE", help="which code bases (default: all)")
     parser.add_argument("--faults", type=int, default=60, help="so many faults of each, drawn with seed 0")
+    parser.add_argument("--ros2-packages", type=Path, metavar="FOLDER", help="of repositories, cloned where missing")
     parser.add_argument("--switches", action="store_true", help="and the published faults of the code")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        for code in code_bases(Path(name)):
-            if not options.keys or code.key in options.keys:
-                for line in kills(code, Path(name), options.faults, options.switches):
-                    print(line, flush=True)
+        for code in chosen(Path(name), options.ros2_packages, options.keys):
+            for line in kills(code, Path(name), options.faults, options.switches):
+                print(line, flush=True)
+    write_page()
 
 
 if __name__ == "__main__":
