@@ -86,7 +86,8 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
     classes = MessageClasses(sources, flow)
     messages = MessageFinder(sources, flow, classes).messages()
     plain = PlainFinder(sources, flow, classes, entry).found()
-    topics, open_topics = TopicFinder(sources, flow, classes, entry).found()
+    finder = TopicFinder(sources, flow, classes, entry)
+    topics, open_topics = finder.found()
     messages += topics
     if any(message.direction != "heard" for message in messages):
         plain = plain.without("print")
@@ -118,7 +119,10 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         constants=tuple(constants(sources)),
         parameters=tuple(parameters(sources, flow)),
         entry=entry,
-        problems=tuple(p for p in problems(sources, flow) if p.kind != "terminal" or not plain.has("input")),
+        problems=(
+            *(p for p in problems(sources, flow) if p.kind != "terminal" or not plain.has("input")),
+            *finder.unseen(),
+        ),
         ros=ros_nodes(sources, flow),
         channels=plain.channels,
         calls=called.calls,

@@ -339,7 +339,7 @@ class Problem:
     """What keeps code from being run as it is: said, and the rest drafted.
 
     `kind` is "syntax", "missing module", "hardware", "side effect", "terminal", "outside", "import", "raised",
-    "unrepeatable", "entry".
+    "unrepeatable", "entry", "unseen".
     """
 
     kind: str

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.draft.findings import Direction, Entry, Message, Place, Question
+from pytest_hricdv.extra.draft.connections import MODULES
+from pytest_hricdv.extra.draft.findings import Direction, Entry, Message, Place, Problem, Question
 from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.plain import Holder, messages_of
 from pytest_hricdv.extra.draft.plain_value import PlainValue
 from pytest_hricdv.extra.draft.plain_values import PlainReader
-from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.speech import OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
@@ -33,6 +35,7 @@ class TopicFinder:
         self._buses = {(port.place, port.name) for port in ports if port.role == "bus"}
         self._topics: dict[tuple[str, Direction], _Topic] = {}
         self._questions: list[Question] = []
+        self._unseen: dict[tuple[str, str], dict[Direction, dict[str, Place]]] = {}
 
     def found(self) -> tuple[tuple[Message, ...], tuple[Question, ...]]:
         """The messages, and what could not be read."""
@@ -55,7 +58,11 @@ class TopicFinder:
             return
         place = module.place(node)
         if not self._is_bus(func.value, module, scope):
-            if verb in ("publish", "subscribe") and scope is not None:
+            library = self._library(func.value, module, scope)
+            if library:
+                by_side = self._unseen.setdefault((dotted_name(func.value), library), {})
+                by_side.setdefault(direction, {}).update(dict.fromkeys(texts, place))
+            elif verb in ("publish", "subscribe") and scope is not None:
                 name = dotted_name(func.value) or "something"
                 text = (
                     f"`{name}` carries the topic {texts[0]!r}, and is no parameter of what runs the robot: hand it over"
@@ -70,6 +77,40 @@ class TopicFinder:
                 self._said(topic, node, module, scope)
             else:
                 self._heard(topic, text, arguments, place)
+
+    def unseen(self) -> Iterator[Problem]:
+        """Topics that go by something that a library makes, which no test can see: after `found`."""
+        for (name, library), by_side in self._unseen.items():
+            sides = {"said": "says", "heard": "hears"}
+            listed = " and ".join(
+                f"{sides[direction]} {', '.join(map(repr, topics))}" for direction, topics in sorted(by_side.items())
+            )
+            place = next(iter(next(iter(by_side.values())).values()))
+            why = f"`{name}` of `{library}` {listed}: the draft sees none of it, as `{name}` is no parameter"
+            yield Problem("unseen", f"{why} of what runs the robot. Hand it over, and draft again", place)
+
+    def _library(self, receiver: ast.expr, module: Module, scope: Scope | None) -> str:
+        """The library that something comes from, as `sio = socketio.AsyncClient()`; empty where it is of the code."""
+        for node, where in self._makers(receiver, module, scope):
+            root = imported_name(where, node.func).partition(".")[0]
+            is_imported = root in {name.partition(".")[0] for name in where.imports.values()}
+            if is_imported and root not in (*MODULES, *sys.stdlib_module_names) and not self._is_own(root):
+                return root
+        return ""
+
+    def _makers(self, receiver: ast.expr, module: Module, scope: Scope | None) -> Iterator[tuple[ast.Call, Module]]:
+        """The calls that something may come from, also where it is a variable of a module."""
+        for node, where, _ in self._flow.expressions(receiver, module, scope):
+            if isinstance(node, ast.Call):
+                yield node, where
+        defined = self._sources.definition(module, dotted_name(receiver))
+        if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
+            value = defined[1].value
+            if isinstance(value, ast.Call):
+                yield value, defined[0]
+
+    def _is_own(self, root: str) -> bool:
+        return any(module.name.partition(".")[0] == root for module in self._sources.modules)
 
     def _is_bus(self, receiver: ast.expr, module: Module, scope: Scope | None) -> bool:
         for node, _, at in self._flow.expressions(receiver, module, scope):

@@ -320,3 +320,70 @@ if __name__ == "__main__":
     main()
 """
 """It takes orders over MQTT. A stop while it is parked ends it: a fault that the draft finds."""
+
+HANDLERS_OF_A_LIBRARY = """import asyncio
+import enum
+
+import socketio
+
+sio = socketio.AsyncClient()
+TRAY_LIMIT = 3
+SERVE_S = 4.0
+
+
+class Phase(enum.Enum):
+    WAITING = "waiting"
+    SERVING = "serving"
+    BLOCKED = "blocked"
+
+
+phase = Phase.WAITING
+orders = asyncio.Queue()
+
+
+async def enter(new):
+    global phase
+    phase = new
+    await sio.emit("phase", {"phase": phase.value, "orders": orders.qsize()})
+
+
+@sio.event
+async def connect():
+    await sio.emit("hello", {"robot": "waiter"})
+
+
+@sio.on("order")
+async def on_order(data):
+    if orders.qsize() >= TRAY_LIMIT:
+        await sio.emit("refused", {"table": data["table"], "reason": "full"})
+    else:
+        await orders.put(data)
+
+
+@sio.on("obstacle")
+async def on_obstacle(data):
+    if data["near"]:
+        await enter(Phase.BLOCKED)
+    else:
+        await enter(Phase.SERVING if not orders.empty() else Phase.WAITING)
+
+
+async def serve():
+    while True:
+        order = await orders.get()
+        await enter(Phase.SERVING)
+        await asyncio.sleep(SERVE_S * order.get("plates", 1))
+        if phase is Phase.SERVING:
+            await sio.emit("served", {"table": order["table"]})
+            await enter(Phase.WAITING)
+
+
+async def main():
+    await sio.connect("http://localhost:5000")
+    await serve()
+
+
+if __name__ == "__main__":
+    asyncio.run(main())
+"""
+"""Events that go by a client that a library makes, and that nobody hands over."""

@@ -89,6 +89,15 @@ def test_a_function_that_hears_nothing_is_said_to_make_what_does(tmp_path: Path)
     )
 
 
+def test_events_that_go_by_a_client_of_a_library_are_said_to_be_unseen(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(connected_robots.HANDLERS_OF_A_LIBRARY, encoding="utf-8")
+    (problem,) = (problem for problem in analyse("robot_code", tmp_path).problems if problem.kind == "unseen")
+    assert problem.text == (
+        "`sio` of `socketio` hears 'order', 'obstacle' and says 'phase', 'hello', 'refused', 'served': the draft sees "
+        "none of it, as `sio` is no parameter of what runs the robot. Hand it over, and draft again"
+    )
+
+
 @pytest.mark.slow
 def test_a_fault_that_the_first_runs_find_is_taken_for_one(tmp_path: Path) -> None:
     (tmp_path / "robot_code.py").write_text(connected_robots.CLIENT_THAT_IS_HANDED_OVER, encoding="utf-8")
