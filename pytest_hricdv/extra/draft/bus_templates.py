@@ -67,7 +67,10 @@ class Bus:
         contents += tuple(named[name] for name in PAYLOADS if name in named)
         own = {name: content for name, content in named.items() if name not in OPTIONS}
         said = next((one for one in (topic, *contents[:1]) if is_dataclass(one)), None)
-        said = of_plain(contents[0] if contents else own or "", SAID.get(topic, ())) if said is None else said
+        kinds = SAID.get(topic, ()) if isinstance(topic, str) else ()
+        is_tuple = len(contents) > 1 and any(kind.FORM == "tuple" for kind in kinds)
+        content = contents if is_tuple else contents[0] if contents else own or ""
+        said = of_plain(content, kinds) if said is None else said
         if said is not None:
             self._port.publish(said)
 

@@ -31,6 +31,9 @@ QUEUES = (
     "janus.Queue",
 )
 
+EVENTS = ("emit", "fire", "notify", "broadcast", "announce")
+"""Names of calls all of whose further arguments go with an event: of others they say how it is to go."""
+
 PAYLOADS = ("payload", "data", "message", "msg", "value", "body", "content")
 """Names of keywords by which a call hands over what goes with a topic; all others are fields of it."""
 

@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.plain import Holder, messages_of
 from pytest_hricdv.extra.draft.plain_value import PlainValue
 from pytest_hricdv.extra.draft.plain_values import PlainReader
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.speech import OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
+from pytest_hricdv.extra.draft.speech import EVENTS, OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 
@@ -123,6 +123,10 @@ class TopicFinder:
     def _said(self, topic: _Topic, node: ast.Call, module: Module, scope: Scope | None) -> None:
         """What goes with a topic: an argument, or a field for each of other keywords."""
         contents = [*node.args[1:], *(keyword.value for keyword in node.keywords if keyword.arg in PAYLOADS)]
+        if len(node.args) > 2 and getattr(node.func, "attr", "").strip("_") in EVENTS:
+            whole = ast.copy_location(ast.Tuple(node.args[1:], ast.Load()), node)
+            self._reader.write(whole, module, scope, topic.value)
+            return
         if contents:
             topic.has_class |= any(self._classes.classes_in(contents[0], module, scope))
             self._reader.write(contents[0], module, scope, topic.value)

@@ -187,6 +187,13 @@ def test_events_have_a_field_for_each_keyword(how: str, tmp_path: Path) -> None:
     assert findings.state == "mode_dict.name"
 
 
+def test_further_arguments_of_an_event_are_fields(tmp_path: Path) -> None:
+    code = plain_robots.EVENTS_WITH_KEYWORDS.replace("name=mode, at=time.perf_counter()", "mode, time.perf_counter()")
+    message = next(m for m in found(tmp_path, code).messages if m.channel == "mode")
+    assert message.form == "tuple"
+    assert [part.kind for part in message.fields] == ["str", "float"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["keywords", "the sender, and keywords"])
 def test_events_with_keywords_come_and_go_in_a_draft(how: str, tmp_path: Path) -> None:
