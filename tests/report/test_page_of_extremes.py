@@ -46,6 +46,20 @@ def test_tests_that_failed_are_named_before_those_that_did_not_run() -> None:
     assert listed.index(report["tests"][3]["id"]) < listed.index(report["tests"][0]["id"])
 
 
+@pytest.mark.parametrize(
+    ("outcomes", "said"),
+    [
+        (("failed", "known-violation"), "All 2 tests , 1 of which fails as is known."),
+        (("failed", "failed"), "All 2 tests ."),
+    ],
+)
+def test_a_cause_says_how_many_of_its_tests_do_not_fail_the_run(outcomes: tuple[str, str], said: str) -> None:
+    report = with_parts()
+    for test, outcome in zip(report["tests"], outcomes, strict=False):
+        test["outcome"] = outcome
+    assert said in " ".join(Page(html.page(sample.typed(report))[0]).words.split())
+
+
 @pytest.mark.slow
 def test_plots_and_columns_that_would_be_empty_are_not_there(watched: Watched, tmp_path: Path) -> None:
     page = watched.open(sample.report(suites=(), tests=0), tmp_path / "none", "suites")
