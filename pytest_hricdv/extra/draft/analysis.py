@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,11 +21,11 @@ from pytest_hricdv.extra.draft.findings import (
     Question,
     State,
 )
+from pytest_hricdv.extra.draft.held_states import TOLD, looked_at_in_runs
 from pytest_hricdv.extra.draft.machines import LibraryMachines
 from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.messages import MessageFinder
 from pytest_hricdv.extra.draft.module_states import module_machines
-from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.plain import PlainFinder
 from pytest_hricdv.extra.draft.ros_findings import Endpoint
 from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
@@ -34,11 +33,8 @@ from pytest_hricdv.extra.draft.sources import Sources, find
 from pytest_hricdv.extra.draft.state_walk import written_machines
 from pytest_hricdv.extra.draft.tables import table_machines
 from pytest_hricdv.extra.draft.topics import TopicFinder
-from pytest_hricdv.extra.draft.value_flow import ValueFlow, texts
+from pytest_hricdv.extra.draft.value_flow import ValueFlow
 from pytest_hricdv.extra.draft.waits import constants, parameters, virtual, waits
-
-TOLD = ("state", "mode", "phase", "status", "name")
-"""Fields of these names tell a state, in a message whose name says so, also where no machine was found."""
 
 SHARED = 0.5
 """Of the values of a field, so many have to be states for it to tell them (chosen)."""
@@ -106,7 +102,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
             plain = plain.without("print")
         messages += called.messages
     machines = _told(_unique((*machines, *module_machines(sources, flow))), messages, flow)
-    machines, looked_at = _looked_at(machines, entry, flow)
+    machines, looked_at = looked_at_in_runs(machines, entry, flow)
     messages = (*_with_states(messages, machines), *looked_at)
     findings = Findings(
         package=name,
@@ -140,44 +136,6 @@ def _script(sources: Sources) -> str:
             if any(isinstance(part, ast.While | ast.For) for part in body):
                 return module.name
     return ""
-
-
-def _looked_at(
-    machines: tuple[Machine, ...], entry: Entry | None, flow: ValueFlow
-) -> tuple[tuple[Machine, ...], tuple[Message, ...]]:
-    """Where the code tells no state, the attribute of the robot that holds one: the draft looks at it in runs."""
-    if any(machine.told for machine in machines):
-        return machines, ()
-    machine, read = None, ""
-    if entry is not None and entry.is_made:
-        machine = next((m for m in machines if m.held.rpartition(":")[2].rpartition(".")[0] == entry.name), None)
-        machine = machine or next(_assigned(entry, flow), None)
-        read = f"made.{machine.held.rpartition('.')[2]}" if machine is not None else ""
-        read += ".id" if machine is not None and machine.kind == "python-statemachine" else ""
-    if machine is None:
-        machine = next((m for m in machines if m.held.startswith("import_module(")), None)
-        read = machine.held if machine is not None else ""
-    if machine is None:
-        return machines, ()
-    last = re.split(r"\W+", machine.held.rstrip('"]'))[-1].strip("_")
-    name = camel(f"{entry.name if entry is not None and read.startswith('made.') else 'robot'}_{last}")
-    values = tuple(FoundValue(state.name, state.place) for state in machine.states)
-    part = MessageField("name", "str", "str", machine.place, values, default='""')
-    message = Message(name, snake(name), "", "said", (part,), machine.place, (machine.place,), "state", read)
-    told = replace(machine, told=f"{message.topic}.name")
-    return (told, *(other for other in machines if other is not machine)), (message,)
-
-
-def _assigned(entry: Entry, flow: ValueFlow) -> Iterator[Machine]:
-    """An attribute with the name of a state to which texts are assigned, and which nothing tests."""
-    for (owner, attribute), values in flow.attributes.items():
-        if owner == entry.name and attribute.strip("_") in TOLD[:4]:
-            known = {text: place for at, value in values
-                     for text, place in texts(flow.constants(value, at.module, at)).items()}  # fmt: skip
-            if len(known) > 1:
-                states = tuple(State(text, place) for text, place in known.items())
-                held = f"{entry.module}:{owner}.{attribute}"
-                yield Machine(owner, "text", states, (), states[0].place, held=held)
 
 
 def _is_new(message: Message, messages: Sequence[Message]) -> bool:

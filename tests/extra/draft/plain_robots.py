@@ -342,3 +342,55 @@ HANDLERS = {
     "the sender, and keywords": ("self, _sender, **data", "data"),
 }
 """How the bus may call back for a parcel: parameters, and what comes."""
+
+NUMBERED = """import time
+
+IDLE, MOVING, LIFTING, ERROR = range(4)
+NAMES = {IDLE: "IDLE", MOVING: "MOVING", LIFTING: "LIFTING", ERROR: "ERROR"}
+WATCHDOG_S = 2.0
+PERIOD_S = 0.05
+
+
+class Fork:
+    def __init__(self, io, log):
+        self.io = io
+        self.log = log
+        self.state = IDLE
+        self.goal = None
+        self.last_heartbeat = time.monotonic()
+
+    def step(self):
+        for line in self.io.poll_commands():
+            name, *args = line.split()
+            if name == "HB":
+                self.last_heartbeat = time.monotonic()
+            elif name == "GOTO" and self.state == IDLE:
+                self.goal = float(args[0])
+                self.change(MOVING)
+            elif name == "LIFT" and self.state == IDLE:
+                self.change(LIFTING)
+            elif name == "RESET" and self.state == ERROR:
+                self.change(IDLE)
+            else:
+                self.io.reply("NAK " + name)
+        if self.state == MOVING:
+            error = self.goal - self.io.position()
+            if abs(error) < 0.01:
+                self.io.set_speed(0.0)
+                self.change(IDLE)
+            else:
+                self.io.set_speed(0.5 if error > 0 else -0.5)
+        if self.state != ERROR and time.monotonic() - self.last_heartbeat > WATCHDOG_S:
+            self.io.set_speed(0.0)
+            self.change(ERROR)
+
+    def change(self, state):
+        self.log(f"{NAMES[self.state]} -> {NAMES[state]}")
+        self.state = state
+
+    def run(self):
+        while True:
+            self.step()
+            time.sleep(PERIOD_S)
+"""
+"""Its states are numbers with names."""

@@ -135,6 +135,22 @@ def test_a_state_that_is_only_held_is_looked_at_in_runs(tmp_path: Path) -> None:
     assert ports.GateState("open").name == "open"
 
 
+@pytest.mark.parametrize(
+    "numbers", ["IDLE, MOVING, LIFTING, ERROR = range(4)", "IDLE = 0\nMOVING = 1\nLIFTING = 2\nERROR = 3"]
+)
+def test_a_state_that_is_a_number_has_the_name_of_its_constant(numbers: str, tmp_path: Path) -> None:
+    code = plain_robots.NUMBERED.replace("IDLE, MOVING, LIFTING, ERROR = range(4)", numbers)
+    findings = found(tmp_path, code)
+    (state,) = (message for message in findings.messages if message.form == "state")
+    assert findings.state == "fork_state.name"
+    assert {value.text for value in state.fields[0].values} == {"IDLE", "MOVING", "LIFTING", "ERROR"}
+
+    class Made:
+        state = 2
+
+    assert eval(state.channel, {"made": Made()}) == "LIFTING"
+
+
 def test_a_state_that_is_told_is_not_looked_at(tmp_path: Path) -> None:
     findings = found(tmp_path, plain_robots.JSON)
     assert [message.form for message in findings.said] == ["json"]
