@@ -212,7 +212,8 @@ def _device(draft: Draft, port: Port) -> str:
         f"        self.{o.name}: Any = None  # {o.place}" for o in port.operations if o.kind == "attribute" and o.is_set
     ]
     for operation in port.operations:
-        if (operation.kind == "attribute" and operation.is_set) or operation.name.startswith("__"):
+        is_hidden = operation.name.startswith("__") and operation.name != "__call__"
+        if is_hidden or (operation.kind == "attribute" and operation.is_set):
             continue
         value = (
             f'self._world.senses["{sensors[operation.name].name}"]' if operation.name in sensors else _value(operation)
@@ -229,7 +230,7 @@ def _device(draft: Draft, port: Port) -> str:
             if draft.takes_time and not operation.is_async:
                 lines.append("        self._world.sleep(STEP_S)")
             if operation.name not in sensors:
-                lines.append(f'        self._world.record("{port.name}_did", "{operation.name}")')
+                lines.append(f'        self._world.record("{port.name}_did", "{operation.name.strip("_")}")')
         lines += [f"        from {module} import {name}" for module, name in operation.needs]
         lines.append(f"        return {value}" + ("" if operation.name in sensors else "  # TODO"))
     return "\n".join(lines) + "\n"

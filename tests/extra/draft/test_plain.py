@@ -151,6 +151,14 @@ def test_a_state_that_is_a_number_has_the_name_of_its_constant(numbers: str, tmp
     assert eval(state.channel, {"made": Made()}) == "LIFTING"
 
 
+def test_a_stand_in_of_a_function_can_be_called(tmp_path: Path) -> None:
+    findings = found(tmp_path, plain_robots.NUMBERED)
+    text = dict(files(Draft(findings, "robot_code", "person", tmp_path)))["ports.py"]
+    log = text[text.index("class Log:") :]
+    assert "def __call__(self, *_: Any, **__: Any) -> Any:" in log
+    assert 'record("log_did", "call")' in log
+
+
 def test_a_state_that_is_told_is_not_looked_at(tmp_path: Path) -> None:
     findings = found(tmp_path, plain_robots.JSON)
     assert [message.form for message in findings.said] == ["json"]
