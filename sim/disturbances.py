@@ -101,7 +101,10 @@ def leg_taken(shop: Workshop, parameters: Parameters) -> None:
 
 
 def leg_pulled_out(shop: Workshop, parameters: Parameters) -> None:
-    """`after_s` after a leg is held out, the person tugs at it with `pull_n`: more than a grasp holds, or less."""
+    """`after_s` after a leg is held out, the person tugs at it with `pull_n`: more than a grasp holds, or less.
+
+    One that is not held out any more is out of their reach: tugged at over the bin, it fell beside it.
+    """
     world = shop.world
 
     def tug(force_n: float) -> None:
@@ -109,8 +112,9 @@ def leg_pulled_out(shop: Workshop, parameters: Parameters) -> None:
         world.person.tug(force_n)
 
     def pull() -> None:
-        tug(parameters["pull_n"])
-        shop.later(TUG_S, lambda: tug(0.0))
+        if held_out():
+            tug(parameters["pull_n"])
+            shop.later(TUG_S, lambda: tug(0.0))
 
     def held_out() -> bool:
         return world.legs.in_hand is not None and hand_place(world.grasp_point()) == HANDOVER

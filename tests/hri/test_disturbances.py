@@ -161,3 +161,14 @@ def test_a_turn_that_the_robot_never_took_up_leaves_the_others_their_outcomes() 
     result = run([("request_lost", {}), *LEG, *NOT_READY])
     assert result.outcome.outcomes == ("discarded",)
     assert list(result.outcome.cross["handover"]) == [("2", "not_bored", "011", "discarded")]
+
+
+@pytest.mark.parametrize("after_s", [7.0, 9.0])
+def test_nobody_tugs_at_a_leg_that_is_not_held_out_any_more(after_s: float) -> None:
+    """On its way to the bin and over it; over it, one that was tugged at fell beside it."""
+    *begin, ready = NOT_READY
+    tugged = run([*begin, ("leg_pulled_out", {"after_s": after_s, "pull_n": 28.0}), ready])
+    calm = run([*begin, ("leg_pulled_out", {"after_s": 10.0, "pull_n": 16.0}), ready])
+    assert tugged.outcome.outcomes == calm.outcome.outcomes == ("discarded",)
+    for signal in ("leg_held", "leg_height", "leg_offset", "leg_in_bin"):
+        assert tugged.record.signals[signal] == calm.record.signals[signal]
