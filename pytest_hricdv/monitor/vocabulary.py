@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv._base.suggestion import nearest
@@ -90,8 +90,8 @@ class Vocabulary:
         for topic, fields in self.messages.items():
             _check_declaration(f"topic {topic!r}", topic, bool)
             for name, kind in fields.items():
-                for part in name.split("."):  # of nested messages
-                    _check_declaration(f"field {name!r} of topic {topic!r}", part, kind)
+                for part in name.split("."):  # of nested messages; after a dot, a keyword is a name
+                    _check_declaration(f"field {name!r} of topic {topic!r}", part, kind, ())
         for name, values in self.values.items():
             self._check_values(name, values)
         for name in self.units:
@@ -150,10 +150,10 @@ class Vocabulary:
             raise ValueError(f"values of {name!r}: expected its texts, at least one, got {values!r}")
 
 
-def _check_declaration(declaration: str, name: str, kind: Kind) -> None:
+def _check_declaration(declaration: str, name: str, kind: Kind, keywords: Collection[str] = KEYWORDS) -> None:
     if not IDENTIFIER.fullmatch(name):
         raise ValueError(f"{declaration}: a name consists of letters, digits and _, and does not start with a digit")
-    if name in KEYWORDS:
+    if name in keywords:
         raise ValueError(f"{declaration}: this is a keyword of the requirement language; choose another name")
     if kind not in (bool, float, str):
         raise ValueError(f"{declaration}: expected the type bool, float or str, got {kind!r}")

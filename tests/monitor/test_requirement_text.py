@@ -261,6 +261,15 @@ def test_words_that_are_applied_can_be_names_as_well() -> None:
     assert str(parse_condition(text, vocabulary)) == text
 
 
+def test_after_a_dot_every_word_can_be_a_name() -> None:
+    words = sorted(KEYWORDS)
+    vocabulary = Vocabulary(messages={"lamp": dict.fromkeys(words, bool), "on_off": {"pose.on": float}})
+    for word in words:
+        text = f"on(lamp) & !lamp.{word} & lamp.{word}"
+        assert str(parse_condition(text, vocabulary)) == text
+    assert str(parse_condition("last(on_off.pose.on) < 1", vocabulary)) == "last(on_off.pose.on) < 1"
+
+
 def test_every_word_of_the_grammar_is_a_keyword() -> None:
     grammar = Path(pytest_hricdv.monitor.__file__).with_name("requirement.lark").read_text(encoding="utf-8")
     alternatives = re.findall(r"/\(([a-z|]+)\)\\b/", grammar)

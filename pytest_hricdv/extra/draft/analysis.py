@@ -122,6 +122,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         ros=ros_nodes(sources, flow),
         channels=plain.channels,
         calls=called.calls,
+        is_taken_from=finder.is_taken_from,
         script=_script(sources) if entry is None and not called.calls else "",
     )
     open_topics = () if called.calls or plain.channels else open_topics

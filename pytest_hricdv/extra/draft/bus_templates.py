@@ -54,6 +54,26 @@ class Bus:
 '''
 
 
+INBOX_BUS = '''
+
+class Bus:
+    """What the code's bus does, on the bus of the test: it has an inbox for each subscription."""
+
+    def __init__(self, run: Run) -> None:
+        self._run, self._port = run, run.bus.port("robot")
+
+    def publish(self, *contents: Any, **_: Any) -> None:
+        """Say the message among what it is called with."""
+        for message in contents[:2]:
+            if is_dataclass(message):
+                self._port.publish(message)
+
+    def subscribe(self, *kinds: Any, **_: Any) -> Inbox:
+        """An inbox for messages of these classes."""
+        return Inbox(self._run, *(kind for kind in kinds if isinstance(kind, type)))
+{aliases}'''
+
+
 TOPIC_BUS = '''
 
 class Bus:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.constants import is_enum
@@ -12,10 +13,14 @@ from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.neutral import neutral
 from pytest_hricdv.extra.draft.operations import OperationFinder, merged
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, default_of, last_name, parameter_names
 
 QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
 CLOCK = {"sleep", "now_s", "now", "time", "monotonic"}
+
+_BUSES = re.compile(r"bus|broker|hub|events|messenger|mediator|mqtt")
+"""In names of parameters that messages go by, whatever its methods are called."""
 
 
 class PortReader:
@@ -95,7 +100,8 @@ class PortReader:
             return "reader"
         if "StreamWriter" in written or (used and used <= {"write", "drain", "close", "wait_closed", "is_closing"}):
             return "writer"
-        if used & {"publish", "subscribe", "emit"}:
+        verbs = {operation.strip("_") for operation in used}
+        if used & {"publish", "subscribe", "emit"} or (_BUSES.search(name) and verbs & {*SAYS, *SUBSCRIBES}):
             return "bus"
         if used == {"__call__"} and any(
             word in name for word in ("publish", "send", "say", "emit", "on_", "notify", "report")

@@ -369,6 +369,7 @@ class Findings:
         channels: queues that the code makes itself, and through which messages come and go.
         calls: functions that somebody outside calls.
         script: the module that is a program without a function; empty where none is.
+        is_taken_from: whether the code takes from its subscriptions as from queues.
     """
 
     package: str
@@ -388,6 +389,7 @@ class Findings:
     roots: tuple[str, ...] = ()
     calls: tuple[Calling, ...] = ()
     script: str = ""
+    is_taken_from: bool = False
 
     @property
     def said(self) -> tuple[Message, ...]:

@@ -24,7 +24,7 @@ from pytest_hricdv.extra.draft.naming import camel, snake, unit_of, word
 from pytest_hricdv.extra.draft.plain_value import PlainValue, fields_of
 from pytest_hricdv.extra.draft.plain_values import PlainReader
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.speech import QUEUES
+from pytest_hricdv.extra.draft.speech import QUEUES, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 TAKES = ("get", "get_nowait")
@@ -209,6 +209,8 @@ class PlainFinder:
                 named = attribute[1] if attribute is not None else local or "connection"
                 return Holder("made", ":".join((where.name, *made)), named)
             elif attribute is not None and is_connection and isinstance(node, ast.Call):
+                if getattr(node.func, "attr", "").strip("_") in SUBSCRIBES:
+                    return None  # an inbox of a bus
                 if self._entry is not None and attribute[0] == self._entry.name:
                     return Holder("attribute", *attribute)  # made by something else: `context.socket()`
             elif isinstance(node, ast.Call) and imported_name(where, node.func) in QUEUES:

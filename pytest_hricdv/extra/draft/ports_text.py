@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import re
 
-from pytest_hricdv.extra.draft.bus_templates import ASYNC_BUS, ASYNC_HEARING, CALLBACK_BUS, HEARING, TOPIC_BUS
+from pytest_hricdv.extra.draft.bus_templates import (
+    ASYNC_BUS,
+    ASYNC_HEARING,
+    CALLBACK_BUS,
+    HEARING,
+    INBOX_BUS,
+    TOPIC_BUS,
+)
 from pytest_hricdv.extra.draft.call_text import call_classes
 from pytest_hricdv.extra.draft.connection_templates import connection_class
 from pytest_hricdv.extra.draft.drafted import Draft
@@ -34,14 +41,25 @@ def _topic_bus(draft: Draft) -> str:
         listed = ", ".join(f'"{word}"' for word in words)
         lines += ["", f"{name} = ({listed})"]
     used = {operation.name: operation.is_async for operation in bus.operations}
-    says = [name for name in used if name.strip("_") in SAYS and name != "publish"]
-    hears = [name for name in used if name.strip("_") in SUBSCRIBES and name != "subscribe"]
-    aliases = [f"    {name} = publish" for name in says] + [f"    {name} = subscribe" for name in hears]
+    says, hears = _verbs(bus)
     text = TOPIC_BUS.replace("{async}", "async " if any(used.get(n) for n in ("publish", *says)) else "")
     is_async = any(used.get(name) for name in ("subscribe", *hears))
     text = text.replace("{async_subscribe}", "async " if is_async else "")
     text = text.replace("{hearing}", ASYNC_HEARING if draft.is_async else HEARING)
-    return "\n".join(lines) + "\n" + text.replace("{aliases}", "\n".join(["", *aliases, ""]) if aliases else "")
+    return "\n".join(lines) + "\n" + text.replace("{aliases}", _aliases(draft))
+
+
+def _verbs(bus: Port) -> tuple[list[str], list[str]]:
+    """The other names by which the code says and hears."""
+    names = [operation.name for operation in bus.operations]
+    says = [name for name in names if name.strip("_") in SAYS and name != "publish"]
+    return says, [name for name in names if name.strip("_") in SUBSCRIBES and name != "subscribe"]
+
+
+def _aliases(draft: Draft) -> str:
+    says, hears = _verbs(next(port for port in draft.ports if port.role == "bus"))
+    lines = [f"    {name} = publish" for name in says] + [f"    {name} = subscribe" for name in hears]
+    return "\n".join(["", *lines, ""]) if lines else ""
 
 
 def ports(draft: Draft) -> str:
@@ -66,7 +84,7 @@ def ports(draft: Draft) -> str:
     if (
         "queue" in roles
         or is_stream
-        or how in ("async", "topics")
+        or how in ("async", "inboxes", "topics")
         or draft.findings.channels
         or (is_called and draft.is_async)
     ):
@@ -80,6 +98,8 @@ def ports(draft: Draft) -> str:
         parts.append(connection_class(draft.is_async))
     if how == "topics":
         parts.append(_topic_bus(draft))
+    if how == "inboxes":
+        parts.append(INBOX_BUS.replace("{aliases}", _aliases(draft)))
     if how in ("async", "callback"):
         parts.append(ASYNC_BUS if how == "async" else CALLBACK_BUS)
     parts.append(call_classes(draft))
@@ -122,7 +142,7 @@ def _stream(draft: Draft) -> str:
 
 
 def bus_kind(draft: Draft) -> str:
-    """Which bus the code has: "" for none, "own" for one like that of the plugin, "async", "callback", "topics"."""
+    """Which bus the code has: "", "own" (one like the plugin's), "async", "callback", "inboxes" or "topics"."""
     bus = next((port for port in draft.ports if port.role == "bus"), None)
     if bus is None:
         return ""
@@ -131,7 +151,10 @@ def bus_kind(draft: Draft) -> str:
     if draft.is_async:
         return "async"
     subscribe = next((operation for operation in bus.operations if operation.name == "subscribe"), None)
-    return "callback" if subscribe is not None and len(subscribe.arguments) > 1 else "own"
+    if subscribe is not None and len(subscribe.arguments) > 1:
+        return "callback"
+    names = {operation.name for operation in bus.operations}
+    return "own" if names <= {"publish", "subscribe"} and not draft.findings.is_taken_from else "inboxes"
 
 
 def device_class(port: Port) -> str:

@@ -37,6 +37,19 @@ class Inbox:
         """The same without waiting."""
         return self.get(block=False)
 
+    recv = receive = take = get
+
+    def wait(self, timeout: float | None = None) -> Any:
+        """The oldest message; None where there is none in this time."""
+        try:
+            return self.get(timeout=timeout)
+        except queue.Empty:
+            return None
+
+    def poll(self) -> Any:
+        """The oldest message; None where there is none."""
+        return self._next.pop(0) if self._look() else None
+
     def __call__(self, *_: Any) -> Any:
         """In place of a function that waits for something, such as `input`."""
         return self.get()

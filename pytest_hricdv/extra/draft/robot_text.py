@@ -41,7 +41,7 @@ def robot_lines(draft: Draft) -> list[str]:
     needs += call_needs(draft)
     needs += [("ports", "Connection")] if any(channel.is_connection for channel in channels) else []
     needs += [("ports", "instead")] if any(channel.made for channel in channels) else []
-    needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "topics") else []
+    needs += [("ports", "Bus")] if bus_kind(draft) in ("async", "callback", "inboxes", "topics") else []
     imports = [line[4:] for line in import_lines(draft, needs)]
     making_name = f'import_module("{entry.module}").{entry.name}' if is_apart else entry.name
     making = f"make({', '.join(_handed(draft, port) for port in entry.ports if _is_handed(port))})"

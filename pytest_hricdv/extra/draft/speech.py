@@ -42,3 +42,6 @@ OPTIONS = ("qos", "retain", "properties", "timeout", "block")
 
 SENDERS = ("topic", "event", "name", "channel", "sender", "client", "bus", "signal", "")
 """Names, without underscores, of the parameter before what a callback is called with."""
+
+QUEUE_ONLY = ("get", "get_nowait", "empty", "qsize", "recv", "receive", "take", "task_done")
+"""What a queue has, and a subscription of the plugin has not."""

@@ -14,7 +14,7 @@ from pytest_hricdv.extra.draft.plain import Holder, messages_of
 from pytest_hricdv.extra.draft.plain_value import PlainValue
 from pytest_hricdv.extra.draft.plain_values import PlainReader
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.speech import EVENTS, OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
+from pytest_hricdv.extra.draft.speech import EVENTS, OPTIONS, PAYLOADS, QUEUE_ONLY, SAYS, SENDERS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, parameter_names
 
 
@@ -35,6 +35,8 @@ class TopicFinder:
         self._buses = {(port.place, port.name) for port in ports if port.role == "bus"}
         self._topics: dict[tuple[str, Direction], _Topic] = {}
         self._questions: list[Question] = []
+        self.is_taken_from = False
+        """Whether the code takes from what it gets for subscribing, as from a queue: known after `found`."""
         self._unseen: dict[tuple[str, str], dict[Direction, dict[str, Place]]] = {}
 
     def found(self) -> tuple[tuple[Message, ...], tuple[Question, ...]]:
@@ -42,6 +44,8 @@ class TopicFinder:
         for module, scope, node in self._flow.nodes:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.args:
                 self._called(node, node.func, module, scope)
+            if isinstance(node, ast.Attribute) and node.attr in QUEUE_ONLY:
+                self.is_taken_from |= self._is_subscribed(node.value, module, scope)
         messages: list[Message] = []
         for (topic, direction), found in self._topics.items():
             if not found.has_class:
@@ -77,6 +81,15 @@ class TopicFinder:
                 self._said(topic, node, module, scope)
             else:
                 self._heard(topic, text, arguments, place)
+
+    def _is_subscribed(self, queue: ast.expr, module: Module, scope: Scope | None) -> bool:
+        return any(
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and node.func.attr.strip("_") in SUBSCRIBES
+            and self._is_bus(node.func.value, where, at)
+            for node, where, at in self._flow.expressions(queue, module, scope)
+        )
 
     def unseen(self) -> Iterator[Problem]:
         """Topics that go by something that a library makes, which no test can see: after `found`."""

@@ -394,3 +394,34 @@ class Fork:
             time.sleep(PERIOD_S)
 """
 """Its states are numbers with names."""
+
+INBOXES = """from dataclasses import dataclass
+import time
+
+
+@dataclass
+class Light:
+    on: bool = False
+    count: int = 0
+
+
+@dataclass
+class Switch:
+    always: bool = False
+    on: bool = True
+
+
+class Lamp:
+    def __init__(self, bus):
+        self.bus = bus
+        self.inbox = bus.subscribe(Switch)
+
+    def run(self):
+        n = 0
+        while True:
+            heard = self.inbox.get()
+            n += 1
+            self.bus.publish(Light(on=heard.on and not heard.always, count=n))
+            time.sleep(1.0)
+"""
+"""It takes from what it subscribed to as from a queue; fields have names that are words of requirements."""

@@ -238,6 +238,26 @@ def test_events_with_keywords_come_and_go_in_a_draft(how: str, tmp_path: Path) -
     assert lanes
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("subscribe", "get", "publish"),
+    [("subscribe", "get()", "publish"), ("listen", "recv(timeout=60.0)", "send"), ("subscribe", "wait(60.0)", "emit")],
+)
+def test_a_bus_with_other_verbs_and_queues_is_one_of_the_draft(
+    subscribe: str, get: str, publish: str, tmp_path: Path
+) -> None:
+    code = plain_robots.INBOXES.replace("bus.subscribe", f"bus.{subscribe}").replace("inbox.get()", f"inbox.{get}")
+    (tmp_path / "robot_code.py").write_text(code.replace("bus.publish", f"bus.{publish}"), encoding="utf-8")
+    command = [sys.executable, "-m", "pytest_hricdv", "init", "hri", "--from", "robot_code", "--no-run"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", "--hri-tests=4"]
+    done = subprocess.run(command, cwd=tmp_path / "hri", capture_output=True, text=True, check=False)
+    assert "raised" not in done.stdout
+    reported = json.loads((tmp_path / "hri" / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    names = {line.split("\t")[2] for test in reported["tests"] for line in test["timeline"]["messages"]}
+    assert {"switch", "light"} <= names
+
+
 def test_what_is_said_and_is_like_no_message_is_warned_of() -> None:
     names: dict[str, Any] = {}
     imports = "import json, warnings\nfrom enum import Enum\nfrom dataclasses import fields\nfrom typing import Any\n"
