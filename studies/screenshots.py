@@ -46,7 +46,7 @@ def main() -> None:
         failing = report["causes"][0]["minimal_of"]
         filmed, _ = run(folder / "filmed", "-k", failing, "--hri-film", "--hri-diagnose=8", "--hri-strict")
         (film,) = [test["film"]["video"] for test in filmed["tests"]]
-        moving_picture(folder / "filmed" / film, first_cause(printed, folder), PICTURES / "run.gif")
+        moving_picture(folder / "filmed" / film, first_cause(printed), PICTURES / "run.gif")
         for picture, view in VIEWS.items():
             screenshot(folder / "hri-report" / "index.html", PICTURES / picture, view)
         screenshot(folder / "filmed" / "index.html", PICTURES / "test.png", f"test/{failing}")
@@ -63,15 +63,15 @@ def run(folder: Path, *options: str) -> tuple[dict[str, Any], str]:
     return loaded, ended.stdout
 
 
-def first_cause(printed: str, folder: Path) -> list[str]:
-    """What a session printed of its first cause, down to the command that repeats it."""
+def first_cause(printed: str) -> list[str]:
+    """What a session printed of its first cause, down to the command that repeats it, as of a report in its folder."""
     begin = re.search(r"^\d+ tests? fails? for \d+ causes?", printed, re.MULTILINE)
     if begin is None:
         raise SystemExit(printed)
     headline, *lines = printed[begin.start() :].splitlines()
     cause = list(takewhile(lambda line: line.startswith(("cause 1 ", "  ")), lines))
     end = next(number for number, line in enumerate(cause) if "--hri-replay=" in line) + 1
-    return [headline, *(line.replace(f"{folder}/", "") for line in cause[:end])]
+    return [headline, *(re.sub(r"(?<==)\S+/(?=hri-report/)", "", line) for line in cause[:end])]
 
 
 def screenshot(page: Path, target: Path, address: str = "") -> None:

@@ -58,8 +58,9 @@ cause 2 (766391c5): R4 in 1 test
 """
 
 
-def test_the_card_says_what_the_terminal_said_of_the_first_cause() -> None:
-    assert first_cause(PRINTED, Path("/somewhere")) == [
+@pytest.mark.parametrize("folder", ["/somewhere/", "../../../somewhere/", ""])
+def test_the_card_says_what_the_terminal_said_of_the_first_cause(folder: str) -> None:
+    assert first_cause(PRINTED.replace("/somewhere/", folder)) == [
         "2 tests fail for 2 causes",
         "cause 1 (866391c5): R3 in 1 test",
         "  at controller/fetching.py:43 in grasp, 0.32: hand.close()",
