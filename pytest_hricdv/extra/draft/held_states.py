@@ -41,18 +41,18 @@ def looked_at_in_runs(
     values = tuple(FoundValue(state.name, state.place) for state in machine.states)
     part = MessageField("name", "str", "str", machine.place, values, default='""')
     message = Message(name, snake(name), "", "said", (part,), machine.place, (machine.place,), "state", read)
-    told = replace(machine, told=f"{message.topic}.name")
-    return (told, *(other for other in machines if other is not machine)), (message,)
+    looked_at = replace(machine, told=f"{message.topic}.name")
+    return (looked_at, *(other for other in machines if other is not machine)), (message,)
 
 
 def _assigned(entry: Entry, flow: ValueFlow) -> Iterator[Machine]:
     """An attribute with the name of a state to which texts are assigned, and which nothing tests."""
     for (owner, attribute), values in flow.attributes.items():
         if owner == entry.name and attribute.strip("_") in TOLD[:4]:
-            known = {text: place for at, value in values
+            names = {text: place for at, value in values
                      for text, place in texts(flow.constants(value, at.module, at)).items()}  # fmt: skip
-            if len(known) > 1:
-                states = tuple(State(text, place) for text, place in known.items())
+            if len(names) > 1:
+                states = tuple(State(text, place) for text, place in names.items())
                 held = f"{entry.module}:{owner}.{attribute}"
                 yield Machine(owner, "text", states, (), states[0].place, held=held)
 

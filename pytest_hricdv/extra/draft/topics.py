@@ -176,6 +176,9 @@ class TopicFinder:
                 self._reader.read_name(function.args.kwarg.arg, callback, value)
         elif names:
             self._reader.read_name(names[-1], callback, value)
+            if len(names) > 1 and names[0] == "name":
+                text = f"Is `name` of `{function.name}` the event, as the draft has it, or does it come with it?"
+                self._questions.append(Question(text, "messages", callback.place))
 
     def _functions(self, argument: ast.expr) -> Iterator[Scope]:
         name = dotted_name(argument).rpartition(".")[2]

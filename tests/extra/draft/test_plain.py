@@ -211,6 +211,12 @@ def test_events_have_a_field_for_each_keyword(how: str, tmp_path: Path) -> None:
     assert findings.state == "mode_dict.name"
 
 
+def test_a_first_parameter_that_may_be_the_event_is_asked_for(tmp_path: Path) -> None:
+    code = plain_robots.EVENTS_WITH_KEYWORDS.replace("_on_parcel(self, data)", "_on_parcel(self, name, data)")
+    asked = [question.text for question in found(tmp_path, code).questions]
+    assert "Is `name` of `_on_parcel` the event, as the draft has it, or does it come with it?" in asked
+
+
 def test_further_arguments_of_an_event_are_fields(tmp_path: Path) -> None:
     code = plain_robots.EVENTS_WITH_KEYWORDS.replace("name=mode, at=time.perf_counter()", "mode, time.perf_counter()")
     message = next(m for m in found(tmp_path, code).messages if m.channel == "mode")
