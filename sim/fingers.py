@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from sim.drive import DriveMaker, motors
 from sim.engine import Engine
 from sim.geometry import Pose, Vector
@@ -26,7 +28,7 @@ HAND_STIFFNESS_N_M = 1500.0
 HAND_MAX_FORCE_N = 30.0
 """Stiffness of a person's hand as a one-sided spring: 5 mm under the 8 N of a finger's motor. It is softer than the
 75 N/mm of ISO/TS 15066 for the back of a hand, with which a finger of a few grams is unstable at 120 steps per second;
-it still stops a finger. The force is bounded for a finger that overlaps a hand from the start."""
+it still stops a finger. The force is bounded for a finger that is fast."""
 
 
 class Fingers:
@@ -88,7 +90,15 @@ class HandContact:
         self._torso = torso
         self._fingers = fingers
         self._hand = hand
+        self._unpressed_m = dict.fromkeys(fingers.links, math.inf)
         self.force_n = 0.0
+
+    def begin(self) -> None:
+        """The fingers begin to close.
+
+        Only then do they press. Open ones pass through a hand, so what they overlap with at first presses on nobody.
+        """
+        self._unpressed_m = dict.fromkeys(self._fingers.links, math.inf)
 
     def distance(self) -> float:
         """Smallest distance (m, to a micrometre) between the person's hand and the robot's palm and fingers."""
@@ -100,7 +110,8 @@ class HandContact:
         self.force_n = 0.0
         for link in self._fingers.links:
             depth_m, place, (x, y, z) = self._engine.deepest(self._fingers.body, link, self._hand)
-            if depth_m > 0.0:
-                force_n = min(HAND_MAX_FORCE_N, HAND_STIFFNESS_N_M * depth_m)
+            self._unpressed_m[link] = unpressed_m = min(self._unpressed_m[link], max(0.0, depth_m))
+            if depth_m > unpressed_m:
+                force_n = min(HAND_MAX_FORCE_N, HAND_STIFFNESS_N_M * (depth_m - unpressed_m))
                 self._fingers.push_at(link, (force_n * x, force_n * y, force_n * z), place)
                 self.force_n += force_n

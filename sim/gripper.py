@@ -92,6 +92,7 @@ class Gripper:
         self._fingers.move(CLOSED, CLOSE_S)
         self.motion = FingerMotion.CLOSING
         if self._distance_to(CLOSED) > COVERED_RAD:
+            self._contact.begin()
             self._distance_m = self.human_distance()
             self._signal("hand_distance", self._distance_m)
             self._signal("hand_closing", True)
@@ -185,6 +186,7 @@ class Gripper:
     def _press_on_hand(self) -> None:
         force_n = 0.0
         if self._distance_m < 0.0:
+            self._person.hand.wait()  # whoever feels fingers keeps still until they stop
             self._contact.press()
             force_n = self._contact.force_n
         self._signal("hand_contact_force", round(force_n, FORCE_DIGITS))

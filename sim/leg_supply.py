@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 from sim.engine import Engine, PhysicsTime, check_finite
 from sim.geometry import UPRIGHT, Vector
-from sim.layout import BIN_M, LEG_LENGTH_M, PICKUP_M, STORE_M, assembly_place
+from sim.layout import PICKUP_M, STORE_M, assembly_place
 from sim.leg import STILL_M_S, Held, Leg, RigidLeg
 
 RESUPPLY_S = 3.0
 """From the release of a leg until the next one waits: shorter than the arm's way back. What fell rests by then."""
 
 CLEAR_M = 0.20
-"""A leg closer than this to the pickup place is removed before the next one is placed there. Chosen: from 0.1 to 0.4
+"""A leg closer than this to the pickup place is put away before the next one is placed there. Chosen: from 0.1 to 0.4
 the records are the same (see `sim.world.REST_TICKS`)."""
 
 PRESSURE_N = 3.0
@@ -114,7 +114,7 @@ class LegSupply:
         self.due_step = None
         for leg in self.legs:
             if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
-                self._engine.place(leg.body, ((BIN_M[0], BIN_M[1], BIN_M[2] + LEG_LENGTH_M / 2), UPRIGHT))
+                self._engine.place(leg.body, (STORE_M, UPRIGHT))  # in the bin it would stand in the way of others
         if self.missing:
             self.missing = False
             self._engine.place(self.current.body, (self._pickup_place(), UPRIGHT))

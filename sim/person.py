@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sim.engine import STEP_S, Engine, PhysicsTime, SimulationError, check_finite
 from sim.gaze import orientation_to
@@ -53,6 +53,10 @@ class Movement:
         place = (ax + share * (bx - ax), ay + share * (by - ay), az + share * (bz - az))
         return place, engine.between(self.start[1], self.goal[1], share)
 
+    def later(self) -> Movement:
+        """The same movement, one step later."""
+        return replace(self, first_step=self.first_step + 1, last_step=self.last_step + 1)
+
 
 class BodyPart:
     """Head or hand: a body at rest or in a movement."""
@@ -91,6 +95,11 @@ class BodyPart:
         step = self._time.step
         self._movement = Movement(start, (place, turn), step, self._time.step_in(duration_s))
         return (self._movement.last_step - step + 1) * STEP_S
+
+    def wait(self) -> None:
+        """Keep still for one step: a movement goes on, and ends, a step later."""
+        if self._movement is not None:
+            self._movement = self._movement.later()
 
     def follow(self) -> None:
         """Move the body to its pose at the present step."""

@@ -172,3 +172,11 @@ def test_nobody_tugs_at_a_leg_that_is_not_held_out_any_more(after_s: float) -> N
     assert tugged.outcome.outcomes == calm.outcome.outcomes == ("discarded",)
     for signal in ("leg_held", "leg_height", "leg_offset", "leg_in_bin"):
         assert tugged.record.signals[signal] == calm.record.signals[signal]
+
+
+@pytest.mark.parametrize("after_s", [4.05, 6.0, 7.8, 8.4])
+def test_a_hand_between_closing_fingers_keeps_still_and_is_pressed_by_their_motors_only(after_s: float) -> None:
+    """Drawn out or reached in while they closed, it was moved through them, and 140 N were blamed on the robot."""
+    reached = run([ASKED, ("hand_held_open", {"after_s": after_s, "for_s": 5.0}), *THEN])
+    assert reached.failed == ("R3",)
+    assert 5.0 < max(reached.record.signals["hand_contact_force"][1]) < 30.0

@@ -14,7 +14,7 @@ def violation_with_the_hand_at(x_m: float, y_m: float, z_m: float) -> Violation:
 
 
 def test_fingers_that_close_on_a_hand_violate_r3_by_distance_and_by_force() -> None:
-    violation = violation_with_the_hand_at(0.43, -0.25, 0.60)
+    violation = violation_with_the_hand_at(0.40, -0.28, 0.62)
     assert violation.values["hand_distance"] < 0.05
     assert violation.margin is not None
     assert violation.margin < -0.05  # they touched
