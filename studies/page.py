@@ -51,12 +51,16 @@ def write(path: Path, text: str) -> None:
 
 
 def replace_figures(path: Path, command: str, figures: str) -> None:
-    """Replace everything on a page below the mark that names the command which measures its figures."""
+    """Replace everything on a page below the mark that names the command which measures its figures.
+
+    Up to the mark of another command, where there is one.
+    """
     mark = f"<!-- figures: {command} -->"
-    text, separator, _ = path.read_text(encoding="utf-8").partition(mark)
+    text, separator, below = path.read_text(encoding="utf-8").partition(mark)
     if not separator:
         raise ValueError(f"{path}: expected a line {mark}")
-    write(path, f"{text}{mark}\n\n{figures}\n")
+    _, next_mark, further = below.partition("\n<!-- figures: ")
+    write(path, f"{text}{mark}\n\n{figures}\n{next_mark}{further}")
 
 
 def percent(value: float | None, digits: int = 1) -> str:

@@ -5,7 +5,8 @@
 
 A session for each fault, in a copy of the testbench: a few seconds of processor time each. What was tried with the
 present diagnosis is not tried again: end the command at any time, and start it anew. Mutants are drawn with the seed;
-the first ones of more are the same. The figures are printed; `--write` writes them to the page. `--again` tries none.
+the first ones of more are the same. The figures are printed; `--write` writes them to the page, where those with a
+`--diagnose` have a block of their own. `--again` tries none.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ def main() -> None:
     text = tables.text(done)
     print(text)
     if options.write:
-        page.replace_figures(options.docs / "diagnosis.md", COMMAND, text)
+        command = COMMAND if options.diagnose is None else f"{COMMAND} --diagnose {options.diagnose}"
+        page.replace_figures(options.docs / "diagnosis.md", command, text)
         print(f"written: {options.docs / 'diagnosis.md'}")
 
 
