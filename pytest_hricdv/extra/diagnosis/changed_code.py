@@ -1,13 +1,13 @@
 """Changed code: a file of the code under test is given another text in a fork, whether it was imported already or not.
 
 What was imported is not imported anew: objects of the old classes would be left everywhere. The functions get the code
-of the changed text, and constants of modules their new values, in each module that has imported them. Other changes to
-what was imported cannot be made so.
+of the changed text, and constants of modules their new values, in each module that has imported them; so do constants
+of classes, as the defaults of a data class, with the objects that were made with them. Other changes to what was
+imported cannot be made so.
 """
 
 from __future__ import annotations
 
-import ast
 import gc
 import sys
 from collections.abc import Iterator
@@ -15,6 +15,7 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 
 from pytest_hricdv.execution.faulty_import import FaultyImport
+from pytest_hricdv.extra.diagnosis.changed_values import set_values
 
 
 def put_in(path: Path, before: str, text: str) -> bool:
@@ -30,7 +31,10 @@ def put_in(path: Path, before: str, text: str) -> bool:
         sys.meta_path.insert(0, FaultyImport(path, text))
         return True
     files = {module.__file__ for module in modules if module.__file__}
-    return any([_exchange(file, before, text) for file in files] + [_set(module, before, text) for module in modules])
+    gc.unfreeze()  # a fork freezes what was there before, and what is frozen is not found
+    changed = [_exchange(file, before, text) for file in files]
+    changed += [set_values(module, before, text) for module in modules]
+    return any(changed)
 
 
 def _is_of(module: ModuleType, path: Path) -> bool:
@@ -48,7 +52,6 @@ def _exchange(file: str, before: str, text: str) -> bool:
         for code, other in zip(old, new, strict=True)
         if _content(code) != _content(other)
     }
-    gc.unfreeze()  # a fork freezes what was there before, and what is frozen is not found
     has_changed = False
     for function in gc.get_objects():
         if type(function) is FunctionType and function.__code__.co_filename == file:
@@ -74,39 +77,3 @@ def _content(code: CodeType) -> tuple[object, ...]:
         for constant in code.co_consts
     )
     return code.co_code, constants, code.co_names, code.co_varnames
-
-
-def _set(module: ModuleType, before: str, text: str) -> bool:
-    """Give constants of a module their new values, everywhere; whether there is one that has changed."""
-    has_changed = False
-    old, new = _constants(before), _constants(text)
-    for name in old.keys() & new.keys():
-        if old[name] != new[name] and name in vars(module):
-            value = vars(module)[name]
-            for other in [*sys.modules.values()]:
-                if vars(other).get(name) is value:
-                    setattr(other, name, new[name])
-            has_changed = True
-    return has_changed
-
-
-def _constants(text: str) -> dict[str, object]:
-    """The names of a module that are given a literal."""
-    values: dict[str, object] = {}
-    for statement in ast.parse(text).body:
-        if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
-            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-            for target in targets:
-                values |= dict(_literals(target, statement.value))
-    return values
-
-
-def _literals(target: ast.expr, value: ast.expr) -> Iterator[tuple[str, object]]:
-    if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-        for inner, part in zip(target.elts, value.elts, strict=False):
-            yield from _literals(inner, part)
-    elif isinstance(target, ast.Name):
-        try:
-            yield target.id, ast.literal_eval(value)
-        except (ValueError, TypeError, SyntaxError, RecursionError):
-            return

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.diagnosis.experiments import Experiments, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
 from pytest_hricdv.extra.diagnosis.hints import Hint
-from pytest_hricdv.extra.diagnosis.locating import MOST_PLACES, Locating, raised, words_of
+from pytest_hricdv.extra.diagnosis.locating import MOST_PLACES, Locating, raised, share_of_first, words_of
 from pytest_hricdv.extra.diagnosis.minimal import kept
 from pytest_hricdv.extra.diagnosis.neighbour import showing
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
@@ -200,7 +200,8 @@ def _located(
 
     Repairs are tried of one after the other, each with its share of the runs that are left.
     """
-    run = changed_runner(session.rerunning, session.context.code)
+    usual_s = {test.id: test.wall_s for test in subject.tests.values() if test.wall_s is not None}
+    run = changed_runner(session.rerunning, session.context.code, usual_s)
     run = remembering_repairs(run, session.aggregation.journaling, NAME)
     locating = Locating(session, experiments, subject.spectra, subject.tests, run)
     located = []
@@ -209,8 +210,8 @@ def _located(
         ranked = ranked_places(subject, group, _traces(experiments, group))
         hints: list[Hint] = []
         if group in open_groups:
-            left = experiments.budget - experiments.used
-            hints = locating.hints(group, ranked, left // (len(open_groups) - open_groups.index(group)))
+            failing = [len(other.nodeids) for other in open_groups[open_groups.index(group) :]]
+            hints = locating.hints(group, ranked, share_of_first(experiments.budget - experiments.used, failing))
         located.append(Located(raised(ranked, hints), hints))
     experiments.mended += locating.joined(groups, [where.hints for where in located])
     if not experiments.mended:

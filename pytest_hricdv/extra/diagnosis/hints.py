@@ -8,10 +8,12 @@ Programs for Fault Localization, ICST 2014).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.diagnosis.failures import FAULT
+from pytest_hricdv.extra.diagnosis.parting import share_kept
 from pytest_hricdv.extra.diagnosis.repairs import Repair
 from pytest_hricdv.extra.diagnosis.runs import Ran, RunChanged
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -23,15 +25,30 @@ chance, as by doing nothing at all, fail another one."""
 MOST_HINTS = 2
 """So many hints are looked for."""
 
+LEAST_KEPT = 0.5
+"""Of what happened before the violation, a repair has to leave so much as it was: a robot that does nothing at all does
+no harm either, but this is not what is wrong."""
+
+ENOUGH_KEPT = 0.9
+"""No better hint is looked for than those that leave so much as it was."""
+
 
 @dataclass(frozen=True)
 class FailingTest:
-    """A test that fails for a cause: the requirements that are to pass, all that it violates, and its node id."""
+    """A test that fails for a cause: the requirements that are to pass, all that it violates, its node id, its run."""
 
     test: ConcreteTest
     wanted: Collection[str]
     violated: Collection[str]
     nodeid: str = ""
+    ran: Ran | None = None
+
+    def kept(self, repaired: Ran) -> float:
+        """The share of what happened before it failed that happens with a repair, too; 1 where nobody looked."""
+        if self.ran is None:
+            return 1.0
+        times_s = [self.ran.times_s[name] for name in self.wanted if name in self.ran.times_s]
+        return share_kept(self.ran, repaired, min(times_s, default=math.inf))
 
 
 @dataclass(frozen=True)
@@ -45,11 +62,19 @@ class PassingTest:
 
 @dataclass(frozen=True)
 class Hint:
-    """A repair, with how many failing tests pass with it, and how many others are as they were."""
+    """A repair, with how many failing tests pass with it, and how many others are as they were.
+
+    Args:
+        repair: the change.
+        mended: failing tests that pass.
+        unchanged: others.
+        kept: share of what happened before the violation that happens with it, too.
+    """
 
     repair: Repair
     mended: int
     unchanged: int
+    kept: float = 1.0
 
 
 @dataclass
@@ -71,21 +96,28 @@ class Repairing:
         failing: Sequence[FailingTest],
         passing: Callable[[Repair], Sequence[PassingTest]],
     ) -> list[Hint]:
-        """The repairs that stand all tests, in their order.
+        """The repairs that stand all tests, those first that change least; one of each statement.
 
         Args:
             repairs: to be tried, in this order.
             failing: tests of the cause, the shortest first.
             passing: of a repair, the tests that execute its statement, in the order in which they are tried.
         """
-        hints: list[Hint] = []
+        hints: dict[tuple[str, int], Hint] = {}
         for repair in repairs:
-            if self.used >= self.budget or len(hints) >= MOST_HINTS:
+            before = hints.get((repair.file, repair.line))
+            if self.used >= self.budget or sum(hint.kept >= ENOUGH_KEPT for hint in hints.values()) >= MOST_HINTS:
                 break
-            if self._mends(repair, failing[0]):
-                hint = self._stands(repair, failing[1 : 1 + FURTHER], passing(repair)[:FURTHER])
-                hints += [hint] if hint is not None else []
-        return hints
+            if before is not None and before.kept >= ENOUGH_KEPT:
+                continue
+            ran = self._mending(repair, failing[0])
+            kept = 0.0 if ran is None else failing[0].kept(ran)
+            if ran is None or kept < LEAST_KEPT or (before is not None and kept <= before.kept):
+                continue
+            hint = self._stands(repair, failing[1 : 1 + FURTHER], passing(repair)[:FURTHER])
+            if hint is not None:
+                hints[repair.file, repair.line] = replace(hint, kept=kept)
+        return sorted(hints.values(), key=lambda hint: -hint.kept)[:MOST_HINTS]
 
     def mended(self, repair: Repair, failing: Sequence[FailingTest]) -> Sequence[FailingTest]:
         """The first tests of another cause, if a repair mends all of them; else none, as where no run is left."""
@@ -106,11 +138,16 @@ class Repairing:
         return Hint(repair, mended, unchanged)
 
     def _mends(self, repair: Repair, failing: FailingTest) -> bool:
+        return self._mending(repair, failing) is not None
+
+    def _mending(self, repair: Repair, failing: FailingTest) -> Ran | None:
+        """The run of a failing test with a repair, if it passes."""
         ran = self._ran(repair, failing.test)
         if ran is None:
-            return False
+            return None
         violated, checked = {*ran.violated}, {*ran.checked, FAULT}
-        return violated <= {*failing.violated} - {*failing.wanted} and checked >= {*failing.wanted}
+        passes = violated <= {*failing.violated} - {*failing.wanted} and checked >= {*failing.wanted}
+        return ran if passes else None
 
     def _leaves(self, repair: Repair, passing: PassingTest) -> bool:
         ran = self._ran(repair, passing.test)

@@ -6,12 +6,13 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group, Spectra
 from pytest_hricdv.extra.diagnosis.hints import FailingTest, Hint, PassingTest, Repairing
+from pytest_hricdv.extra.diagnosis.places import Place, readers
 from pytest_hricdv.extra.diagnosis.records import Mended
-from pytest_hricdv.extra.diagnosis.repairs import OPERATORS, Repair, repairs
+from pytest_hricdv.extra.diagnosis.repairs import Repair, repairs
 from pytest_hricdv.extra.diagnosis.runs import RunChanged
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.report.formatting import plural
@@ -19,10 +20,14 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.part import PartSession
 
 MOST_PLACES = 5
-"""So many of the most suspicious statements are repaired: those that are shown."""
+"""So many of the most suspicious statements are shown."""
 
-_ADDED = ("condition changed", "call added")
-"""Kinds of repairs that have many of one statement: the later ones wait longer."""
+MOST_REPAIRED = 10
+"""So many are repaired, while runs are left: what mends is shown, wherever it was."""
+
+_AT_ONCE = {"condition changed": 2, "call added": 2, "number changed": 6}
+"""Kinds of repairs that have many of one statement -> so many are tried one after the other: a condition and its
+contrary, a call before and after, a number that is less and more, by a little and by much."""
 
 
 @dataclass
@@ -59,7 +64,7 @@ class Locating:
         repairing = Repairing(self.run, budget)
         try:
             return repairing.hints(
-                _ordered(self.session.context.code, ranked), failing, lambda repair: [*self._passing(group, repair)]
+                ordered(self.session.context.code, ranked), failing, lambda repair: [*self._passing(group, repair)]
             )
         except KeyboardInterrupt:
             self.experiments.ended = "interrupted"
@@ -108,15 +113,15 @@ class Locating:
                 violated = {*self._violated(name)} | wanted[name]
                 yield FailingTest(experiments.tests[name], wanted[name], violated, name)
             elif control is not None and wanted[name] <= {*control.violated}:
-                yield FailingTest(experiments.tests[name], wanted[name], control.violated, name)
+                yield FailingTest(experiments.tests[name], wanted[name], control.violated, name, control)
 
     def _passing(self, group: Group, repair: Repair) -> Iterator[PassingTest]:
-        """Tests that execute a repaired statement and do not fail for the cause, the shortest first."""
-        chosen, number = self.session.aggregation.chosen, self._number(repair)
+        """Tests that a repair may change and that do not fail for the cause, the shortest first."""
+        chosen, affected = self.session.aggregation.chosen, self._affected(repair)
         names = [
             name
             for name, bits in self.spectra.bits.items()
-            if name in chosen and name not in group.nodeids and bits.statements >> number & 1
+            if name in chosen and name not in group.nodeids and bits.statements & affected
         ]
         for name in sorted(names, key=lambda name: (self.tests[name].fails, len(self.tests[name].abstract), name)):
             checked = [key for key, result in self.tests[name].requirements.items() if result.verdict == "Passed"]
@@ -126,26 +131,55 @@ class Locating:
         test = self.tests[name]
         yield from (requirement for requirement in test.requirements if test.violates(requirement))
 
-    def _number(self, repair: Repair) -> int:
-        first = 0
-        for file in self.session.context.code.files:
-            if file.name == repair.file:
-                return first + file.statements.index(repair.line)
-            first += len(file.statements)
-        raise KeyError(repair.file)
+    def _affected(self, repair: Repair) -> int:
+        """Bits of the repaired statement; of a constant, which all tests execute, of the statements that read it."""
+        files, place = self.session.context.code.files, (repair.file, repair.line)
+        reading = {*dict(readers(files, {place})).get(place, ())}
+        return sum(1 << number for number, other in enumerate(_places(files)) if other in (reading or {place}))
 
 
-def _ordered(code: CodeMap, ranked: Sequence[Suspect]) -> Iterator[Repair]:
-    """The repairs of the first places: first the usual ones of the first place, last the unusual ones of the last."""
+def _places(files: Sequence[SourceFile]) -> Iterator[Place]:
+    """Of all statements, in the order of their bits."""
+    return ((file.name, line) for file in files for line in file.statements)
+
+
+def share_of_first(runs: int, failing: Sequence[int]) -> int:
+    """So many runs the first of some causes gets: half of them are the same for each, half go by their failing tests.
+
+    Args:
+        runs: of all causes.
+        failing: the number of failing tests of each, the first one's first.
+    """
+    return int(runs * (1.0 / len(failing) + failing[0] / sum(failing)) / 2.0)
+
+
+def ordered(code: CodeMap, ranked: Sequence[Suspect]) -> list[Repair]:
+    """The repairs of the first places: first the usual ones of the first place, last the unusual ones of the last.
+
+    What is usual depends on the statement: of a constant, it is another number. One repair of each kind comes before
+    the second one of a kind. A constant is repaired when the first statement that reads it is: it is as suspicious, and
+    has few repairs.
+    """
     files = {file.name: file for file in code.files}
-    kinds = {name: number for number, name in enumerate(OPERATORS)}
+    ranks = {(suspect.file, suspect.line): rank for rank, suspect in enumerate(ranked)}
+    first_read = {
+        constant: min((ranks[place] for place in reading if place in ranks), default=len(ranks))
+        for constant, reading in readers(code.files, ranks)
+    }
     made: list[tuple[int, int, Repair]] = []
-    for rank, suspect in enumerate(ranked[:MOST_PLACES]):
+    for place, rank in ranks.items():
+        earliest = min(rank, first_read.get(place, rank))
+        if earliest >= MOST_REPAIRED:
+            continue
         counts: dict[str, int] = {}
-        for repair in repairs(code.files, files[suspect.file], suspect.line):
+        for repair in repairs(code.files, files[place[0]], place[1]):
             nth = counts[repair.operator] = counts.get(repair.operator, -1) + 1
-            made.append((rank + kinds[repair.operator] + nth // (2 if repair.operator in _ADDED else 1), rank, repair))
-    yield from (repair for _, _, repair in sorted(made, key=lambda entry: entry[:2]))
+            kind = [*counts].index(repair.operator)
+            made.append((earliest + kind + nth // _AT_ONCE.get(repair.operator, 1), rank, repair))
+    first: dict[str, Repair] = {}  # what comes after a statement comes before the next one: the same program
+    for _, _, repair in sorted(made, key=lambda entry: entry[:2]):
+        first.setdefault(repair.text, repair)
+    return [*first.values()]
 
 
 def words_of(hint: Hint, failing: int) -> str:

@@ -73,14 +73,14 @@ def weighted(suspects: Sequence[Suspect], traces: Sequence[Trace], files: Sequen
         place = executed.file, executed.line
         times[place] = max(times.get(place, 1), executed.times)
     places = {(suspect.file, suspect.line) for suspect in suspects}
-    readers = dict(_readers(files, places))
+    read_by = dict(readers(files, places))
     scores = {}
     for suspect in suspects:
         place = suspect.file, suspect.line
         weight = sum(weight.get(place, LATER) for weight in weights) / len(weights)
         weight /= min(MOST_TIMES, times.get(place, 1)) ** REPEATED
         scores[place] = weight * _until_violation(suspect, taken) ** SPECTRUM
-    for place, reading in readers.items():
+    for place, reading in read_by.items():
         read = max((scores[reader] for reader in reading if reader in scores), default=0.0)
         if place in scores:
             scores[place] = max(scores[place], DEFINED * read)
@@ -129,10 +129,14 @@ def _only_waits(place: Place, texts: Mapping[str, Sequence[str]]) -> bool:
     return name not in texts or WAITS.search(texts[name][line - 1]) is not None
 
 
-def _readers(files: Iterable[SourceFile], places: set[Place]) -> Iterator[tuple[Place, list[Place]]]:
+def readers(files: Iterable[SourceFile], places: Collection[Place]) -> Iterator[tuple[Place, list[Place]]]:
     """Constants: a statement outside of functions that gives a name its value, and the statements that read the name.
 
     A field of a class counts, too, by its name alone.
+
+    Args:
+        files: of the code under test.
+        places: constants among these.
     """
     trees = {file.name: parsed(file.text) for file in files}
     reading: dict[str, list[Place]] = {}

@@ -13,6 +13,7 @@ import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 
 from pytest_hricdv.coverage.code_map import SourceFile
 from pytest_hricdv.coverage.gaps import functions
@@ -21,7 +22,11 @@ from pytest_hricdv.extra.diagnosis.surroundings import Scope, negated, parsed, p
 MOST_ADDED = 6
 """So many calls, or conditions, are tried at one place: the nearest in the text. Chosen: each costs a run."""
 
-_SCALES = (10.0, 0.1)
+_SCALES = (0.8, 1.25, 0.5, 2.0, 0.1, 10.0)
+"""A number is changed by these factors: first by those that change least besides."""
+
+_COUNTS = 10
+"""Whole numbers below this count something: they are one more or less. Greater ones are changed by factors."""
 
 
 @dataclass(frozen=True)
@@ -149,8 +154,9 @@ def guarded(statement: ast.stmt, scope: Scope) -> Iterator[Change]:
 
 
 def number_changed(statement: ast.stmt, scope: Scope) -> Iterator[Change]:
-    """A number is too large or too small."""
-    yield from _of_nodes(statement, ast.Constant, _numbers)
+    """A number is too large or too small: each is changed a little before one is changed much."""
+    for change in range(len(_SCALES)):
+        yield from _of_nodes(statement, ast.Constant, partial(_number, change))
 
 
 def value_changed(statement: ast.stmt, scope: Scope) -> Iterator[Change]:
@@ -165,13 +171,13 @@ OPERATORS: dict[str, Operator] = {
     "condition changed": condition_changed,
     "left out": left_out,
     "comparison changed": comparison_changed,
+    "number changed": number_changed,
     "call added": call_added,
     "ended early": ended_early,
     "guarded": guarded,
     "value changed": value_changed,
-    "number changed": number_changed,
 }
-"""What a kind of change is called -> the changes; those first that mend most."""
+"""What a kind of change is called -> the changes; those first that mend most, or are few."""
 
 
 def _of_nodes(
@@ -225,12 +231,15 @@ def _compared(node: ast.expr) -> Iterator[ast.expr]:
             yield ast.Compare(node.left, [other()], node.comparators)
 
 
-def _numbers(node: ast.expr) -> Iterator[ast.expr]:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        number = node.value
-        assert isinstance(number, int | float), "only these are numbers here"
-        scaled = [number * scale for scale in _SCALES] if isinstance(number, float) else [number + 1, number - 1]
-        yield from (ast.Constant(value) for value in scaled)
+def _number(change: int, node: ast.expr) -> Iterator[ast.expr]:
+    """A number with the so-manieth change; none where it has fewer."""
+    if isinstance(node, ast.Constant) and type(node.value) is float:
+        yield ast.Constant(float(f"{node.value * _SCALES[change]:.6g}"))
+    elif isinstance(node, ast.Constant) and type(node.value) is int:
+        if abs(node.value) >= _COUNTS:
+            yield ast.Constant(round(node.value * _SCALES[change]))
+        elif change < 2:
+            yield ast.Constant(node.value + (1, -1)[change])
 
 
 def _first_line(statement: ast.stmt) -> str:

@@ -28,8 +28,12 @@ from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
 from pytest_hricdv.session.serving import leave_no_core, limit_time
 
-MOST_S = 60
-"""A run with a repair is ended when it takes more processor time (s). Chosen: one of the table takes half a second."""
+MOST_S = 60.0
+"""A run with a repair is ended when it takes more processor time (s), whatever the run without it has taken."""
+
+LEAST_S, MOST_TIMES = 3.0, 20.0
+"""It is ended, too, when it takes more than this and so many times as long: a loop without its wait has no end. Chosen:
+one of the table takes half a second."""
 
 MOST_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
@@ -125,25 +129,35 @@ def remembering(run: Run, journaling: Journaling, part: str, *code: str) -> Run:
     return remembered
 
 
-def changed_runner(rerunning: Rerunning, code: CodeMap) -> RunChanged:
+def changed_runner(rerunning: Rerunning, code: CodeMap, usual_s: Mapping[str, float]) -> RunChanged:
     """Runs tests with a repair of the code, in a fork: there has to be one.
 
     Args:
         rerunning: runs tests.
         code: under test.
+        usual_s: id of a test -> how long its run took without a repair.
     """
     files = {file.name: file for file in code.files}
 
     def run_here(repair: Repair, test: ConcreteTest) -> Ran | None:
         file = files[repair.file]
         leave_no_core()
-        limit_time(MOST_S)
+        limit_time(most_s(usual_s.get(test.id)))
         if not put_in(file.path, file.text, repair.text):
             return None
         result = rerunning.run(named(test, "repair"))
         return None if result is None else ran(result)
 
     return lambda repair, test: forked(rerunning, lambda: run_here(repair, test))
+
+
+def most_s(usual_s: float | None) -> float:
+    """The processor time (s) after which a run with a repair is ended.
+
+    Args:
+        usual_s: how long the run took without it, as far as this is known.
+    """
+    return MOST_S if usual_s is None else min(MOST_S, max(LEAST_S, MOST_TIMES * usual_s))
 
 
 def remembering_repairs(run: RunChanged, journaling: Journaling, part: str) -> RunChanged:

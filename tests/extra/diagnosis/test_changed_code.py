@@ -16,6 +16,8 @@ from pytest_hricdv.extra.diagnosis.changed_code import put_in
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
 
 TEXT = """\
+from dataclasses import dataclass, field
+
 LIMIT, NAME = 3, "robot"
 
 def plain():
@@ -30,6 +32,19 @@ class Robot:
         def inner():
             return self.speed
         return inner
+
+@dataclass(frozen=True)
+class Settings:
+    near_m: float = 0.5
+    far_m: float = field(default=2.0, kw_only=True)
+
+@dataclass(frozen=True, slots=True)
+class Slow(Settings):
+    slow_m_s: float = 0.1
+    late_s: float = 7.0
+
+class Plain:
+    near_m = 0.5
 """
 USER = "from robot_code import LIMIT, Robot, plain\n\ndef used():\n    return LIMIT\n"
 
@@ -84,6 +99,28 @@ def test_code_that_was_imported_or_not_is_changed(
 
     assert in_fork(folder, old, new, look) == expected
     assert importlib.import_module("robot_user").plain() == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("near_m: float = 0.5", "near_m: float = 0.9", "True 0.9 0.9 0.5 0.9 0.9 0.1 0.5"),
+        ("slow_m_s: float = 0.1", "slow_m_s: float = 0.9", "True 0.5 0.5 0.5 0.5 0.5 0.9 0.5"),
+        ("near_m = 0.5", "near_m = 0.9", "True 0.5 0.5 0.5 0.5 0.5 0.1 0.9"),
+    ],
+)
+def test_constants_of_classes_are_changed_with_what_was_made_with_them(
+    folder: Path, old: str, new: str, expected: str
+) -> None:
+    code = importlib.import_module("robot_code")
+    made, given, slow = code.Settings(), code.Settings(float("0.5")), code.Slow()
+
+    def look() -> str:
+        after = [code.Settings().near_m, made.near_m, given.near_m, code.Slow().near_m, slow.near_m, slow.slow_m_s]
+        return " ".join(map(str, [*after, code.Plain().near_m]))
+
+    assert in_fork(folder, old, new, look) == expected
+    assert code.Settings().near_m == code.Plain.near_m == 0.5
 
 
 def test_what_cannot_be_changed_is_said(folder: Path) -> None:

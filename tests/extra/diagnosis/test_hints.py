@@ -10,7 +10,7 @@ import pytest
 from pytest_hricdv.extra.diagnosis.hints import FailingTest, Hint, PassingTest, Repairing
 from pytest_hricdv.extra.diagnosis.locating import raised, words_of
 from pytest_hricdv.extra.diagnosis.repairs import Repair
-from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.extra.diagnosis.runs import Event, Ran
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.generate.concrete import ConcreteTest
 
@@ -24,9 +24,9 @@ def concrete(name: str) -> ConcreteTest:
     return ConcreteTest(name, "suite", 1, (), {})
 
 
-def repair(name: str) -> Repair:
+def repair(name: str, line: int = 3) -> Repair:
     """A repair with this text."""
-    return Repair("robot.py", 3, "act", "left out", f"without `{name}`", name)
+    return Repair("robot.py", line, "act", "left out", f"without `{name}`", name)
 
 
 FAILING = [FailingTest(concrete(name), ["R1"], ["R1"]) for name in ("f1", "f2", "f3")]
@@ -54,7 +54,7 @@ def hints() -> Looked:
     ) -> tuple[list[tuple[str, int, int]], list[str]]:
         runs = Runs(results)
         repairing = Repairing(runs.run, budget)
-        hints = repairing.hints(map(repair, names), FAILING, lambda repair: PASSING)
+        hints = repairing.hints(map(repair, names, map(ord, names)), FAILING, lambda repair: PASSING)
         assert repairing.used == len(runs.made) <= budget
         return [(hint.repair.text, hint.mended, hint.unchanged) for hint in hints], runs.made
 
@@ -84,6 +84,36 @@ def test_the_budget_and_the_number_of_hints_end_it(hints: Looked) -> None:
     assert hints({"b": GOOD}, "a", "b", budget=3) == ([("b", 1, 1)], ["a f1", "b f1", "b p1"])
     found, _ = hints({"a": GOOD, "b": GOOD, "c": GOOD}, "a", "b", "c")
     assert [text for text, *_ in found] == ["a", "b"]
+
+
+def test_a_statement_has_one_hint() -> None:
+    repairing = Repairing(Runs({"a": GOOD, "b": GOOD, "c": GOOD}).run, 99)
+    made = repairing.hints([repair("a"), repair("b"), repair("c", line=4)], FAILING, lambda repair: PASSING)
+    assert [hint.repair.text for hint in made] == ["a", "c"]
+
+
+def happened(*texts: str, violated: tuple[str, ...] = (), at_s: float = 99.0) -> Ran:
+    """A run in which this happens, one after the other."""
+    events = [Event(time_s=number, stream=text, value="", text=text) for number, text in enumerate(texts)]
+    times_s = dict.fromkeys(violated, at_s)
+    return Ran(violated=violated, checked=("R1", "R2"), events=tuple(events), times_s=times_s)
+
+
+def test_what_mends_by_doing_nothing_is_no_hint_and_what_changes_least_comes_first() -> None:
+    failing = FailingTest(concrete("f"), ["R1"], ["R1"], "f", happened(*"vwxyz", violated=("R1",), at_s=4.5))
+    runs = Runs({"a": happened(), "b": happened(*"vwx"), "c": happened(*"vwxyz"), "d": happened(*"vwxyz"), "e": GOOD})
+    repairing = Repairing(runs.run, 99)
+    repairs = [repair(name, line) for line, name in enumerate("abcde")]
+    hints = repairing.hints(repairs, [failing], lambda repair: PASSING)
+    assert [(hint.repair.text, hint.kept) for hint in hints] == [("c", 1.0), ("d", 1.0)]
+    assert runs.made == ["a f", "b f", "b p1", "b p2", "c f", "c p1", "c p2", "d f", "d p1", "d p2"]
+
+
+def test_a_statement_keeps_the_hint_that_changes_least() -> None:
+    failing = FailingTest(concrete("f"), ["R1"], ["R1"], "f", happened(*"vwxyz", violated=("R1",)))
+    runs = Runs({"a": happened(*"vwx"), "b": happened(*"vwxy"), "c": happened(*"vwx")})
+    hints = Repairing(runs.run, 99).hints(map(repair, "abc"), [failing], lambda repair: [])
+    assert [(hint.repair.text, hint.kept) for hint in hints] == [("b", 0.8)]
 
 
 @pytest.mark.parametrize(

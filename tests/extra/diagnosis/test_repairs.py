@@ -57,6 +57,7 @@ def made(line: int, file: int = 0) -> list[Repair]:
         (6, "comparison changed", "while scale.level_ml() <= FULL_ML:"),
         (8, "call added", "        clock.sleep(LOOK_EVERY_S)\n    tap.close()\n    return"),
         (1, "number changed", "FULL_ML, LOOK_EVERY_S = (150.0, 2.0)"),
+        (1, "number changed", "FULL_ML, LOOK_EVERY_S = (75.0, 0.2)"),
         (12, "condition changed", "    if tap.is_open():"),
         (12, "ended early", "        tap.warn()\n        return None\n"),
         (13, "left out", "        pass\n    tap.close()"),
@@ -80,6 +81,20 @@ def test_each_repair_compiles_and_is_another_program() -> None:
         texts = [repair.text for repair in made(line)]
         assert len({ast.dump(ast.parse(text)) for text in texts}) == len(texts)
         assert ast.unparse(ast.parse(POURING)) not in texts
+
+
+def test_each_number_is_changed_a_little_before_one_is_changed_much() -> None:
+    words = [repair.words.split("`")[1::2] for repair in made(1)]
+    assert words[:4] == [["120.0", "150.0"], ["0.16", "0.2"], ["187.5", "150.0"], ["0.25", "0.2"]]
+    assert len(words) == 12
+
+
+@pytest.mark.parametrize(
+    ("number", "others"), [("3", ["4", "2"]), ("60", ["48", "75", "30", "120", "6", "600"]), ("True", [])]
+)
+def test_small_whole_numbers_are_counted_and_great_ones_scaled(number: str, others: list[str]) -> None:
+    file = source("settings.py", f"TIMES = {number}\n")
+    assert [repair.words.split("`")[1] for repair in repairs([file], file, 1)] == others
 
 
 def test_the_function_and_the_words_are_said() -> None:
