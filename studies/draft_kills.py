@@ -3,6 +3,7 @@
     python -m studies.draft_kills porter vacuum                   # of these code bases of studies.drafts (many minutes)
     python -m studies.draft_kills home-care --faults=40 --switches  # with the published faults of its code
     python -m studies.draft_kills dance --ros2-packages FOLDER     # of public nodes of ROS 2, cloned into a folder
+    python -m studies.draft_kills vacuum --keep=FOLDER             # drafts and their reports stay there
 
 Needs the extra `mutation`, and `transitions` for the porter. Faults are drawn with seed 0 among all mutants, those that
 no test executes included: the share is of all that were drawn, and is noted for docs/draft.md.
@@ -26,8 +27,8 @@ from studies.code_bases import CodeBase
 from studies.draft_table import note, write_page
 from studies.drafts import chosen
 
-SUITES = "rl"
-"""The suite that faults are tried on: that of `pytest` in a draft."""
+SUITES = "rl,closure"
+"""The suites that faults are tried on: those that a draft is made to be green with."""
 
 MOST = 10
 """Suggestions that are accepted."""
@@ -38,11 +39,12 @@ def kills(code: CodeBase, folder: Path, faults: int, switches: bool) -> Iterator
     target = folder / f"draft-of-{code.key}"
     made = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
     subprocess.run(made, cwd=code.folder, check=True, capture_output=True)
-    suggested = _report(target, f"--hri-suite={SUITES}", "--hri-suggest", f"--hri-suggest-most={MOST}",
-                        f"--hri-suggest-faults={faults}")  # fmt: skip
+    suggested = _report(target, f"--hri-suite={SUITES}", "--hri-audit=off", "--hri-suggest",
+                        f"--hri-suggest-most={MOST}", f"--hri-suggest-faults={faults}")  # fmt: skip
     accepted = _accept(target, suggested)
     yield f"{code.key}: {accepted} suggestions accepted"
-    report = _report(target, f"--hri-suite={SUITES}", "--hri-mutate", f"--hri-mutate-faults={faults}")
+    report = _report(target, f"--hri-suite={SUITES}", "--hri-audit=off", "--hri-mutate",
+                     f"--hri-mutate-faults={faults}")  # fmt: skip
     mutants = report["mutation"]["mutants"] if report.get("mutation") else []
     noticed = sum(mutant["status"] == "killed" for mutant in mutants)
     note(code, {"faults": [noticed, len(mutants)]})
@@ -84,11 +86,16 @@ def main() -> None:
     parser.add_argument("keys", nargs="*", metavar="CODE", help="which code bases (default: all)")
     parser.add_argument("--faults", type=int, default=60, help="so many faults of each, drawn with seed 0")
     parser.add_argument("--ros2-packages", type=Path, metavar="FOLDER", help="of repositories, cloned where missing")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where drafts stay (default: nowhere)")
     parser.add_argument("--switches", action="store_true", help="and the published faults of the code")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        for code in chosen(Path(name), options.ros2_packages, options.keys):
-            for line in kills(code, Path(name), options.faults, options.switches):
+        folder = Path(name)
+        if options.keep is not None:
+            folder = options.keep.resolve()
+            folder.mkdir(parents=True)
+        for code in chosen(folder, options.ros2_packages, options.keys):
+            for line in kills(code, folder, options.faults, options.switches):
                 print(line, flush=True)
     write_page()
 

@@ -6,9 +6,18 @@ import json
 
 from pytest_hricdv.extra.draft.drafted import OTHER, Draft, Sensor, is_open
 from pytest_hricdv.extra.draft.findings import Message, MessageField, Port
-from pytest_hricdv.extra.draft.model_text import STAY_S, groups, levels, neutral_beliefs, start_beliefs
+from pytest_hricdv.extra.draft.model_text import (
+    PASSES_S,
+    STAY_S,
+    groups,
+    levels,
+    meanwhile,
+    neutral_beliefs,
+    start_beliefs,
+)
 from pytest_hricdv.extra.draft.naming import unit_of, word
 from pytest_hricdv.extra.draft.observed_text import answer_s, lateness, reaction_lines, said_lines_of, times_of_lines
+from pytest_hricdv.extra.draft.ports_text import called_classes
 from pytest_hricdv.extra.draft.run_text import run_lines, said_lines
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes, tuple_text
 
@@ -157,27 +166,31 @@ def _testbench(draft: Draft) -> list[str]:
     units = [(f"{m.topic}.{p.name}", p.unit) for m in draft.messages for p in m.fields if p.unit]
     units += [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
               for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
-    names = ", ".join(message.name for message in draft.messages)
+    called = [*called_classes(draft).values()]
+    needs = [*message_classes(draft.messages), *(("ports", name) for name in called), ("world", "SIGNALS")]
+    names = ", ".join((*(message.name for message in draft.messages), *called))
     lines = [
         "",
         "",
         "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
         *_stand_in(draft),
-        *import_lines(draft, [*message_classes(draft.messages), ("world", "SIGNALS")]),
+        *import_lines(draft, needs),
         "",
         *declared_model(draft),
     ]
     lines += said_commands(draft)
     for sensor in draft.sensors:
         lines += _sensor_commands(sensor)
+    for how, (low, high) in PASSES_S.items() if meanwhile(draft) else ():
+        lines.append(f'                "let_pass {how}": {{"after_s": Range({low}, {high}, "s")}},  # TODO: how long?')
     lines += ["            },"]
     if draft.parameters:
         lines += ["            run={", *(_parameter(draft, port) for port in draft.parameters), "            },"]
     lines += [
         "        ),",
         '        requirements=HERE / "requirements.toml",',
-        f"        messages=({names}{',' if len(draft.messages) == 1 else ''}),",
+        f"        messages=({names}{',' if len(draft.messages) + len(called) == 1 else ''}),",
         "        signals=SIGNALS,",
     ]
     if values:
@@ -196,11 +209,18 @@ def _testbench(draft: Draft) -> list[str]:
     lines.append(f"        code={tuple_text(findings.code)},")
     if findings.virtual:
         lines.append(f"        virtual={tuple_text(findings.virtual)},  # the code imports them")
-    lines += ["        run=run,", '        may_end=("limit", "idle", "early", "cycle"),  # TODO: which ends are right?']
+    lines += ["        run=run,", *may_end_lines(draft)]
     lines += _state_part(draft)
     if draft.messages:
         lines += ["        disturbances={", *_disturbances(draft), "        },"]
     return [*lines, "    )"]
+
+
+def may_end_lines(draft: Draft) -> list[str]:
+    """How runs may end, beside that the person leaves or the robot returns; none where all first runs did so."""
+    if not draft.may_end:
+        return []
+    return [f"        may_end={tuple_text(draft.may_end)},  # TODO: which ends are right?"]
 
 
 def _state_part(draft: Draft) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import product
+from itertools import product, zip_longest
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.findings import Entry, Findings, Message, MessageField, Operation, Place, Port
@@ -20,6 +20,9 @@ MANNERS = ("in_time", "too_early", "too_late", "twice")
 MOST_KINDS = 12
 """If messages of one class have more combinations of values, not all of them are drafted (chosen: three switches, or
 four texts with a number that is low, usual or high)."""
+
+ENDS = ("limit", "idle", "early", "cycle")
+"""How a run may end, of `Testbench.may_end`."""
 
 OTHER = "something else"
 """A text that no code knows."""
@@ -92,6 +95,20 @@ class Sensor:
 
 
 @dataclass(frozen=True)
+class Told:
+    """Something that the code tells a device: an argument of a call, or what it sets an attribute to.
+
+    `signal` records it, of this kind; texts stand for what is of no kind that the code says.
+    """
+
+    port: str
+    operation: Operation
+    argument: str
+    signal: str
+    kind: str
+
+
+@dataclass(frozen=True)
 class Signal:
     """A signal that the world records, with its kind and where the value is said."""
 
@@ -119,6 +136,7 @@ class Draft:
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
         has_others: whether a person also says a text that the code does not know; not where it raises then.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
+        may_end: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
     """
 
     findings: Findings
@@ -133,6 +151,7 @@ class Draft:
     sizes: Mapping[str, int] = field(default_factory=dict)
     has_others: bool = True
     isolates: bool = False
+    may_end: tuple[str, ...] = ENDS
 
     @property
     def entry(self) -> Entry | None:
@@ -173,6 +192,37 @@ class Draft:
                 if kind and not operation.is_set:
                     sensors.append(_sensor(port, operation, kind))
         return tuple(sensors)
+
+    @property
+    def called(self) -> dict[str, tuple[str, ...]]:
+        """Port -> the methods by which the code tells the device something, where there are some."""
+        sensors = {(sensor.port, sensor.operation.name) for sensor in self.sensors}
+        calls = {
+            port.name: tuple(
+                operation.name.strip("_")
+                for operation in port.operations
+                if operation.kind == "method" and (port.name, operation.name) not in sensors
+                if not operation.name.startswith("__") or operation.name == "__call__"
+            )
+            for port in self.devices
+        }
+        return {port: tuple(dict.fromkeys(names)) for port, names in calls.items() if names}
+
+    @cached_property
+    def told(self) -> tuple[Told, ...]:
+        """What the code tells its devices."""
+        sensors = {(sensor.port, sensor.operation.name) for sensor in self.sensors}
+        made: dict[str, Told] = {}
+        for port in self.devices:
+            for operation in port.operations:
+                if (port.name, operation.name) in sensors or (operation.kind == "attribute" and not operation.is_set):
+                    continue
+                names = ("",) if operation.kind == "attribute" else operation.arguments
+                for name, kind in zip_longest(names, operation.told[: len(names)], fillvalue=""):
+                    parts = (port.name, operation.name.strip("_"), name.strip("_").lower())
+                    signal = "_".join(filter(None, parts))
+                    made.setdefault(signal, Told(port.name, operation, name, signal, kind or "str"))
+        return tuple(made.values())
 
     @cached_property
     def signals(self) -> tuple[Signal, ...]:

@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from pytest_hricdv.extra.draft.constants import is_enum
 from pytest_hricdv.extra.draft.findings import Operation, Port
 from pytest_hricdv.extra.draft.message_classes import form_of
+from pytest_hricdv.extra.draft.message_fields import KINDS
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.neutral import neutral
 from pytest_hricdv.extra.draft.operations import OperationFinder, merged
-from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.sources import Function, Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, default_of, last_name, parameter_names
 
@@ -80,16 +81,18 @@ class PortReader:
                 is_property = any(last_name(decorator) == "property" for decorator in statement.decorator_list)
                 kind = "attribute" if is_property else operation.kind
                 names = tuple(parameter_names(statement)[1:])
+                told = tuple(_kind_of_argument(statement, name) for name in names)
                 place = own.module.place(statement)
                 is_read = kind == "attribute"
                 made = neutral(self._sources, own.module, statement.returns)
                 text, needs = made or ("", ())
                 return Operation(operation.name, "attribute" if is_read else "method", names, returns, place, is_async,
-                                 compared=operation.compared, made=text, needs=needs)  # fmt: skip
+                                 compared=operation.compared, made=text, needs=needs, told=told)  # fmt: skip
             if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
                 returns, place = ast.unparse(statement.annotation), own.module.place(statement)
+                told = (KINDS.get(returns, ""),)
                 return Operation(operation.name, "attribute", (), returns, place,
-                                 is_set=operation.is_set)  # fmt: skip
+                                 is_set=operation.is_set, told=told)  # fmt: skip
         return operation
 
     def _role(self, name: str, written: str, default: str, operations: tuple[Operation, ...], module: Module) -> str:
@@ -126,6 +129,14 @@ def _parsed(text: str) -> ast.expr | None:
         return ast.parse(text, mode="eval").body if text else None
     except SyntaxError:
         return None
+
+
+def _kind_of_argument(function: Function, name: str) -> str:
+    """What an annotation says of the kind of an argument: "bool", "float", "str"; empty where it does not."""
+    arguments = function.args
+    parts = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
+    annotation = next((part.annotation for part in parts if part.arg == name), None)
+    return KINDS.get(ast.unparse(annotation), "") if annotation is not None else ""
 
 
 def _side(operations: tuple[Operation, ...]) -> str:

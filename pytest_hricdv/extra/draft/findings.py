@@ -218,6 +218,7 @@ class Operation:
     `returns` is the source text of the annotation, or "bool", "float", "text", concluded from the use; empty: unknown.
     `compared` are the numbers that the code compares it with, where they are constants; `made` is the source text of
     a neutral value of what it returns, where its type says one, and `needs` the names in it, as (module, name).
+    `told` are the kinds of the arguments, or of what an attribute is set to: "bool", "float", "str"; empty: unknown.
     """
 
     name: str
@@ -230,6 +231,7 @@ class Operation:
     compared: tuple[float, ...] = ()
     made: str = ""
     needs: tuple[tuple[str, str], ...] = ()
+    told: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_nam
 from pytest_hricdv.extra.draft.speech import SUBSCRIBES, TAKES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, last_name, parameter_names, texts
 
-_KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
+KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
 _QUOTED = re.compile(r"[\"'`]{1,2}([A-Za-z][\w .-]{0,40}?)[\"'`]{1,2}")
 
 
@@ -48,7 +48,7 @@ class MessageFields:
         place = scope.module.place(statement)
         default = ast.unparse(statement.value) if statement.value is not None else ""
         name = statement.target.id
-        kind, values = _KINDS.get(written.strip("\"'"), ""), tuple[FoundValue, ...]()
+        kind, values = KINDS.get(written.strip("\"'"), ""), tuple[FoundValue, ...]()
         annotation = statement.annotation
         own = self._sources.class_of(scope.module, annotation)
         if own is not None and is_enum(self._sources, own):

@@ -44,6 +44,9 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
             beliefs[f"which {thing.name}"] = tuple(which(thing, kind.name) for kind in thing.kinds)
     for sensor in draft.sensors:
         beliefs[f"{sensor.name}"] = tuple(f"{word(sensor.name)}_{level}" for level in levels(sensor))
+    if meanwhile(draft):
+        beliefs["meanwhile"] = (NOTHING, *(f"changes_{how}" for how in PASSES_S))
+        beliefs["what changes"] = tuple(map(_changes, meanwhile(draft)))
     if in_order(draft):
         beliefs["order"] = ORDERS
         beliefs["left out"] = ("nothing_left_out", *(f"without_{command}" for command in in_order(draft)))
@@ -53,6 +56,13 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
 ORDERS = ("each_once", "all_in_order", "all_quickly")
 """What a person says in a round: each thing once, or all that there is to say, one after the other, also
 without waiting for answers."""
+
+PASSES_S = {"soon": (0.2, 2.0), "later": (2.0, 12.0)}
+"""When a sensor says something else while the robot is at work, and for how long (chosen: what begins at once, and
+what takes a while)."""
+
+MOST_MEANWHILE = 6
+"""Of more sensors a round would take too long (chosen)."""
 
 MOST_IN_ORDER = 12
 """A round of more would take too long (chosen)."""
@@ -68,11 +78,47 @@ def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
     """The beliefs that mean what happens without them."""
     if draft.is_alone:
         return STAYS[:1]
-    return tuple(
-        belief
-        for thing in draft.things
-        for belief in (f"{thing.name}_{NEVER}", *((which(thing, thing.kinds[0].name),) if len(thing.kinds) > 1 else ()))
-    ) + ((ORDERS[0], "nothing_left_out") if in_order(draft) else ())
+    beliefs: list[str] = []
+    for thing in draft.things:
+        beliefs.append(f"{thing.name}_{NEVER}")
+        beliefs += [which(thing, thing.kinds[0].name)] if len(thing.kinds) > 1 else []
+    beliefs += [NOTHING, _changes(meanwhile(draft)[0])] if meanwhile(draft) else []
+    beliefs += [ORDERS[0], "nothing_left_out"] if in_order(draft) else []
+    return tuple(beliefs)
+
+
+def meanwhile(draft: Draft) -> tuple[Sensor, ...]:
+    """The sensors that say something else for a while, when the robot was told something."""
+    return draft.sensors[:MOST_MEANWHILE] if draft.things else ()
+
+
+NOTHING = "nothing_changes"
+"""The belief that sensors say the same while the robot is at work."""
+
+
+def _changes(sensor: Sensor) -> str:
+    """The belief that this sensor says something else, where one does."""
+    return f"{word(sensor.name)}_changes"
+
+
+def _meanwhile(draft: Draft) -> list[str]:
+    """The plans by which a sensor says something else for a while."""
+    sensors = meanwhile(draft)
+    if not sensors:
+        return []
+    lines = ["// While the robot is at work, a sensor says something else for a while. TODO: when, and for how long?"]
+    lines += [f"@changes_{how} +!meanwhile : changes_{how} <- !change({how})." for how in PASSES_S]
+    lines.append(f"@{NOTHING} +!meanwhile.")
+    plans = []
+    for sensor in sensors:
+        name, (one, other) = word(sensor.name), levels(sensor)
+        is_it = "" if sensor is sensors[0] else f"{_changes(sensor)} & "
+        for was, now in ((one, other), (other, one)):
+            context = f"{is_it}{name}_{was}" if was == one else is_it.removesuffix(" & ")
+            body = f"let_pass(How); set_{name}({now}); let_pass(How); set_{name}({was})"
+            plan = f"@{name}_changes_to_{now} +!change(How)" + (f" : {context}" if context else "")
+            plans.append((sensor is sensors[0], f"{plan} <- {body}."))
+    return [*lines, *(plan for is_last, plan in sorted(plans, key=lambda pair: pair[0])), ""]
 
 
 def which(thing: Thing, kind: str) -> str:
@@ -98,11 +144,12 @@ def person(draft: Draft) -> str:
     body = "; ".join(steps if draft.things else [*steps, "wait_answer"])
     lines += ["", "@once  +!visit : one_round  <- !round.", "@again +!visit : two_rounds <- !round; !round.", ""]
     if in_order(draft):
+        waits = "!meanwhile; wait_answer" if meanwhile(draft) else "wait_answer"
         seen = "".join(f"!see_{word(sensor.name)}; " for sensor in draft.sensors)
         forwards = "; ".join(f"!then_{command}" for command in in_order(draft))
         quickly = "; ".join(f"!quickly_{command}" for command in in_order(draft))
         lines += [f"@all_in_order +!round : all_in_order <- {seen}{forwards}."]
-        lines += [f"@all_quickly +!round : all_quickly <- {seen}{quickly}; wait_answer."]
+        lines += [f"@all_quickly +!round : all_quickly <- {seen}{quickly}; {waits}."]
         lines += [f"@each_once +!round <- {body}.", ""]
     elif steps:
         lines += [f"+!round <- {body}.", ""]
@@ -116,8 +163,10 @@ def person(draft: Draft) -> str:
             f"@{name}_is_{level} +!see_{name} : {name}_{level} <- set_{name}({level})." for level in levels(sensor)
         ]
         lines += [f"@{name}_stays +!see_{name}.", ""]
+    lines += _meanwhile(draft)
+    waits = "!meanwhile; wait_answer" if meanwhile(draft) else "wait_answer"
     for thing in draft.things:
-        lines += [*_plans(thing), ""]
+        lines += [*_plans(thing, waits), ""]
     if in_order(draft):
         lines.append("// Each of all that there is to say, where it is not left out.")
     for thing in draft.things if in_order(draft) else ():
@@ -129,9 +178,9 @@ def person(draft: Draft) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _plans(thing: Thing) -> list[str]:
+def _plans(thing: Thing, waits: str) -> list[str]:
     name, lines = thing.name, [f"// {thing.message.place}"]
-    lines += [f"@{name}_{how} +!do_{name} : {name}_{how} <- !say_{name}({how}); wait_answer." for how in MANNERS]
+    lines += [f"@{name}_{how} +!do_{name} : {name}_{how} <- !say_{name}({how}); {waits}." for how in MANNERS]
     lines.append(f"@{name}_never +!do_{name} <- wait_answer.")
     if len(thing.kinds) > 1:
         first = thing.kinds[0].name

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import zip_longest
+from keyword import iskeyword
 
 from pytest_hricdv.extra.draft.findings import Operation
 from pytest_hricdv.extra.draft.naming import unit_of
@@ -90,18 +92,38 @@ class OperationFinder:
         parent = self._parents.get(id(node))
         place = module.place(node)
         if isinstance(parent, ast.Call) and parent.func is node:
-            names = [last_name(argument) or f"argument_{number}" for number, argument in enumerate(parent.args)]
-            names = [name if names.count(name) == 1 else f"{name}_{number}" for number, name in enumerate(names)]
-            names += [keyword.arg for keyword in parent.keywords if keyword.arg]
+            names = argument_names(parent)
+            told = [*parent.args, *(keyword.value for keyword in parent.keywords if keyword.arg)]
             above = self._parents.get(id(parent))
             is_async = isinstance(above, ast.Await)
             returns = self._used_as(above if is_async and above is not None else parent, node.attr)
             value = above if is_async and above is not None else parent
             compared = self._compared(value, module)
-            return Operation(node.attr, "method", tuple(names), returns, place, is_async, compared=compared)
+            told_kinds = tuple(self._kind_of(argument, module) for argument in told)
+            return Operation(node.attr, "method", names, returns, place, is_async, compared=compared, told=told_kinds)
         is_set = isinstance(node.ctx, ast.Store)
         compared, returns = self._compared(node, module), self._used_as(node, node.attr)
-        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared)
+        kinds: tuple[str, ...] = ()
+        if is_set:
+            kinds = (self._kind_of(parent.value, module) if isinstance(parent, ast.Assign | ast.AnnAssign) else "",)
+        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared, told=kinds)
+
+    def _kind_of(self, node: ast.expr | None, module: Module) -> str:
+        """The kind of what a port is told: "bool", "float", "str"; empty where the code does not say one."""
+        is_negation = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+        if isinstance(node, ast.Compare | ast.BoolOp) or is_negation:
+            return "bool"
+        if isinstance(node, ast.JoinedStr):
+            return "str"
+        scope = next((at for _, at, other in self._flow.nodes if other is node), None)
+        kinds = {type(value) for value in self._flow.constants(node, module, scope)} if node is not None else set()
+        if kinds and kinds <= {int, float}:
+            return "float"
+        if len(kinds) == 1 and kinds <= {bool, str}:
+            return "bool" if bool in kinds else "str"
+        if node is not None and (isinstance(node, ast.BinOp) or unit_of(last_name(node))):
+            return "float"
+        return ""
 
     def _compared(self, node: ast.AST, module: Module) -> tuple[float, ...]:
         """The numbers that a value is compared with where it stands."""
@@ -160,10 +182,38 @@ def merged(before: Operation | None, operation: Operation) -> Operation:
         before,
         kind="method" if "method" in (before.kind, operation.kind) else "attribute",
         returns=before.returns or operation.returns,
-        arguments=max(before.arguments, operation.arguments, key=len),
+        arguments=_better(before.arguments, operation.arguments),
+        told=tuple(_common(*pair) for pair in zip_longest(before.told, operation.told, fillvalue="")),
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
         compared=tuple(dict.fromkeys(before.compared + operation.compared)),
+    )
+
+
+def _better(names: tuple[str, ...], others: tuple[str, ...]) -> tuple[str, ...]:
+    """Of two lists of arguments the longer one, or the one that has more names."""
+
+    def worth(some: tuple[str, ...]) -> tuple[int, int]:
+        return len(some), sum(not name.startswith(ARGUMENT) for name in some)
+
+    return max(names, others, key=worth)
+
+
+def _common(kind: str, other: str) -> str:
+    """The kind of what is told in two places; as a text, where these are two kinds."""
+    return kind or other if not kind or not other or kind == other else "str"
+
+
+ARGUMENT = "argument_"
+
+
+def argument_names(call: ast.Call) -> tuple[str, ...]:
+    """What the arguments of a call are called: as what is handed over, or by their numbers; none twice."""
+    names = [last_name(argument).strip("_") for argument in call.args]
+    names += [keyword.arg.strip("_") for keyword in call.keywords if keyword.arg]
+    taken = [name for name in names if names.count(name) > 1 or not name.isidentifier() or iskeyword(name)]
+    return tuple(
+        f"{ARGUMENT}{number}" if name in taken or name == "self" else name for number, name in enumerate(names, 1)
     )
 
 

@@ -162,6 +162,13 @@ def device_class(port: Port) -> str:
     return camel(port.name.strip("_"))
 
 
+def called_classes(draft: Draft) -> dict[str, str]:
+    """Port -> the name of the message that its stand-in sends when it is called."""
+    taken = {message.name for message in draft.findings.messages}
+    names = {port: f"{camel(port.strip('_'))}Called" for port in draft.called}
+    return {port: f"{name}OfDevice" if name in taken else name for port, name in names.items()}
+
+
 def _head(draft: Draft, body: str) -> str:
     lines = [
         '"""What the code is handed in the place of its hardware, its bus and its queues. Replace it part by part."""',
@@ -184,7 +191,7 @@ def _head(draft: Draft, body: str) -> str:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec"]
     types = [name for name in ("FunctionType", "ModuleType", "SimpleNamespace") if re.search(rf"\b{name}\b", body)]
     lines += [f"from types import {', '.join(types)}"] if types else []
-    typed = [name for name in ("Any", "ClassVar", "Self") if re.search(rf"\b{name}\b", body)]
+    typed = [name for name in ("Any", "ClassVar", "Literal", "Self") if re.search(rf"\b{name}\b", body)]
     lines += [f"from typing import {', '.join(typed)}"] if typed else []
     own = ["from pytest_hricdv.runtime import text_of"] if "text_of(" in body else []
     if "Run" in body:
@@ -221,7 +228,8 @@ def _is_unknown(operation: Operation) -> bool:
 
 def _device(draft: Draft, port: Port) -> str:
     """The stand-in of a port."""
-    lines = [
+    lines = _called_message(draft, port)
+    lines += [
         "",
         "",
         f"class {device_class(port)}:",
@@ -230,33 +238,77 @@ def _device(draft: Draft, port: Port) -> str:
         "    def __init__(self, world: World) -> None:",
         "        self._world = world",
     ]
-    sensors = {sensor.operation.name: sensor for sensor in draft.sensors if sensor.port == port.name}
-    lines += [
-        f"        self.{o.name}: Any = None  # {o.place}" for o in port.operations if o.kind == "attribute" and o.is_set
-    ]
+    is_held = [operation for operation in port.operations if operation.kind == "attribute" and operation.is_set]
+    lines += [f"        self.{_held(operation)}: Any = None  # {operation.place}" for operation in is_held]
     for operation in port.operations:
-        is_hidden = operation.name.startswith("__") and operation.name != "__call__"
-        if is_hidden or (operation.kind == "attribute" and operation.is_set):
+        if operation.name.startswith("__") and operation.name != "__call__":
             continue
-        value = (
-            f'self._world.senses["{sensors[operation.name].name}"]' if operation.name in sensors else _value(operation)
-        )
-        lines.append("")
         if operation.kind == "attribute":
-            lines += ["    @property", f"    def {operation.name}(self) -> Any:", f'        """{operation.place}"""']
+            lines += _attribute(draft, port, operation)
         else:
-            a = "async " if operation.is_async else ""
-            lines += [
-                f"    {a}def {operation.name}(self, *_: Any, **__: Any) -> Any:",
-                f'        """{operation.place}"""',
-            ]
-            if draft.takes_time and not operation.is_async:
-                lines.append("        self._world.sleep(STEP_S)")
-            if operation.name not in sensors:
-                lines.append(f'        self._world.record("{port.name}_did", "{operation.name.strip("_")}")')
-        lines += [f"        from {module} import {name}" for module, name in operation.needs]
-        lines.append(f"        return {value}" + ("" if operation.name in sensors else "  # TODO"))
+            lines += _method(draft, port, operation)
     return "\n".join(lines) + "\n"
+
+
+def _called_message(draft: Draft, port: Port) -> list[str]:
+    """The message that tells that the robot has called the device."""
+    if port.name not in draft.called:
+        return []
+    name = called_classes(draft)[port.name]
+    calls = ", ".join(f'"{call}"' for call in draft.called[port.name])
+    doc = f'    """The robot has called `{port.name}`: the stand-in says so."""'
+    return ["", "", "@dataclass(frozen=True)", f"class {name}:", doc, "", f"    what: Literal[{calls}]"]
+
+
+def _held(operation: Operation) -> str:
+    """The attribute of a stand-in that keeps what the code sets."""
+    return f"_{operation.name.strip('_')}_is"
+
+
+def _attribute(draft: Draft, port: Port, operation: Operation) -> list[str]:
+    """An attribute of a stand-in: what the code reads, or sets, which is recorded."""
+    head = ["", "    @property", f"    def {operation.name}(self) -> Any:", f'        """{operation.place}"""']
+    if not operation.is_set:
+        return [*head, *_returned(draft, port, operation)]
+    lines = [*head, f"        return self.{_held(operation)}", "", f"    @{operation.name}.setter"]
+    lines += [f"    def {operation.name}(self, value: Any) -> None:", f"        self.{_held(operation)} = value"]
+    told = [part for part in draft.told if (part.port, part.operation.name) == (port.name, operation.name)]
+    return lines + [f"        self._world.told({part.signal}=value)" for part in told]
+
+
+def _method(draft: Draft, port: Port, operation: Operation) -> list[str]:
+    """A method of a stand-in; what it is told is recorded."""
+    told = [part for part in draft.told if (part.port, part.operation.name) == (port.name, operation.name)]
+    arguments = "".join(f", {part.argument}: Any = None" for part in told)
+    a = "async " if operation.is_async else ""
+    lines = [
+        "",
+        f"    {a}def {operation.name}(self{arguments}, *_: Any, **__: Any) -> Any:",
+        f'        """{operation.place}"""',
+    ]
+    if draft.takes_time and not operation.is_async:
+        lines.append("        self._world.sleep(STEP_S)")
+    if not _sensors(draft, port, operation):
+        did = operation.name.strip("_")
+        lines.append(f'        self._world.record("{port.name}_did", "{did}")')
+        lines.append(f'        self._world.called("{port.name}", {called_classes(draft)[port.name]}("{did}"))')
+    if told:
+        lines.append(f"        self._world.told({', '.join(f'{part.signal}={part.argument}' for part in told)})")
+    return [*lines, *_returned(draft, port, operation)]
+
+
+def _sensors(draft: Draft, port: Port, operation: Operation) -> list[str]:
+    """The name of the sensor that an operation reads, if it does."""
+    return [
+        sensor.name for sensor in draft.sensors if (sensor.port, sensor.operation.name) == (port.name, operation.name)
+    ]
+
+
+def _returned(draft: Draft, port: Port, operation: Operation) -> list[str]:
+    """The lines that return a value."""
+    sensors = _sensors(draft, port, operation)
+    value = f'self._world.senses["{sensors[0]}"]' if sensors else f"{_value(operation)}  # TODO"
+    return [*(f"        from {module} import {name}" for module, name in operation.needs), f"        return {value}"]
 
 
 def _value(operation: Operation) -> str:

@@ -90,4 +90,5 @@ def _edits(draft: Draft) -> Iterator[str]:
             yield f"`conftest.py`, `SAYS`: how large is `{part.name}` of {thing.message.name}? (`{part.place}`)"
     if draft.states:
         yield "`models/robot.asl`: through which states does the robot go for what it hears?"
-    yield "`conftest.py`, `may_end`: which ends of a run are right?"
+    if draft.may_end:
+        yield "`conftest.py`, `may_end`: which ends of a run are right?"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.findings import Place
+from pytest_hricdv.extra.draft.findings import Message, Place
 
 ANSWER_S = 60.0
 """Within which the robot is to answer (chosen: somebody who waits for a robot for longer has left)."""
@@ -21,6 +21,9 @@ def requirement_ids(draft: Draft) -> dict[str, str]:
     if draft.findings.said:
         subjects.append("said" if draft.things else "speaks")
     # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
+    subjects += ["once for each"] if draft.things and draft.answers else []
+    subjects += [f"goes {state}" for state in _ways(draft)]
+    subjects += [f"twice {message.topic}" for message in draft.findings.said]
     silent = ["works", "ends"] if draft.ros is None and not draft.has_dropped_all else ["ends"]
     subjects += silent if draft.tells_presence else []
     return {subject: f"R{number}" for number, subject in enumerate(subjects, 1)}
@@ -57,8 +60,16 @@ def requirements(draft: Draft) -> str:
         lines += _flood(ids["said"], draft)
     if "speaks" in ids:
         lines += _speaks(ids["speaks"], draft)
+    if "once for each" in ids:
+        lines += _once_for_each(ids["once for each"], draft)
+    for state, (targets, place) in _ways(draft).items():
+        lines += _goes(ids[f"goes {state}"], draft, state, targets, place)
+    for message in draft.findings.said:
+        lines += _twice(ids[f"twice {message.topic}"], draft, message)
+    if "works" in ids:
+        lines += _works(ids["works"], draft)
     if "ends" in ids:
-        lines += _silent(ids, draft)
+        lines += _ends(ids["ends"], draft)
     return "\n".join(lines) + "\n"
 
 
@@ -98,17 +109,60 @@ def _speaks(name: str, draft: Draft) -> list[str]:
     return _requirement(name, title, formula, place, "speaks" in draft.dropped, "may it be silent for longer")
 
 
-def _silent(ids: dict[str, str], draft: Draft) -> list[str]:
-    """What can be asked of a robot of which nobody knows what it says."""
-    if draft.ros is not None:
-        formula = "always(person_is_there -> eventually[0:900](not person_is_there))"
-        return _requirement(ids["ends"], "A visit ends within 900 s", formula, "TODO: ask for more", False, "")
+def _once_for_each(name: str, draft: Draft) -> list[str]:
+    """What holds of each robot that answers what it hears, and no more."""
+    says = " | ".join(f"on({message.topic})" for message in draft.answers)
+    said = " + ".join(f"count(on({message.topic}))" for message in draft.answers)
+    heard = " + ".join(f"count(on({thing.message.topic}))" for thing in draft.things)
+    title = "The robot says no more often something than it has heard something"
+    is_dropped = "once for each" in draft.dropped
+    place, question = str(draft.answers[0].place), "may it say more than one thing for what it hears"
+    return _requirement(name, title, f"always({says} -> {said} <= {heard})", place, is_dropped, question)
+
+
+def _ways(draft: Draft) -> dict[str, tuple[tuple[str, ...], Place]]:
+    """State -> the states that the code goes to from there, with the place of the first way."""
+    ways: dict[str, tuple[tuple[str, ...], Place]] = {}
+    for source, target, place in draft.transitions:
+        targets, first = ways.get(source, ((), place))
+        ways[source] = ((*targets, target), first)
+    return {state: (tuple(dict.fromkeys(targets)), place) for state, (targets, place) in ways.items()}
+
+
+def _goes(name: str, draft: Draft, state: str, targets: tuple[str, ...], place: Place) -> list[str]:
+    """What the code's own transitions say."""
+    told = draft.findings.state
+    topic = told.partition(".")[0]
+    stays_or_goes = " | ".join(f"{told} == '{target}'" for target in (state, *targets))
+    formula = f"always(on({topic}) & last({told}) == '{state}' -> {stays_or_goes})"
+    listed = " or ".join(filter(None, (", ".join(targets[:-1]), targets[-1])))
+    title = f"From {state} the robot goes to {listed} only"
+    return _requirement(name, title, formula, str(place), f"goes {state}" in draft.dropped, "where else may it go")
+
+
+def _twice(name: str, draft: Draft, message: Message) -> list[str]:
+    """What holds of each robot that does not stutter: it does not say the same twice at one instant."""
+    topic = message.topic
+    fields = [f"{topic}.{part.name}" for part in message.fields if part.kind]
+    others = "".join(f" | last({told}) != {told}" for told in fields)
+    formula = f"always(on({topic}) -> count[0:0](on({topic})) <= 1{others})"
+    title = f"The robot does not say {_words(topic)} twice at once"
+    place, is_dropped = str(message.uses[0] if message.uses else message.place), f"twice {topic}" in draft.dropped
+    return _requirement(name, title, formula, place, is_dropped, "may it repeat itself")
+
+
+def _works(name: str, draft: Draft) -> list[str]:
+    """What can be asked of a robot that nobody switches off."""
     works = "always(person_is_there -> robot_works)"
     title, is_dropped = "The code works as long as the person is there", "works" in draft.dropped
-    place = draft.findings.package
-    lines = _requirement(ids["works"], title, works, place, is_dropped, "may it end before") if "works" in ids else []
-    ends = "always(person_is_there -> eventually[0:900](not person_is_there | not robot_works))"
-    return lines + _requirement(ids["ends"], "A visit ends within 900 s", ends, "TODO: ask for more", False, "")
+    return _requirement(name, title, works, draft.findings.package, is_dropped, "may it end before")
+
+
+def _ends(name: str, draft: Draft) -> list[str]:
+    """What can be asked of a robot of which nobody knows what it says."""
+    left = "not person_is_there" if draft.ros is not None else "not person_is_there | not robot_works"
+    formula = f"always(person_is_there -> eventually[0:900]({left}))"
+    return _requirement(name, "A visit ends within 900 s", formula, "TODO: ask for more", False, "")
 
 
 def _requirement(name: str, title: str, formula: str, place: str, is_dropped: bool, question: str) -> list[str]:

@@ -14,6 +14,9 @@ from pytest_hricdv.extra.draft.source_text import import_lines, message_classes
 TAKEN = ("run", "world", "person", "robot", "manner", "hits", "note", "look", "made", "make", "program", "calls")
 """Names of a run: where the code's own function has one of them, it is not imported under it."""
 
+_STOPS = 'run.kernel.stop("the robot has ended its work")'
+"""Where the robot may end before the person leaves, this ends a run; elsewhere it is a fault of the run."""
+
 
 def robot_lines(draft: Draft) -> list[str]:
     """The function `robot` of a run."""
@@ -67,7 +70,7 @@ def robot_lines(draft: Draft) -> list[str]:
     else:
         lines = ["    def robot() -> None:", *body, *(f"        {line}" for line in last)]
     lines += [] if not draft.tells_presence else ['        world.record("robot_works", False)']
-    return [*lines, '        run.kernel.stop("the robot has ended its work")']
+    return [*lines, *(["        " + _STOPS] if "early" in draft.may_end else [])]
 
 
 def _look(message: Message) -> str:
@@ -102,8 +105,8 @@ def _script(draft: Draft, imports: list[str]) -> list[str]:
     names = ", ".join(f'"{c.name}": {says if c.name == "print" else f"{c.name}_"}' for c in channels)
     lines += [_look(message) for message in draft.plain if message.form == "state"]
     lines.append(f'run_script("{draft.findings.script}", {{{names}}})')
-    lines += [] if draft.findings.said else ['world.record("robot_works", False)']
-    lines.append('run.kernel.stop("the robot has ended its work")')
+    lines += ['world.record("robot_works", False)'] if draft.tells_presence else []
+    lines += [_STOPS] if "early" in draft.may_end else []
     return ["    def robot() -> None:", *(f"        {line}".rstrip() for line in lines)]
 
 

@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Sequence
 
-from pytest_hricdv.extra.draft.conftest_text import constants, declared_model, said_commands
+from pytest_hricdv.extra.draft.conftest_text import constants, declared_model, may_end_lines, said_commands
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
 from pytest_hricdv.extra.draft.neutral import MANY
 from pytest_hricdv.extra.draft.observed_text import lateness
@@ -183,7 +183,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         *([f"            packages={tuple_text(virtual)},  # all of them see virtual time"] if virtual else []),
         "        ),",
         "        run=run,",
-        '        may_end=("limit", "idle", "early", "cycle"),  # TODO: which ends are right?',
+        *may_end_lines(draft),
     ]
     disturbances = _disturbances(draft)
     lines += ["        disturbances={", *disturbances, "        },"] if disturbances else []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
+from pytest_hricdv.extra.draft.model_text import meanwhile
 from pytest_hricdv.extra.draft.naming import word
 from pytest_hricdv.extra.draft.robot_text import robot_lines
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes, tuple_text
@@ -66,7 +67,7 @@ def run_lines(draft: Draft) -> list[str]:
         '    """One test: a person, the robot\'s code, and the world, in virtual time."""',
         *import_lines(draft, [*message_classes([*draft.answers, *draft.findings.said]), ("world", "World")]),
         "",
-        "    world = World(run.kernel, run.recorder)",
+        f"    world = World(run.kernel, run.recorder{', run.bus' if draft.called else ''})",
         '    manner = ["in_time"]' if draft.states and draft.things else "",
         "    hits: list[tuple[str, str]] = []" if draft.states and draft.things else "",
         "",
@@ -123,6 +124,8 @@ def _person(draft: Draft) -> list[str]:
                 '                world.sense(senses[what], action.parameters.get("value", how == "yes"))',
             ]
         )
+    if meanwhile(draft):
+        branches.append(['            elif what == "let_pass":', "                pass  # time has passed"])
     if draft.things:
         branch = [
             "            else:",

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.extra.draft import guard
-from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.drafted import ENDS, Draft
 from pytest_hricdv.extra.draft.findings import Place, Problem
 from pytest_hricdv.extra.draft.project import write
 from pytest_hricdv.extra.draft.requirements_text import requirement_ids
@@ -35,6 +35,9 @@ ENDING_S = 30.0
 
 FIRST = 8
 """Tests of the very first runs (chosen: one has each start and most manners)."""
+
+_ALLOW = re.compile(r'may_end=\("(\w+)",\)')
+"""What a failure says that the testbench would have to allow."""
 
 SUITES = ("rl", "closure")
 """The suites that are to be green."""
@@ -75,6 +78,7 @@ class Trial:
         unrepeatable: why a test came otherwise alone, in a fresh process; empty where those that ran again did not.
         leaks: whether that is what a test left to another one.
         raised: how many tests ended with an error.
+        ends: of `may_end`, what the testbench does not allow, and ended a run.
     """
 
     tests: int
@@ -88,43 +92,53 @@ class Trial:
     unrepeatable: str = ""
     leaks: bool = False
     raised: int = 0
+    ends: tuple[str, ...] = ()
 
 
 def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Trial, ...]]:
     """The draft after its first runs: requirements that do not hold are questions in it.
 
     A draft whose runs go round without time passing is tried once more with devices that take time, and one whose tests
-    leave a state to each other with a process for each test.
+    leave a state to each other with a process for each test. Runs may end as they did, and no other way.
     """
     trials: list[Trial] = []
+    draft = replace(draft, may_end=())
     if "rl" in suites:  # few tests first: where much fails, all of them would take long
-        first = run(draft, "rl", FIRST)
+        draft, first = _ending(draft, "rl", FIRST)
         if first.error and "no simulated time" not in first.error and draft.has_others:
-            known = run(replace(draft, has_others=False), "rl", FIRST)
+            without_others, known = _ending(replace(draft, has_others=False), "rl", FIRST)
             if not known.error:  # the code raises for a text that it does not know
-                draft, first = replace(draft, has_others=False), known
+                draft, first = without_others, known
         draft = replace(draft, takes_time="no simulated time" in first.error)
         draft = without(draft, first.failed)
     for suite in suites:
         draft, trial = _settled(draft, suite)
         trials.append(trial)
-        draft = without(draft, (*trial.failed, *trial.never))
+        draft = without(draft, trial.failed)
         if trial.is_ended and trial.tests:
             draft = replace(draft, sizes={**draft.sizes, suite: trial.tests})
         if trial.error:
             break
-    return _with_problems(draft, trials), tuple(trials)
+    unseen = [name for name in requirement_ids(draft).values() if all(name in trial.never for trial in trials)]
+    return _with_problems(without(draft, unseen), trials), tuple(trials)
 
 
 def _settled(draft: Draft, suite: str) -> tuple[Draft, Trial]:
     """The runs of a suite, and the draft with what they need to end, and to repeat."""
-    trial = run(draft, suite)
+    draft, trial = _ending(draft, suite)
     if trial.error and "no simulated time" in trial.error and not draft.takes_time:
-        draft = replace(draft, takes_time=True)
-        trial = run(draft, suite)
+        draft, trial = _ending(replace(draft, takes_time=True), suite)
     if trial.leaks and not draft.isolates:
-        draft = replace(draft, isolates=True)
-        trial = run(draft, suite)
+        draft, trial = _ending(replace(draft, isolates=True), suite)
+    return draft, trial
+
+
+def _ending(draft: Draft, suite: str, tests: int | None = None) -> tuple[Draft, Trial]:
+    """The runs of a suite, and the draft that allows how they end."""
+    trial = run(draft, suite, tests)
+    while ends := set(trial.ends) - set(draft.may_end):
+        draft = replace(draft, may_end=tuple(end for end in ENDS if end in (*draft.may_end, *ends)))
+        trial = run(draft, suite, tests)
     return draft, trial
 
 
@@ -242,6 +256,7 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
         len(tests), passed, tuple(failed), tuple(never), _sentence(errors[0]) if errors else "", effects,
         unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
         leaks=any(other["left_by"] for other in others), raised=len(errors),
+        ends=tuple(dict.fromkeys(end for test in tests for end in _ALLOW.findall(test["failure"] or ""))),
     )  # fmt: skip
 
 

@@ -106,3 +106,13 @@ def rounded(value: float, *, up: bool) -> float:
 def number(value: float) -> str:
     """Of a formula or a title, short."""
     return f"{value:.6g}"
+
+
+def between(low: float, high: float) -> float:
+    """The shortest number between two."""
+    middle = (low + high) / 2
+    for digits in range(1, 17):
+        value = float(f"{middle:.{digits}g}")
+        if low < value < high:
+            return value
+    return middle

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.suggestion.candidate import Candidate
@@ -84,6 +84,16 @@ class Learnt:
         )
         further = {formula: tally.decisive for formula, tally in tallies.items()}
         return replace(self, rated=left, refuted=len(self.rated) - len(left), further=further)
+
+    def without_formulas(self, formulas: Collection[str]) -> Learnt:
+        """Those that are none of these, which were refuted."""
+        left = tuple(one for one in self.rated if one.candidate.formula not in formulas)
+        return replace(self, rated=left, refuted=self.refuted + len(self.rated) - len(left))
+
+    def undecided(self, shown: Sequence[Rated], runs: Sequence[StoredRun]) -> list[str]:
+        """The tests of those runs at whose end one of these still waits for what it asks for."""
+        judging = Judging([one.parsed for one in shown])
+        return [run.test for run in runs if any(verdict.pending for verdict in judging.verdicts(run.log()).values())]
 
 
 def learnt(evidence: Evidence) -> Learnt:

@@ -22,8 +22,9 @@ MOST_EVENTS = 60
 MOST_A_RUN = 200
 """What happens more often in a run is noise of a number, and no event (chosen)."""
 
-MOST_OF_MESSAGE, MOST_OF_OTHER = 14, 5
-"""So many candidates of a message that arrives, and of another antecedent, are judged (chosen)."""
+MOST_OF_MESSAGE, MOST_OF_SOME, MOST_OF_OTHER = 14, 9, 5
+"""So many candidates of a message that arrives, of some messages of a topic, and of another antecedent, are judged
+(chosen)."""
 
 MOST_CANDIDATES = 320
 """So many are judged: one takes some 3 ms for a run of the table, which a hundred faults have two of (chosen)."""
@@ -61,14 +62,16 @@ def _worthy(made: Sequence[Candidate]) -> list[Candidate]:
     count: dict[str, int] = {}
     for candidate in sorted(made, key=lambda one: (-one.worth, one.formula)):
         count[candidate.antecedent] = count.get(candidate.antecedent, 0) + 1
-        if count[candidate.antecedent] <= (MOST_OF_MESSAGE if _is_broad(candidate.antecedent) else MOST_OF_OTHER):
+        if count[candidate.antecedent] <= _most_of(candidate.antecedent):
             kept.append(candidate)
     return kept[:MOST_CANDIDATES]
 
 
-def _is_broad(antecedent: str) -> bool:
-    """Whether it is just that a message arrives."""
-    return antecedent.startswith("on(") and "&" not in antecedent
+def _most_of(antecedent: str) -> int:
+    """How many candidates of an antecedent are judged."""
+    if not antecedent.startswith("on("):
+        return MOST_OF_OTHER
+    return MOST_OF_SOME if "&" in antecedent else MOST_OF_MESSAGE
 
 
 def _kept(events: Sequence[Event], runs: int) -> list[Event]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
+from pytest_hricdv.extra.suggestion.candidate import between, number
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage
 from pytest_hricdv.extra.suggestion.views import Author, Condition, Event, Runs, edges, spans_where
 
@@ -15,6 +16,10 @@ LEAST_AT_PLACE = 0.05
 
 LEAST_SPLIT = 0.15
 """A condition tells messages apart where it holds at so many of them, and does not at as many (chosen)."""
+
+
+LEAST_GAP = 0.15
+"""Values of a number are in two groups where nothing is in so much of their range (chosen)."""
 
 
 def events_of(runs: Runs) -> list[Event]:
@@ -84,7 +89,7 @@ def _changes(runs: Runs) -> Iterator[Event]:
         signal_conditions(runs), key=lambda condition: order[runs.vocabulary.signals[condition.subject]]
     )
     for condition in conditions:
-        if condition.text.startswith("!") or condition.text.endswith("== 0"):
+        if condition.text.startswith("!") or condition.text.endswith("== 0") or " < " in condition.text:
             continue
         author = runs.signal_author(condition.subject)
         both = [edges(spans, log) for spans, log in zip(condition.spans, runs.logs, strict=True)]
@@ -117,15 +122,22 @@ def _at_places(runs: Runs) -> Iterator[Event]:
 
 
 def _with_signals(runs: Runs) -> Iterator[Event]:
-    """Messages of people while a bool holds, and while it does not: with and without a cup, an order asks for two
-    things."""
+    """Messages while a bool holds, or a number is large, and while not: with and without a cup, an order asks for two
+    things, and a robot that gives up has two reasons.
+
+    First those of people, which tell apart what the robot is to do.
+    """
     signals = runs.vocabulary.signals.items()
     # What the code under test sets may be its reaction already, at the same instant.
-    bools = [name for name, kind in signals if kind is bool and runs.signal_author(name) != "robot"]
-    conditions = [condition for condition in signal_conditions(runs) if condition.subject in bools]
-    for topic in runs.vocabulary.messages:
-        if runs.author(topic) != "person":
-            continue
+    moved = [name for name, kind in signals if kind is not str and runs.signal_author(name) != "robot"]
+    conditions = [
+        condition
+        for condition in signal_conditions(runs)
+        if condition.subject in moved and not condition.text.endswith(("== 0", "> 0"))
+    ]
+    topics = [topic for topic in runs.vocabulary.messages if topic != runs.state.partition(".")[0]]
+    for topic in sorted(topics, key=lambda topic: runs.author(topic) != "person"):
+        author = runs.author(topic)
         every = tuple(tuple(dict.fromkeys(message.time_s for message in run)) for run in runs.messages[topic])
         total = sum(map(len, every))
         for condition in conditions:
@@ -134,7 +146,7 @@ def _with_signals(runs: Runs) -> Iterator[Event]:
             )
             if LEAST_SPLIT <= sum(map(len, times)) / max(1, total) <= 1.0 - LEAST_SPLIT:
                 text, words = f"on({topic}) & {condition.text}", f"{topic} with {condition.words}"
-                yield Event(text, topic, "person", times, narrow=True, words=words)
+                yield Event(text, topic, author, times, narrow=True, words=words)
 
 
 def signal_conditions(runs: Runs) -> list[Condition]:
@@ -173,6 +185,24 @@ def _of_signals(runs: Runs) -> Iterator[Condition]:
             if LEAST_REST <= rest.share < 1.0:
                 yield rest
                 yield where(f"{name} > 0", f"{name} above 0", lambda value: float(value) > 0.0)  # type: ignore[arg-type]
+            split = _middle_of_gap([float(value) for _, values in series for value in values])
+            if split is not None:
+                text = number(split)
+                yield where(f"{name} >= {text}", f"{name} at least {text}", lambda value, s=split: float(value) >= s)  # type: ignore[misc]
+                yield where(f"{name} < {text}", f"{name} below {text}", lambda value, s=split: float(value) < s)  # type: ignore[misc]
+
+
+def _middle_of_gap(values: Sequence[float]) -> float | None:
+    """The number between two groups of values, where all of them are in two groups; None where they are not."""
+    ordered = sorted(values)
+    if not ordered or ordered[0] == ordered[-1]:
+        return None
+    whole = ordered[-1] - ordered[0]
+    place = max(range(1, len(ordered)), key=lambda place: ordered[place] - ordered[place - 1])
+    low, high = ordered[place - 1], ordered[place]
+    is_part = LEAST_SPLIT <= place / len(ordered) <= 1.0 - LEAST_SPLIT
+    is_varied = low > ordered[0] and high < ordered[-1]  # a number with two values is a state, or a bool
+    return between(low, high) if is_part and is_varied and high - low >= LEAST_GAP * whole else None
 
 
 def state_conditions(runs: Runs) -> list[Condition]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -12,6 +13,9 @@ from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before, next_
 MOST_OF_ONE = 4
 """So many causes of an event are candidates, those first that were nearest to it (chosen)."""
 
+MOST_COUNTED = 2
+"""Of an event, so many causes that happen as often at least are candidates, the rarest first (chosen)."""
+
 
 def precedences(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
     """Of all pairs of events whose second one the code under test, or the world, causes."""
@@ -21,11 +25,51 @@ def precedences(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
         made = [
             (candidate, lag_s)
             for cause in events
-            if cause.subject != event.subject and not cause.is_state
+            if not cause.is_state and _may_cause(cause, event)
             for candidate, lag_s in _precedence(runs, event, cause)
         ]
         made.sort(key=lambda pair: (pair[1], pair[0].formula))
         yield from [candidate for candidate, _ in made[:MOST_OF_ONE]]
+        is_counted = event.text.startswith("on(") and not event.is_state
+        yield from _no_more_often(event, events) if is_counted else ()
+
+
+def _may_cause(cause: Event, event: Event) -> bool:
+    """Whether one may be the reason of the other: another thing, or another value of the same message."""
+    if cause.subject != event.subject:
+        return True
+    is_message = cause.text.startswith("on(") and event.text.startswith("on(")
+    return is_message and cause.narrow and event.narrow and not _overlap(cause, event)
+
+
+def _overlap(one: Event, other: Event) -> bool:
+    return any(not {*mine}.isdisjoint(others) for mine, others in zip(one.times, other.times, strict=True))
+
+
+def _no_more_often(event: Event, events: Sequence[Event]) -> Iterator[Candidate]:
+    """Messages of which there are never more than of others before: who is asked twice at once may answer twice."""
+    made: list[tuple[int, Candidate]] = []
+    for cause in events:
+        is_cause = cause.text.startswith("on(") and not cause.is_state and _may_cause(cause, event)
+        if not is_cause or not _are_fewer(event, cause):
+            continue
+        title = f"{_capital(event.words)} happens no more often than {cause.words}"
+        response = f"count({event.text}) <= count({cause.text})"
+        subjects = frozenset({event.subject, cause.subject})
+        surprise = 1.0 / (1.0 + cause.count / event.count / 2)
+        of_event = Candidate("precedence", title, event.text, response, subjects, event.count, "", surprise)
+        made.append((cause.count, of_event))
+    made.sort(key=lambda pair: (pair[0], pair[1].formula))
+    yield from [candidate for _, candidate in made[:MOST_COUNTED]]
+
+
+def _are_fewer(event: Event, cause: Event) -> bool:
+    """Whether at each event there were as many causes at least."""
+    return all(
+        number_of <= bisect_right(causes, time_s)
+        for times, causes in zip(event.times, cause.times, strict=True)
+        for number_of, time_s in enumerate(times, 1)
+    )
 
 
 def _precedence(runs: Runs, event: Event, cause: Event) -> Iterator[tuple[Candidate, float]]:

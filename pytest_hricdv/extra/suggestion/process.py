@@ -10,8 +10,8 @@ import signal
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
@@ -22,6 +22,7 @@ from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, stored, write
 from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.monitor import Requirement, parse_formula
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import in_session, leave_no_core, limit_time, preload, session, silence
 
@@ -69,6 +70,7 @@ class RecordingJob:
         processes: at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no version is begun after so many seconds; None: no limit.
+        formulas: further requirements that runs are judged by, which go on until these are decided.
     """
 
     arguments: tuple[str, ...]
@@ -77,6 +79,7 @@ class RecordingJob:
     processes: int
     run_s: float
     seconds: float | None = None
+    formulas: tuple[str, ...] = ()
 
 
 class VersionEnded(msgspec.Struct, frozen=True):
@@ -149,15 +152,19 @@ class _Recording:
         folder = Path(self._job.folder)
         while planned := next(needed(folder, self._version), None):
             limit_time(self._job.run_s)
-            write(folder / planned.file, recorded(planned.test, context))
+            write(folder / planned.file, recorded(planned.test, context, self._job.formulas))
             self._send(planned.test.id)
 
 
-def recorded(test: ConcreteTest, context: RunContext) -> StoredRun:
-    """Run a test, and return what is stored of it."""
-    authorship = Authorship()
+def recorded(test: ConcreteTest, context: RunContext, formulas: Sequence[str] = ()) -> StoredRun:
+    """Run a test, judged by further requirements as well, and return what is stored of it."""
+    authorship, settings = Authorship(), context.run_settings
+    if formulas:
+        vocabulary = context.collection.testbench.vocabulary()
+        further = (Requirement(text, text, "", text, parse_formula(text, vocabulary)) for text in formulas)
+        settings = replace(settings, requirements=(*settings.requirements, *further))
     try:
-        result = execute(context.run_settings, test, watching=(authorship,), begun=authorship.begin)
+        result = execute(settings, test, watching=(authorship,), begun=authorship.begin)
     except Exception as error:
         return StoredRun(test=test.id, faults=(f"{type(error).__name__}: {error}",))
     return stored(test.id, result, authorship, undeclared_violations(result, context.known_violations))

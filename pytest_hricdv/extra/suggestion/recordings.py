@@ -76,23 +76,30 @@ class Recordings:
         texts = {name: text.text for name, text in self.context.texts.items()}
         self._key = digest(sorted(here.project.items()), sorted(here.versions.items()), engine, sorted(texts.items()))
 
-    def planned(self, test: ConcreteTest, fault: Fault | None = None, record_sha256: str = "") -> PlannedRun:
+    def planned(
+        self, test: ConcreteTest, fault: Fault | None = None, record_sha256: str = "", formulas: Sequence[str] = ()
+    ) -> PlannedRun:
         """A run to be made, with the file that it is stored in: another one where anything is different."""
-        name = digest(self._key, test.to_json(), "" if fault is None else fault.path + fault.text)
+        name = digest(self._key, test.to_json(), "" if fault is None else fault.path + fault.text, *formulas)
         return PlannedRun(test, f"{name[:32]}.run", record_sha256)
 
-    def of_tests(self, tests: Sequence[ConcreteTest], what: str) -> list[StoredRun]:
+    def of_tests(self, tests: Sequence[ConcreteTest], what: str, formulas: Sequence[str] = ()) -> list[StoredRun]:
         """The runs of tests with the code as it is, in their order; those that came to no end are left out.
+
+        Args:
+            tests: to be run.
+            what: they are, for people.
+            formulas: further requirements; a run goes on until they are decided, and `failed` has those that failed.
 
         Raises:
             RecordingError: they cannot be made.
             KeyboardInterrupt: it was interrupted; what is stored stays.
         """
-        planned = [self.planned(test) for test in tests]
+        planned = [self.planned(test, formulas=formulas) for test in tests]
         # Some tests a process: starting one takes as long as several runs.
         size = max(1, -(-len(planned) // max(1, self.processes)))
         versions = [Version("", tuple(planned[at : at + size])) for at in range(0, len(planned), size)]
-        self._record(versions, what, None)
+        self._record(versions, what, None, formulas)
         runs = (read(self.folder / run.file) for run in planned)
         return [run for run in runs if run is not None and run.has_record]
 
@@ -132,7 +139,9 @@ class Recordings:
             if run is not None:
                 yield run, planned
 
-    def _record(self, versions: Sequence[Version], what: str, seconds: float | None) -> None:
+    def _record(
+        self, versions: Sequence[Version], what: str, seconds: float | None, formulas: Sequence[str] = ()
+    ) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         left = [version for version in versions if next(iter(needed(self.folder, version)), None) is not None]
         if not left:
@@ -145,6 +154,7 @@ class Recordings:
             processes=self.processes,
             run_s=max(LEAST_RUN_S, FACTOR * self.slowest_s),
             seconds=seconds,
+            formulas=tuple(formulas),
         )
         for attempt in range(MOST_ATTEMPTS):
             try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, number, rounded
+from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, between, number, rounded
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage
 from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before
 
@@ -99,7 +99,7 @@ def _durations(
         if None in begins:
             continue
         lasted = [message.time_s - begin_s for (_, message), begin_s in zip(cases, begins, strict=True)]  # type: ignore[operator]
-        text = f"time_between({event.text}, on({topic}))"
+        text = f"timebetween({event.text}, on({topic}))"
         words, whole = f"the time since {event.words}", max(lasted) - min(lasted)
         yield from _same(topic, member, cases, lasted, whole, text, words, frozenset({event.subject}))
 
@@ -132,7 +132,7 @@ def _threshold(topic: str, flag: str, member: str, cases: Sequence[Case]) -> Ite
         return
     for low, high, sign in ((with_flag, without, "<="), (without, with_flag, ">")):
         if max(low) < min(high):
-            middle = _between(max(low), min(high))
+            middle = between(max(low), min(high))
             name, negated = f"{topic}.{member}", ">" if sign == "<=" else "<="
             text = (
                 f"{topic}.{flag} & {name} {sign} {number(middle)} | !{topic}.{flag} & {name} {negated} {number(middle)}"
@@ -140,16 +140,6 @@ def _threshold(topic: str, flag: str, member: str, cases: Sequence[Case]) -> Ite
             title = f"{topic} has {flag} exactly where {name} {sign} {number(middle)}"
             seen = f"observed {number(max(low))} and {number(min(high))}"
             yield _relation(topic, title, text, len(cases), frozenset(), seen)
-
-
-def _between(low: float, high: float) -> float:
-    """The shortest number between two."""
-    middle = (low + high) / 2
-    for digits in range(1, 17):
-        value = float(f"{middle:.{digits}g}")
-        if low < value < high:
-            return value
-    return middle
 
 
 def _fields(topic: str, numbers: Sequence[str], cases: Sequence[Case]) -> Iterator[Candidate]:

@@ -30,6 +30,9 @@ FOLDER = "suggestions"
 MOST_TESTS = 60
 """Suggestions are learnt of so many tests at most, drawn with the seed. Chosen: with more, hardly any bound changes."""
 
+MOST_ROUNDS = 5
+"""So often what is refuted is left out, and others take its place (chosen: mostly two are enough)."""
+
 LEAST_TESTS = 3
 """Of fewer runs nothing can be learnt."""
 
@@ -90,7 +93,7 @@ class Suggesting:
         first = learnt(evidence)
         late_tests = self._refuting(first.ranked[: settings.most], cases, settings.further - settings.further // 2)
         late = recordings.of_tests(late_tests, "tests to refute what was learnt")
-        kept = first.without(late)
+        kept = self._going_on(first.without(late), recordings, own, cases)
         ranked = kept.ranked
         shown = ranked[: settings.most]
         return SuggestionResult(
@@ -145,6 +148,22 @@ class Suggesting:
         faulty = [*of_faults.values()]
         runs_of = Runs.of(runs, testbench.vocabulary(), testbench.model.who_acts, testbench.state, unmoved(own, faulty))
         return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), () if settings.anew else every, every)
+
+    def _going_on(
+        self, kept: Learnt, recordings: Recordings, own: Sequence[StoredRun], cases: Sequence[HriCase]
+    ) -> Learnt:
+        """Without what fails where a run goes on until it is decided, as it does once a suggestion is accepted."""
+        tests = {case.concrete.id: case.concrete for case in cases}
+        for _ in range(MOST_ROUNDS):
+            shown = kept.ranked[: self.settings.most]
+            formulas = tuple(one.candidate.formula for one in shown)
+            undecided = [tests[name] for name in kept.undecided(shown, own)]
+            runs = recordings.of_tests(undecided, "tests that go on until suggestions are decided", formulas)
+            refuted = {name for run in runs for name in run.failed}.intersection(formulas)
+            if not refuted:
+                break
+            kept = kept.without_formulas(refuted)
+        return kept
 
     def _refuting(self, best: Sequence[Rated], cases: Sequence[HriCase], most: int) -> list[ConcreteTest]:
         """Tests to refute the best candidates: those that came nearest to it, with other parameters."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec import structs
+
 from pytest_hricdv.extra.suggestion.learning import Evidence, learnt, unmoved
 from pytest_hricdv.extra.suggestion.mining import candidates
 from pytest_hricdv.monitor import evaluate
@@ -60,3 +62,16 @@ def test_signals_that_no_fault_moves_are_none_of_the_robots() -> None:
     own = {run.test: run for run in some_runs()}
     late = [(serving("test-0", (delay_s, 5.0), refuses_after_s=0.2),) for delay_s in (7.0, 8.0, 9.0, 10.0, 11.0)]
     assert unmoved(own, late) == {"cup"}
+
+
+def test_what_still_waits_at_the_end_of_a_run_is_told_and_what_is_refuted_by_going_on_is_left_out() -> None:
+    whole = serving("cut", (4.0, 5.0))
+    before = tuple(message for message in whole.messages if message.time_s <= 40.0)
+    runs = [*some_runs(), structs.replace(whole, messages=before, end_s=41.0)]
+    found = learnt(Evidence(views(runs)))
+    (served,) = (one for one in found.rated if one.candidate.formula.endswith("eventually[3:7](on(served)))"))
+    assert found.undecided([served], runs) == ["cut"]
+    left = found.without_formulas({served.candidate.formula})
+    assert left.refuted == found.refuted + 1
+    assert served not in left.rated
+    assert len(left.rated) == len(found.rated) - 1
