@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, number, rounded
-from pytest_hricdv.extra.suggestion.occurrences import scope, signal_conditions
+from pytest_hricdv.extra.suggestion.occurrences import scope, signal_conditions, state_conditions
 from pytest_hricdv.extra.suggestion.views import Condition, Event, Runs
 
 MOST_SHARE = 0.8
@@ -20,7 +20,8 @@ MOST_SCOPES = 12
 
 def guards(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
     """What holds at each event that the code under test, or the world, causes."""
-    conditions = [condition for condition in signal_conditions(runs) if condition.share > 0.0]
+    every = (*signal_conditions(runs), *state_conditions(runs))
+    conditions = [condition for condition in every if condition.share > 0.0]
     scopes = scopes_of(runs, events)
     said: set[tuple[str, str]] = set()
     for event in sorted(events, key=lambda other: other.narrow):
@@ -62,6 +63,7 @@ def _guard(event: Event, condition: Condition, text: str) -> Candidate:
         event.count,
         f"true {condition.share:.0%} of the time",
         1.0 - condition.share,
+        condition.is_state,
     )
 
 

@@ -6,7 +6,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.execution.case import HriCase, formulas
 from pytest_hricdv.execution.outcome import AS_DECLARED
@@ -17,7 +17,7 @@ from pytest_hricdv.extra.suggestion.ranking import Rated
 from pytest_hricdv.extra.suggestion.recordings import Fault, RecordingError, Recordings, further_tests
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionEnd, SuggestionResult
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun
-from pytest_hricdv.extra.suggestion.views import Runs
+from pytest_hricdv.extra.suggestion.views import Runs, copied
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng, shuffled
 from pytest_hricdv.report.formatting import plural
@@ -145,8 +145,12 @@ class Suggesting:
     ) -> Evidence:
         testbench, settings = self.session.context.collection.testbench, self.settings
         every = formulas(self.session.context.requirements)
-        faulty = [*of_faults.values()]
-        runs_of = Runs.of(runs, testbench.vocabulary(), testbench.model.who_acts, testbench.state, unmoved(own, faulty))
+        faulty, vocabulary = [*of_faults.values()], testbench.vocabulary()
+        repeated = copied(runs, vocabulary)
+        signals = {name: kind for name, kind in vocabulary.signals.items() if name not in repeated}
+        runs_of = Runs.of(
+            runs, replace(vocabulary, signals=signals), testbench.model.who_acts, testbench.state, unmoved(own, faulty)
+        )
         return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), () if settings.anew else every, every)
 
     def _going_on(

@@ -174,6 +174,38 @@ class Runs:
         return sum(end_s - begin_s for run in spans for begin_s, end_s in run) / self.total_s
 
 
+def copied(runs: Sequence[StoredRun], vocabulary: Vocabulary) -> frozenset[str]:
+    """The signals that repeat what messages say: they change with a message only, and then to what a field of it says.
+
+    What is asked of such a signal is asked of the message, and that both say the same is nothing to ask for.
+    """
+    logs = [run.log() for run in runs]
+    return frozenset(
+        name
+        for name in vocabulary.signals
+        if any(
+            _repeats(name, topic, member, runs, logs)
+            for topic, fields in vocabulary.messages.items()
+            for member in fields
+        )
+    )
+
+
+def _repeats(name: str, topic: str, member: str, runs: Sequence[StoredRun], logs: Sequence[Log]) -> bool:
+    changes = 0
+    for run, log in zip(runs, logs, strict=True):
+        said: dict[float, list[object]] = {}
+        for message in run.messages:
+            if message.topic == topic:
+                said.setdefault(message.time_s, []).append(message.fields.get(member))
+        times, values = log.signals.get(name, ((), ()))
+        for time_s, value in [*zip(times, values, strict=True)][1:]:  # its first value is no change
+            changes += 1
+            if value not in said.get(time_s, ()):
+                return False
+    return changes > 0
+
+
 def _settled(
     times: Sequence[float], values: Sequence[float] | Sequence[str]
 ) -> tuple[Sequence[float], Sequence[float] | Sequence[str]]:

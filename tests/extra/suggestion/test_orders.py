@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from dataclasses import replace
+
+from msgspec import structs
 
 from pytest_hricdv.extra.suggestion.occurrences import events_of, signal_conditions
 from pytest_hricdv.extra.suggestion.orders import precedences
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage, StoredRun
-from pytest_hricdv.extra.suggestion.views import Runs
+from pytest_hricdv.extra.suggestion.views import Runs, copied
 from pytest_hricdv.monitor import Vocabulary
 
 VOCABULARY = Vocabulary(
@@ -81,3 +84,14 @@ def test_a_number_in_two_groups_tells_messages_apart_and_one_in_a_single_group_d
         ("person",),
     )
     assert not [condition for condition in signal_conditions(even) if condition.text.startswith("level <")]
+
+
+def test_a_signal_that_repeats_what_messages_say_is_told_and_one_that_does_not_is_not() -> None:
+    of_pouring = pouring("one", [(20.0, True, 10.0), (40.0, False, 80.0)])
+    taps = [message for message in of_pouring.messages if message.topic == "tap"]
+    times = array("d", [0.0, *(message.time_s for message in taps)]).tobytes()
+    said = (times, ["", *(str(message.fields["what"]) for message in taps)])
+    other = (times, ["", "open", "open"])
+    repeated = structs.replace(of_pouring, texts={"said_tap_what": said, "other": other})
+    vocabulary = replace(VOCABULARY, signals={**VOCABULARY.signals, "said_tap_what": str, "other": str})
+    assert copied([repeated], vocabulary) == {"said_tap_what"}
