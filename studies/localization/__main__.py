@@ -57,7 +57,7 @@ def main() -> None:
         sys.exit("localization: interrupted; start it again to go on")
     if not any(fault.hits for fault in done):
         sys.exit("localization: no fault that was tried makes a test fail")
-    text = tables.text(done)
+    text = tables.text(done, options.diagnose)
     print(text)
     if options.write:
         command = COMMAND if options.diagnose is None else f"{COMMAND} --diagnose {options.diagnose}"

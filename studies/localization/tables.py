@@ -16,8 +16,13 @@ RANKINGS = {
 }
 
 
-def text(measured: Sequence[Measured]) -> str:
-    """A table of all faults together, and one by testbench and kind."""
+def text(measured: Sequence[Measured], runs: int | None = None) -> str:
+    """A table of all faults together, and one by testbench and kind.
+
+    Args:
+        measured: faults that were tried.
+        runs: that each diagnosis might take; None for its default.
+    """
     failing = [fault for fault in measured if fault.hits]
     kinds = {
         "planted": [fault for fault in failing if fault.kind == "planted"],
@@ -34,7 +39,8 @@ def text(measured: Sequence[Measured]) -> str:
         if group
     ]
     counts = ", ".join(f"{len(group)} of {name}" for name, group in projects.items())
-    said = f"Of {len(measured)} faults that were tried, {len(failing)} make tests fail ({counts}):"
+    tried = "that were tried" if runs is None else f"that were tried with `--hri-diagnose={runs}`"
+    said = f"Of {len(measured)} faults {tried}, {len(failing)} make tests fail ({counts}):"
     return "\n\n".join([said, page.table(head, rows), "By testbench and kind:", page.table(by_head, by_rows)])
 
 

@@ -27,7 +27,8 @@ MOST_HINTS = 2
 
 LEAST_KEPT = 0.5
 """Of what happened before the violation, a repair has to leave so much as it was: a robot that does nothing at all does
-no harm either, but this is not what is wrong."""
+no harm either, but this is not what is wrong. Chosen over 27 faults in three testbenches: of 17 repairs at the fault
+that mend a test, 16 leave 0.8 or more; of 36 elsewhere, 26 leave nothing."""
 
 ENOUGH_KEPT = 0.9
 """No better hint is looked for than those that leave so much as it was."""
