@@ -30,6 +30,7 @@ from pytest_hricdv.extra.draft.plain import PlainFinder
 from pytest_hricdv.extra.draft.ros_findings import Endpoint
 from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
 from pytest_hricdv.extra.draft.sources import Sources, find
+from pytest_hricdv.extra.draft.state_classes import KIND, class_machines
 from pytest_hricdv.extra.draft.state_walk import written_machines
 from pytest_hricdv.extra.draft.tables import table_machines
 from pytest_hricdv.extra.draft.topics import TopicFinder
@@ -92,6 +93,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         *LibraryMachines(sources, flow).machines(),
         *table_machines(sources, flow),
         *written_machines(sources, flow),
+        *class_machines(sources, flow),
     )
     called = Called(entry)
     if not any(message.direction != "said" for message in messages):
@@ -165,7 +167,8 @@ def _told(machines: Sequence[Machine], messages: Sequence[Message], flow: ValueF
             if names <= values or not field.startswith("print_")
         )  # what is printed seldom tells all
         field = next((field for field, values in fields if _is_of(values, names)), "")
-        field = field or _field_of(machine, messages, flow)
+        if machine.kind != KIND:  # what is said of an instance is a text of its own, as `self.state.label`
+            field = field or _field_of(machine, messages, flow)
         told.append(replace(machine, told=field))
     if not any(machine.told for machine in told):
         for message in messages:

@@ -150,7 +150,8 @@ class Machine:
 
     Args:
         name: of its class or table.
-        kind: the library (`transitions`, `python-statemachine`, `smach`, `yasmin`, `py_trees`), or "table", "enum".
+        kind: the library (`transitions`, `python-statemachine`, `smach`, `yasmin`, `py_trees`), or "table", "enum",
+            "classes" (one for each state).
         states: in the order of the source.
         transitions: likewise.
         place: where it is defined.

@@ -11,6 +11,7 @@ from pytest_hricdv.extra.draft.constants import UnknownValueError, evaluate
 from pytest_hricdv.extra.draft.findings import Entry, FoundValue, Machine, Message, MessageField, Place, State
 from pytest_hricdv.extra.draft.naming import camel, snake
 from pytest_hricdv.extra.draft.sources import dotted_name
+from pytest_hricdv.extra.draft.state_classes import KIND
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, texts
 
 TOLD = ("state", "mode", "phase", "status", "name")
@@ -30,6 +31,7 @@ def looked_at_in_runs(
         read = f"made.{machine.held.rpartition('.')[2]}" if machine is not None else ""
         if machine is None:
             machine, read = next(_numbered(entry, flow), (None, ""))
+        read = f"type({read}).__name__" if machine is not None and machine.kind == KIND else read
         read += ".id" if machine is not None and machine.kind == "python-statemachine" else ""
     if machine is None:
         machine = next((m for m in machines if m.held.startswith("import_module(")), None)

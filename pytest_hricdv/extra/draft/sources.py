@@ -152,11 +152,23 @@ class Sources:
         assert isinstance(scope.node, ast.ClassDef)
         names: list[str] = []
         for base in scope.node.bases:
-            own = self.class_of(scope.module, base.value if isinstance(base, ast.Subscript) else base)
-            names.append(imported_name(scope.module, base.value if isinstance(base, ast.Subscript) else base))
+            own = self.class_of(scope.module, _generic(base))
+            names.append(imported_name(scope.module, _generic(base)))
             if own is not None and own.node is not scope.node:
                 names += self.bases(own)
         return tuple(names)
+
+    def base_classes(self, scope: Scope) -> tuple[Scope, ...]:
+        """Those of the bases of a class that are classes of the code, and theirs."""
+        assert isinstance(scope.node, ast.ClassDef)
+        own = (self.class_of(scope.module, _generic(base)) for base in scope.node.bases)
+        direct = [base for base in own if base is not None and base.node is not scope.node]
+        return (*direct, *(further for base in direct for further in self.base_classes(base)))
+
+
+def _generic(base: ast.expr) -> ast.expr:
+    """`Base` of `Base[int]`."""
+    return base.value if isinstance(base, ast.Subscript) else base
 
 
 def dotted_name(expression: ast.AST | None) -> str:

@@ -15,6 +15,7 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.constants import Member, Reference, UnknownValueError, evaluate
 from pytest_hricdv.extra.draft.findings import Place
+from pytest_hricdv.extra.draft.instances import class_of_instance
 from pytest_hricdv.extra.draft.sources import Function, Module, Scope, Sources, dotted_name
 
 MAX_DEPTH = 12
@@ -205,7 +206,7 @@ class ValueFlow:
         assert not isinstance(function, ast.ClassDef)
         parameters = parameter_names(function)
         if name in parameters:
-            yield from self._arguments(scope, name)
+            yield from self.arguments(scope, name)
         for node in ast.walk(function):
             if isinstance(node, ast.Assign | ast.AnnAssign):
                 for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
@@ -231,7 +232,7 @@ class ValueFlow:
                     rows = [row for row in self.elements(node.iter, module, scope) if isinstance(row, tuple)]
                     yield (node.iter, tuple(row[index] for row in rows if len(row) > index)), module, scope
 
-    def _arguments(self, scope: Scope, name: str) -> Iterator[tuple[Any, Module, Scope | None]]:
+    def arguments(self, scope: Scope, name: str) -> Iterator[tuple[Any, Module, Scope | None]]:
         """What a parameter is called with."""
         function = scope.node
         assert not isinstance(function, ast.ClassDef)
@@ -263,17 +264,8 @@ class ValueFlow:
                     yield from self._returns(method)
 
     def owner_of(self, expression: ast.expr, module: Module, scope: Scope | None) -> ast.ClassDef | None:
-        """The class of the code whose instance an expression is: self, or a parameter with an annotation."""
-        if scope is None or not isinstance(expression, ast.Name) or isinstance(scope.node, ast.ClassDef):
-            return None
-        if expression.id == "self":
-            return scope.owner
-        arguments = scope.node.args
-        for part in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
-            if part.arg == expression.id:
-                own = self.sources.class_of(module, part.annotation)
-                return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
-        return None
+        """The class of the code whose instance an expression is, see `class_of_instance`."""
+        return class_of_instance(self, expression, module, scope)
 
     def _returned(
         self, node: ast.Call, module: Module, scope: Scope | None
@@ -298,14 +290,14 @@ class ValueFlow:
             yield from self._returns(called)
 
     def _called(self, called: ast.expr, module: Module, scope: Scope | None) -> Scope | None:
-        """The function of the code that is called by its name, or as a method of `self`; None where it is not known."""
-        if not isinstance(called, ast.Name) and not dotted_name(called).startswith("self."):
-            return None
+        """The function of the code that is called by its name, or as a method of an instance; None: it is not known."""
         methods = self.methods[last_name(called)]
+        owner = self.owner_of(called.value, module, scope) if isinstance(called, ast.Attribute) else None
+        if not isinstance(called, ast.Name) and owner is None and not dotted_name(called).startswith("self."):
+            return None
         if len(methods) > 1 and isinstance(called, ast.Name):
             methods = [method for method in methods if method.owner is None and method.module is module]
         elif len(methods) > 1:
-            owner = self.owner_of(called.value, module, scope) if isinstance(called, ast.Attribute) else None
             methods = [method for method in methods if owner is not None and method.owner is owner]
         return methods[0] if len(methods) == 1 else None
 

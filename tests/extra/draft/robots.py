@@ -323,3 +323,105 @@ def tree():
     root.add_children([Reach(), Grasp(name="Grasp cup"), py_trees.behaviours.Success(name="Say done")])
     return root
 """
+
+CLASSES = """
+from __future__ import annotations
+
+import queue
+import time
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+
+@dataclass
+class Order:
+    ward: str
+
+
+@dataclass
+class Handed:
+    by: str
+
+
+@dataclass
+class Alarm:
+    reason: str
+
+
+class State(ABC):
+    @abstractmethod
+    def run(self, cart: Cart) -> State: ...
+
+
+class Idle(State):
+    def run(self, cart):
+        event = cart.next_event()
+        if isinstance(event, Order):
+            cart.job = event
+            return Driving()
+        return self
+
+
+class Driving(State):
+    def run(self, cart):
+        time.sleep(20.0 if cart.job.ward == "north" else 5.0)
+        return HandOver()
+
+
+class HandOver(State):
+    def run(self, cart):
+        event = cart.next_event()
+        if not isinstance(event, Handed):
+            cart.emit(Alarm("nobody took it"))
+        return Idle()
+
+
+class Cart:
+    def __init__(self, inbox: queue.Queue, outbox: queue.Queue):
+        self.inbox = inbox
+        self.outbox = outbox
+        self.state = Idle()
+        self.job = None
+
+    def next_event(self):
+        try:
+            return self.inbox.get(timeout=30.0)
+        except queue.Empty:
+            return None
+
+    def emit(self, event):
+        self.outbox.put(event)
+
+    def run(self):
+        while True:
+            self.state = self.state.run(self)
+"""
+
+CONTEXT = """
+class Closed:
+    def __init__(self, door):
+        self.door = door
+
+    def pressed(self):
+        self.door.change(Opening(self.door))
+
+
+class Opening:
+    def __init__(self, door):
+        self.door = door
+
+    def pressed(self):
+        self.door.change(Closed(self.door))
+
+
+class Door:
+    def __init__(self):
+        self._state = Closed(self)
+
+    def change(self, state):
+        self._state = state
+
+    def press(self):
+        self._state.pressed()
+"""
+"""States without a base class, which have the robot and change its state."""

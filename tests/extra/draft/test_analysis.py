@@ -41,6 +41,8 @@ STATES = {
     "CHAIN": ("idle drive turn", "idle>drive drive>turn drive>idle turn>drive"),
     "DISPATCH": ("home serving clearing", "home>serving serving>clearing serving>home clearing>home"),
     "TABLE": ("WAIT PICK PLACE", "WAIT>PICK PICK>PLACE PICK>WAIT PLACE>WAIT"),
+    "CLASSES": ("Idle Driving HandOver", "Idle>Driving Driving>HandOver HandOver>Idle"),
+    "CONTEXT": ("Closed Opening", "Closed>Opening Opening>Closed"),
     "GUARDS": ("off on locked", "off>on on>off off>locked on>locked locked>off"),
 }
 
@@ -51,6 +53,21 @@ def test_states_and_transitions_are_those_of_the_source(name: str, tmp_path: Pat
     machine = read(tmp_path, getattr(robots, name)).machines[0]
     assert [state.name for state in machine.states] == states.split()
     assert moves(machine) == set(transitions.split())
+
+
+def test_what_states_of_their_own_take_from_the_robot_is_heard(tmp_path: Path) -> None:
+    """What `cart` is, only the method says that these override."""
+    findings = read(tmp_path, robots.CLASSES)
+    assert [message.topic for message in findings.heard] == ["order", "handed"]
+    assert findings.machines[0].told == "cart_state.name"
+    assert [message.channel for message in findings.said if message.topic == "cart_state"] == [
+        "type(made.state).__name__"
+    ]
+
+
+def test_what_a_parameter_is_without_an_annotation_say_its_calls(tmp_path: Path) -> None:
+    source = robots.CLASSES.replace("cart: Cart", "cart")
+    assert [message.topic for message in read(tmp_path, source).heard] == ["order", "handed"]
 
 
 def test_behaviours_of_a_tree_are_its_states(tmp_path: Path) -> None:
