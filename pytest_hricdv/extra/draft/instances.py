@@ -1,50 +1,75 @@
-"""Of which class of the code an expression is an instance, as far as annotations, assignments and calls say it."""
+"""Of which class of the code an expression is an instance, as far as annotations and calls say it."""
 
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-from pytest_hricdv.extra.draft.sources import Module, Scope
-
-if TYPE_CHECKING:
-    from pytest_hricdv.extra.draft.value_flow import ValueFlow
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources
 
 MAX_CALLS = 4
 """Calls that hand an instance on, between where it is made and where it is used (chosen)."""
 
 
-def class_of_instance(
-    flow: ValueFlow, expression: ast.expr, module: Module, scope: Scope | None, calls: int = 0
-) -> ast.ClassDef | None:
-    """The class of `self`, of what makes one, or of a parameter; None where it is not known.
+@dataclass(frozen=True)
+class Instances:
+    """Finds the classes of expressions.
 
-    A parameter without an annotation has that of the same method of a base class; else the class of what all calls
-    hand over, as far as it is known of them.
+    Args:
+        sources: of the code.
+        methods: functions and methods by name.
+        arguments: what a parameter of a function is called with, each with where that is written.
     """
-    if isinstance(expression, ast.Call):
-        return _definition(flow, module, expression.func)
-    if scope is None or not isinstance(expression, ast.Name) or isinstance(scope.node, ast.ClassDef):
-        return None
-    if expression.id == "self":
-        return scope.owner
-    parameter = _parameter(scope, expression.id)
-    if parameter is None or calls > MAX_CALLS:
-        return None
-    if parameter.annotation is not None:
-        return _definition(flow, module, parameter.annotation)
-    inherited = _annotated_in_base(flow, scope, expression.id)
-    if inherited is not None:
-        return inherited
-    classes = [class_of_instance(flow, value, where, at, calls + 1)
-               for value, where, at in flow.arguments(scope, expression.id)]  # fmt: skip
-    made_of = {id(node): node for node in classes if node is not None}
-    return next(iter(made_of.values())) if len(made_of) == 1 else None
 
+    sources: Sources
+    methods: Mapping[str, Sequence[Scope]]
+    arguments: Callable[[Scope, str], Iterable[tuple[Any, Module, Scope | None]]]
 
-def _definition(flow: ValueFlow, module: Module, expression: ast.expr | None) -> ast.ClassDef | None:
-    own = flow.sources.class_of(module, expression)
-    return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
+    def class_of(
+        self, expression: ast.expr, module: Module, scope: Scope | None, calls: int = 0
+    ) -> ast.ClassDef | None:
+        """The class of `self`, of what makes one, or of a parameter; None where it is not known.
+
+        A parameter without an annotation has that of the same method of a base class; else the class of what all calls
+        hand over, as far as it is known of them.
+        """
+        if isinstance(expression, ast.Call):
+            return self._named(module, expression.func)
+        if scope is None or not isinstance(expression, ast.Name) or isinstance(scope.node, ast.ClassDef):
+            return None
+        if expression.id == "self":
+            return scope.owner
+        parameter = _parameter(scope, expression.id)
+        if parameter is None or calls > MAX_CALLS:
+            return None
+        if parameter.annotation is not None:
+            return self._named(module, parameter.annotation)
+        inherited = self._annotated_in_base(scope, expression.id)
+        if inherited is not None:
+            return inherited
+        classes = [self.class_of(value, where, at, calls + 1)
+                   for value, where, at in self.arguments(scope, expression.id)]  # fmt: skip
+        made_of = {id(node): node for node in classes if node is not None}
+        return next(iter(made_of.values())) if len(made_of) == 1 else None
+
+    def _named(self, module: Module, expression: ast.expr | None) -> ast.ClassDef | None:
+        own = self.sources.class_of(module, expression)
+        return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
+
+    def _annotated_in_base(self, scope: Scope, name: str) -> ast.ClassDef | None:
+        """The class that a base says of the parameter of a method that is overridden."""
+        if scope.owner is None or isinstance(scope.node, ast.ClassDef):
+            return None
+        bases = self.sources.base_classes(Scope(scope.module, scope.owner))
+        for method in self.methods.get(scope.node.name, ()):
+            if any(method.owner is base.node for base in bases):
+                parameter = _parameter(method, name)
+                own = self._named(method.module, parameter.annotation) if parameter is not None else None
+                if own is not None:
+                    return own
+        return None
 
 
 def _parameter(scope: Scope, name: str) -> ast.arg | None:
@@ -52,17 +77,3 @@ def _parameter(scope: Scope, name: str) -> ast.arg | None:
     arguments = scope.node.args
     parameters = (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)
     return next((parameter for parameter in parameters if parameter.arg == name), None)
-
-
-def _annotated_in_base(flow: ValueFlow, scope: Scope, name: str) -> ast.ClassDef | None:
-    """The class that a base says of the parameter of a method that is overridden."""
-    if scope.owner is None or isinstance(scope.node, ast.ClassDef):
-        return None
-    bases = flow.sources.base_classes(Scope(scope.module, scope.owner))
-    for method in flow.methods[scope.node.name]:
-        if any(method.owner is base.node for base in bases):
-            parameter = _parameter(method, name)
-            own = _definition(flow, method.module, parameter.annotation) if parameter is not None else None
-            if own is not None:
-                return own
-    return None

@@ -15,7 +15,7 @@ from typing import Any
 
 from pytest_hricdv.extra.draft.constants import Member, Reference, UnknownValueError, evaluate
 from pytest_hricdv.extra.draft.findings import Place
-from pytest_hricdv.extra.draft.instances import class_of_instance
+from pytest_hricdv.extra.draft.instances import Instances
 from pytest_hricdv.extra.draft.sources import Function, Module, Scope, Sources, dotted_name
 
 MAX_DEPTH = 12
@@ -94,6 +94,10 @@ class ValueFlow:
         for scope in self.sources.functions:
             by_name[scope.node.name].append(scope)
         return by_name
+
+    @cached_property
+    def _instances(self) -> Instances:
+        return Instances(self.sources, self.methods, self.arguments)
 
     def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> Constants:
         """The constants that an expression can be, as far as they are known."""
@@ -264,8 +268,8 @@ class ValueFlow:
                     yield from self._returns(method)
 
     def owner_of(self, expression: ast.expr, module: Module, scope: Scope | None) -> ast.ClassDef | None:
-        """The class of the code whose instance an expression is, see `class_of_instance`."""
-        return class_of_instance(self, expression, module, scope)
+        """The class of the code whose instance an expression is, see `Instances`."""
+        return self._instances.class_of(expression, module, scope)
 
     def _returned(
         self, node: ast.Call, module: Module, scope: Scope | None
