@@ -37,7 +37,8 @@ def guards(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
 
 def _at(runs: Runs, event: Event, conditions: Sequence[Condition], scopes: Sequence[Condition]) -> Iterator[Candidate]:
     for condition in conditions:
-        if condition.subject != event.subject and condition.share <= MOST_SHARE and _holds(event, condition):
+        is_other = condition.subject != event.subject and condition.text not in event.text
+        if is_other and condition.share <= MOST_SHARE and _holds(event, condition):
             yield _guard(event, condition, condition.text)
     yield from _one_of(runs, event, conditions)
     for condition in scopes:
@@ -87,7 +88,7 @@ def _one_of(runs: Runs, event: Event, conditions: Sequence[Condition]) -> Iterat
 def _narrow(runs: Runs, event: Event) -> Iterator[Candidate]:
     """Of a number: the values that it has at an event, where these are at one end of all its values."""
     for name, kind in runs.vocabulary.signals.items():
-        if kind is not float or name == event.subject:
+        if kind is not float or name == event.subject or f"& {name} " in event.text:
             continue
         values = [
             value

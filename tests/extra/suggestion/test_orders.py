@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from msgspec import structs
 
+from pytest_hricdv.extra.suggestion.guards import guards
 from pytest_hricdv.extra.suggestion.occurrences import events_of, signal_conditions
 from pytest_hricdv.extra.suggestion.orders import precedences
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage, StoredRun
@@ -95,3 +96,20 @@ def test_a_signal_that_repeats_what_messages_say_is_told_and_one_that_does_not_i
     repeated = structs.replace(of_pouring, texts={"said_tap_what": said, "other": other})
     vocabulary = replace(VOCABULARY, signals={**VOCABULARY.signals, "said_tap_what": str, "other": str})
     assert copied([repeated], vocabulary) == {"said_tap_what"}
+
+
+def test_what_tells_an_event_apart_is_not_asked_of_it() -> None:
+    levels = (5.0, 10.0, 20.0, 80.0, 95.0, 90.0)
+    made = Runs.of(
+        [pouring(f"test-{shift}", [(20.0 * n + shift, n % 2 == 1, level) for n, level in enumerate(levels, 1)])
+         for shift in range(4)],
+        VOCABULARY,
+        ("person",),
+    )  # fmt: skip
+    events = [event for event in events_of(made) if event.author == "robot" and event.text.startswith("on(")]
+    told_apart = {event.text for event in events}
+    assert {"on(gave_up) & cup", "on(gave_up) & level >= 50"} <= told_apart
+    for event in events:
+        for candidate in guards(made, [event]):
+            name = candidate.response.lstrip("!").partition(" ")[0]
+            assert f"& {name}" not in event.text.replace("!", ""), candidate.formula
