@@ -103,6 +103,8 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
             messages = tuple(message for message in messages if message.channel != "print")
             plain = plain.without("print")
         messages += called.messages
+        if called.calls:  # what these put into a queue, the code is to take from there
+            plain = plain.only(message.channel for message in messages)
     machines = _told(_unique((*machines, *module_machines(sources, flow))), messages, flow)
     machines, looked_at = looked_at_in_runs(machines, entry, flow)
     messages = (*_with_states(messages, machines), *looked_at)

@@ -146,8 +146,8 @@ def _leaf(value: PlainValue, name: str, written: str, fields: list[MessageField]
     unit = unit_of(name) if kind == "float" else ""
     numbers = tuple(value.numbers) if kind == "float" else ()
     if all(field.name != name for field in fields):
-        fields.append(MessageField(name, "int" if written == "int" else TYPES[kind], kind, value.place, values, unit,
-                                   DEFAULTS[kind], compared=numbers))  # fmt: skip
+        type_, default = ("int", "0") if written == "int" else (TYPES[kind], DEFAULTS[kind])
+        fields.append(MessageField(name, type_, kind, value.place, values, unit, default, compared=numbers))
     if kind == "float" and value.is_number and (value.is_bytes or value.is_text):
         return f"str(message.{name})"  # a number as a text
     return f"message.{name}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -86,6 +86,11 @@ class Plain:
         """The same without a channel: what is printed counts where nothing else is said."""
         messages = tuple(message for message in self.messages if message.channel != channel)
         return Plain(messages, tuple(other for other in self.channels if other.name != channel), self.questions)
+
+    def only(self, channels: Iterable[str]) -> Plain:
+        """The same without queues by which no message comes or goes: they stay the code's own."""
+        used = set(channels)
+        return Plain(self.messages, tuple(own for own in self.channels if own.name in used), self.questions)
 
 
 class PlainFinder:

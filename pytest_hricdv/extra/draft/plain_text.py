@@ -79,8 +79,8 @@ def _like(default: Any, value: Any) -> Any:
     """A value of the type that a field has."""
     if isinstance(default, bool):
         return bool(value)
-    if isinstance(default, float):
-        return float(value) if isinstance(value, int | float) else default
+    if isinstance(default, int | float):
+        return type(default)(value) if isinstance(value, int | float) else default
     if isinstance(value, Enum):
         return text_of(value)
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

@@ -143,12 +143,16 @@ def _goes(name: str, draft: Draft, state: str, targets: tuple[str, ...], place: 
 def _twice(name: str, draft: Draft, message: Message) -> list[str]:
     """What holds of each robot that does not stutter: it does not say the same twice at one instant."""
     topic = message.topic
-    fields = [f"{topic}.{part.name}" for part in message.fields if part.kind]
-    others = "".join(f" | last({told}) != {told}" for told in fields)
+    others = "".join(f" | {_differs(f'{topic}.{part.name}', part.kind)}" for part in message.fields if part.kind)
     formula = f"always(on({topic}) -> count[0:0](on({topic})) <= 1{others})"
     title = f"The robot does not say {_words(topic)} twice at once"
     place, is_dropped = str(message.uses[0] if message.uses else message.place), f"twice {topic}" in draft.dropped
     return _requirement(name, title, formula, place, is_dropped, "may it repeat itself")
+
+
+def _differs(told: str, kind: str) -> str:
+    """That a field is not what it was last: only numbers and texts can be compared."""
+    return f"last({told}) & !{told} | !last({told}) & {told}" if kind == "bool" else f"last({told}) != {told}"
 
 
 def _works(name: str, draft: Draft) -> list[str]:

@@ -355,3 +355,32 @@ class Toaster:
     def bread_out(self):
         self.state = "empty"
 """
+
+OWN_QUEUE = """
+import asyncio
+from typing import NamedTuple
+
+
+class Task(NamedTuple):
+    room: int
+    item: str
+
+
+class Courier:
+    def __init__(self):
+        self.tasks: asyncio.Queue[Task] = asyncio.Queue()
+        self.state = "docked"
+
+    async def submit(self, room: int, item: str) -> bool:
+        if item not in ("linen", "meal"):
+            return False
+        await self.tasks.put(Task(room, item))
+        return True
+
+    async def run(self):
+        while True:
+            task = await self.tasks.get()
+            self.state = "driving"
+            await asyncio.sleep(task.room)
+            self.state = "docked"
+"""

@@ -31,6 +31,7 @@ HEARD = {
     "BUTTONS": {"Pressed": {}, "Tripped": {}},
     "STEPPED": {"Step": {"object_seen": (), "distance": (), "grip_force": ()}},
     "DECORATED": {"TakeOrder": {}, "Taken": {}},
+    "OWN_QUEUE": {"Submit": {"room": (), "item": ("linen", "meal")}},
     "TIMER": {"BreadIn": {}, "Cancel": {}, "BreadOut": {}},
 }
 
@@ -45,6 +46,22 @@ def test_what_somebody_outside_calls_is_heard_with_its_arguments(name: str, tmp_
     for file, text in files(Draft(findings, "robot_code", "person", tmp_path)):
         if file.endswith(".py"):
             ast.parse(text)
+
+
+def test_a_queue_that_what_is_called_fills_stays_the_robots_own(tmp_path: Path) -> None:
+    """In its place stood one of the test, into which the method could not put."""
+    findings = findings_of(tmp_path, called_robots.OWN_QUEUE)
+    assert findings.channels == ()
+
+
+def test_a_whole_number_and_a_truth_are_what_they_are_in_a_draft(tmp_path: Path) -> None:
+    """The files were `room: int = 0.0`, and a requirement that compared truths, which no session could read."""
+    findings = findings_of(tmp_path, called_robots.OWN_QUEUE)
+    written = dict(files(Draft(findings, "robot_code", "person", tmp_path)))
+    assert "    room: int = 0  #" in written["ports.py"]
+    assert (
+        "<= 1 | last(submit_text.text) & !submit_text.text | !last(submit_text.text) &" in written["requirements.toml"]
+    )
 
 
 STATES = {
