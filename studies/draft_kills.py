@@ -89,6 +89,8 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where drafts stay (default: nowhere)")
     parser.add_argument("--switches", action="store_true", help="and the published faults of the code")
     options = parser.parse_args()
+    if options.keep is not None and options.keep.exists():
+        parser.error(f"--keep: {options.keep} exists; expected a folder to be made")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if options.keep is not None:
