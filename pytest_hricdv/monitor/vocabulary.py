@@ -99,6 +99,15 @@ class Vocabulary:
                 suggestion = nearest(name, self.names())
                 raise ValueError(f"units has {name!r}, which is no signal and no topic.field{suggestion}")
 
+    def without_signals(self, names: Collection[str]) -> Vocabulary:
+        """The same without these signals, their values and their units."""
+        return replace(
+            self,
+            signals={name: kind for name, kind in self.signals.items() if name not in names},
+            values={name: values for name, values in self.values.items() if name not in names},
+            units={name: unit for name, unit in self.units.items() if name not in names},
+        )
+
     def kind(self, name: str) -> Kind | None:
         """The type of a definition, of a signal, or of a field written as `topic.field`; None for an unknown name."""
         topic, dot, member = name.partition(".")

@@ -6,7 +6,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from pytest_hricdv.execution.case import HriCase, formulas
 from pytest_hricdv.execution.outcome import AS_DECLARED
@@ -146,11 +146,8 @@ class Suggesting:
         testbench, settings = self.session.context.collection.testbench, self.settings
         every = formulas(self.session.context.requirements)
         faulty, vocabulary = [*of_faults.values()], testbench.vocabulary()
-        repeated = copied(runs, vocabulary)
-        signals = {name: kind for name, kind in vocabulary.signals.items() if name not in repeated}
-        runs_of = Runs.of(
-            runs, replace(vocabulary, signals=signals), testbench.model.who_acts, testbench.state, unmoved(own, faulty)
-        )
+        told = vocabulary.without_signals(copied(runs, vocabulary))
+        runs_of = Runs.of(runs, told, testbench.model.who_acts, testbench.state, unmoved(own, faulty))
         return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), () if settings.anew else every, every)
 
     def _going_on(
