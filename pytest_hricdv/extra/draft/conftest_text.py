@@ -257,9 +257,12 @@ def _parameter(draft: Draft, port: Port) -> str:
 
 def _disturbances(draft: Draft) -> list[str]:
     lines = []
+    told = draft.findings.state.partition(".")[0]
     for message in draft.findings.messages:
         topic = message.topic
-        lines.append(f'            "{topic}_lost": Lost("{topic}"),')
+        # Without the message that tells a state, the robot would seem to go from the one before to the one after.
+        if topic != told:
+            lines.append(f'            "{topic}_lost": Lost("{topic}"),')
         if message.direction != "said":
             ends, mark = lateness(draft, topic)
             lines.append(f'            "{topic}_late": Late("{topic}", Range({ends}, "s")),  # {mark}')

@@ -13,6 +13,9 @@ ANSWER_S = 60.0
 STAY_S = 60.0
 """For which the robot may be in one state (chosen: likewise)."""
 
+SKIPPED = "# The state is looked at each 0.1 s. Where this fails, it may have been in another one for less."
+"""Under a requirement of what a draft sees from time to time only."""
+
 
 def requirement_ids(draft: Draft) -> dict[str, str]:
     """Subject of each requirement (`answer order`, `state moving`) -> its id."""
@@ -92,7 +95,7 @@ def _asked(draft: Draft) -> Iterator[tuple[str, str, Place]]:
 
 
 def _flood(name: str, draft: Draft) -> list[str]:
-    """What holds of each robot that does not go mad: it does not say the same twice at one instant."""
+    """What holds of each robot that speaks only when it was spoken to."""
     message = draft.answers[0]
     heard = " | ".join(f"on({thing.message.topic})" for thing in draft.things)
     title = f"Before {_words(message.topic)}, the robot has heard something"
@@ -137,7 +140,9 @@ def _goes(name: str, draft: Draft, state: str, targets: tuple[str, ...], place: 
     formula = f"always(on({topic}) & last({told}) == '{state}' -> {stays_or_goes})"
     listed = " or ".join(filter(None, (", ".join(targets[:-1]), targets[-1])))
     title = f"From {state} the robot goes to {listed} only"
-    return _requirement(name, title, formula, str(place), f"goes {state}" in draft.dropped, "where else may it go")
+    lines = _requirement(name, title, formula, str(place), f"goes {state}" in draft.dropped, "where else may it go")
+    is_looked_at = any(message.form == "state" for message in draft.findings.said if message.topic == topic)
+    return [*lines, *([SKIPPED] if is_looked_at else [])]
 
 
 def _twice(name: str, draft: Draft, message: Message) -> list[str]:

@@ -81,6 +81,17 @@ def test_code_that_is_not_there_is_one_sentence(
     assert capsys.readouterr().err.startswith(f"error: init: --from={asked}: no ")
 
 
+@pytest.mark.parametrize(("name", "topic"), [("CLASSES", "cart_state"), ("MATCH", "mode_changed")])
+def test_no_disturbance_takes_a_state_away(name: str, topic: str, tmp_path: Path) -> None:
+    """The robot seemed to go from the state before to the one after, which a requirement forbids."""
+    draft, texts = drafted(tmp_path, getattr(robots, name))
+    assert draft.findings.state.partition(".")[0] == topic
+    assert f"{topic}_lost" not in texts["conftest.py"]
+    assert texts["conftest.py"].count(": Lost(") == len(draft.findings.messages) - 1
+    is_looked_at = name == "CLASSES"
+    assert ("The state is looked at each 0.1 s" in texts["requirements.toml"]) is is_looked_at
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "counted"),
