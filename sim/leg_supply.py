@@ -7,15 +7,16 @@ from collections.abc import Callable
 
 from sim.engine import Engine, PhysicsTime, check_finite
 from sim.geometry import UPRIGHT, Vector
-from sim.layout import PICKUP_M, STORE_M, assembly_place
+from sim.layout import HANDOVER_M, PICKUP_M, STORE_M, assembly_place
 from sim.leg import STILL_M_S, Held, Leg, RigidLeg
 
 RESUPPLY_S = 3.0
 """From the release of a leg until the next one waits: shorter than the arm's way back. What fell rests by then."""
 
 CLEAR_M = 0.20
-"""A leg closer than this to the pickup place is put away before the next one is placed there. Chosen: from 0.1 to 0.4
-the records are the same (see `sim.world.REST_TICKS`)."""
+"""A leg that fell closer than this to where the hand fetches legs, or holds them out, is put away before the next one
+is placed: the hand, or the leg in it, would hit it. Chosen: from 0.1 to 0.4 the records are the same (see
+`sim.world.REST_TICKS`)."""
 
 PRESSURE_N = 3.0
 """A larger change means that a person pulls: half of the lightest pull (6 N). From 1 to 5 N the records are the same
@@ -112,15 +113,20 @@ class LegSupply:
         if self.due_step is None or self._time.step < self.due_step:
             return
         self.due_step = None
-        for leg in self.legs:
-            if leg.held is Held.DONE and math.dist(leg.pose()[0], PICKUP_M) < CLEAR_M:
-                self._engine.place(leg.body, (STORE_M, UPRIGHT))  # in the bin it would stand in the way of others
+        self._clear()
         if self.missing:
             self.missing = False
             self._engine.place(self.current.body, (self._pickup_place(), UPRIGHT))
         else:
             self.current = self._make_leg(self._engine, self._pickup_place())
             self.legs.append(self.current)
+
+    def _clear(self) -> None:
+        """Put away what fell where the next leg comes by; in the bin it would stand in the way of others."""
+        for leg in self.legs:
+            x, y, _ = leg.pose()[0]
+            if leg.held is Held.DONE and any(math.dist((x, y), at[:2]) < CLEAR_M for at in (PICKUP_M, HANDOVER_M)):
+                self._engine.place(leg.body, (STORE_M, UPRIGHT))
 
     def _rest(self) -> None:
         """Legs that were dropped stay where they are, once they have had the time to fall.

@@ -103,6 +103,22 @@ def test_a_leg_left_at_the_pickup_place_is_cleared_away() -> None:
         assert stage.run(grasp_and_let_go) == "over"
 
 
+def test_a_leg_that_fell_where_legs_are_held_out_is_cleared_away_before_the_next_one_comes() -> None:
+    """The next leg in the hand hit it, and the blow moved the arm faster than R4 allows."""
+    with Stage() as stage:
+
+        def let_two_fall() -> None:
+            assert stage.fetch()
+            assert stage.robot.hand.open()
+            stage.kernel.sleep(RESUPPLY_S + 0.1)
+            first = stage.world.legs.legs[0]
+            assert math.dist(first.pose()[0], STORE_M) < 1e-3
+            assert stage.fetch()
+            assert stage.world.legs.in_hand is stage.world.legs.legs[1]
+
+        assert stage.run(let_two_fall) == "over"
+
+
 def test_a_mixed_run_ends_with_each_leg_where_its_turn_sent_it() -> None:
     record, stage = handover(one_leg() + one_leg(at_leg=False) + one_leg(pull_n=0.0) + one_leg(), turns=4, seed=3)
     outcomes = [m.fields["outcome"] for m in record.messages if m.topic == "turn_done"]
