@@ -119,7 +119,11 @@ def tried(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[Tr
             draft = replace(draft, sizes={**draft.sizes, suite: trial.tests})
         if trial.error:
             break
-    unseen = [name for name in requirement_ids(draft).values() if all(name in trial.never for trial in trials)]
+    ids = [name for subject, name in requirement_ids(draft).items() if subject not in draft.dropped]
+    unseen = [name for name in ids if all(name in trial.never for trial in trials)]
+    held = {*ids} - {*unseen}
+    by_one = {name: suite for suite, trial in zip(suites, trials, strict=False) for name in trial.never if name in held}
+    draft = replace(draft, untriggered=by_one)
     return _with_problems(without(draft, unseen), trials), tuple(trials)
 
 

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -79,6 +80,14 @@ def test_code_that_is_not_there_is_one_sentence(
     monkeypatch.chdir(tmp_path)
     assert main(["init", "draft", "--from", asked]) == 2
     assert capsys.readouterr().err.startswith(f"error: init: --from={asked}: no ")
+
+
+def test_what_one_suite_never_comes_to_may_be_unchecked_there(tmp_path: Path) -> None:
+    """The requirement stays, as the other suite checks it; the draft is green with each of them."""
+    draft, _ = drafted(tmp_path, robots.MATCH)
+    texts = dict(files(replace(draft, untriggered={"R2": "rl"})))
+    assert texts["pytest.ini"].endswith("hri_allow_nc =\n  R2 in rl: no test came to it in the first runs\n")
+    assert "hri_allow_nc" not in dict(files(draft))["pytest.ini"]
 
 
 @pytest.mark.parametrize(("name", "topic"), [("CLASSES", "cart_state"), ("MATCH", "mode_changed")])
