@@ -31,7 +31,7 @@ no harm either, but this is not what is wrong. Chosen over 27 faults in three te
 that mend a test, 16 leave 0.8 or more; of 36 elsewhere, 26 leave nothing."""
 
 ENOUGH_KEPT = 0.9
-"""No better hint is looked for than those that leave so much as it was."""
+"""No better hint is looked for than those that leave so much as it was (chosen)."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ MOST_PLACES = 5
 """So many of the most suspicious statements are shown."""
 
 MOST_REPAIRED = 10
-"""So many are repaired, while runs are left: what mends is shown, wherever it was."""
+"""So many are repaired, while runs are left: what mends is shown, wherever it was (chosen: twice the places shown)."""
 
 _AT_ONCE = {"condition changed": 2, "call added": 2, "number changed": 6}
 """Kinds of repairs that have many of one statement -> so many are tried one after the other: a condition and its

@@ -257,11 +257,11 @@ def _parameter(draft: Draft, port: Port) -> str:
 
 def _disturbances(draft: Draft) -> list[str]:
     lines = []
-    told = draft.findings.state.partition(".")[0]
+    state_topic = draft.findings.state.partition(".")[0]
     for message in draft.findings.messages:
         topic = message.topic
         # Without the message that tells a state, the robot would seem to go from the one before to the one after.
-        if topic != told:
+        if topic != state_topic:
             lines.append(f'            "{topic}_lost": Lost("{topic}"),')
         if message.direction != "said":
             ends, mark = lateness(draft, topic)

@@ -146,8 +146,8 @@ class Suggesting:
         testbench, settings = self.session.context.collection.testbench, self.settings
         every = formulas(self.session.context.requirements)
         faulty, vocabulary = [*of_faults.values()], testbench.vocabulary()
-        told = vocabulary.without_signals(copied(runs, vocabulary))
-        runs_of = Runs.of(runs, told, testbench.model.who_acts, testbench.state, unmoved(own, faulty))
+        unrepeated = vocabulary.without_signals(copied(runs, vocabulary))
+        runs_of = Runs.of(runs, unrepeated, testbench.model.who_acts, testbench.state, unmoved(own, faulty))
         return Evidence(runs_of, tuple(tuple(changed) for changed in faulty), () if settings.anew else every, every)
 
     def _going_on(
