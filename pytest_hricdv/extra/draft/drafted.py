@@ -137,6 +137,7 @@ class Draft:
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
         has_others: whether a person also says a text that the code does not know; not where it raises then.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
+        dialogs: what a person says one after the other, each as the commands of a test.
         may_end: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
     """
 
@@ -154,6 +155,7 @@ class Draft:
     has_others: bool = True
     isolates: bool = False
     may_end: tuple[str, ...] = ENDS
+    dialogs: tuple[tuple[str, ...], ...] = ()
 
     @property
     def entry(self) -> Entry | None:

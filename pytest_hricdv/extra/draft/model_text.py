@@ -47,8 +47,10 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
     if meanwhile(draft):
         beliefs["meanwhile"] = (NOTHING, *(f"changes_{how}" for how in PASSES_S))
         beliefs["what changes"] = tuple(map(_changes, meanwhile(draft)))
+    dialogs = tuple(f"dialog_{number}" for number, _ in enumerate(draft.dialogs, 1))
+    if in_order(draft) or dialogs:
+        beliefs["order"] = (*(ORDERS if in_order(draft) else ORDERS[:1]), *dialogs)
     if in_order(draft):
-        beliefs["order"] = ORDERS
         beliefs["left out"] = ("nothing_left_out", *(f"without_{command}" for command in in_order(draft)))
     return beliefs or {"how long": STAYS}
 
@@ -83,7 +85,8 @@ def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
         beliefs.append(f"{thing.name}_{NEVER}")
         beliefs += [which(thing, thing.kinds[0].name)] if len(thing.kinds) > 1 else []
     beliefs += [NOTHING, _changes(meanwhile(draft)[0])] if meanwhile(draft) else []
-    beliefs += [ORDERS[0], "nothing_left_out"] if in_order(draft) else []
+    beliefs += [ORDERS[0]] if in_order(draft) or draft.dialogs else []
+    beliefs += ["nothing_left_out"] if in_order(draft) else []
     return tuple(beliefs)
 
 
@@ -99,6 +102,22 @@ NOTHING = "nothing_changes"
 def _changes(sensor: Sensor) -> str:
     """The belief that this sensor says something else, where one does."""
     return f"{word(sensor.name)}_changes"
+
+
+def _dialogs(draft: Draft) -> list[str]:
+    """The plans of the dialogs that first runs have found."""
+    if not draft.dialogs:
+        return []
+    told = {command: _told(thing).rstrip(".") for thing in draft.things for command, _ in thing.commands}
+    lines = ["// Orders that led far into the code in the first runs. TODO: which are your people's?"]
+    for number, dialog in enumerate(draft.dialogs, 1):
+        steps = []
+        for step in dialog:
+            command, _, how = step.partition(" ")
+            steps.append(f"{command}({how})" if how else command)
+            steps += [told[command]] if command in told else []
+        lines.append(f"@dialog_{number} +!round : dialog_{number} <- {'; '.join(steps)}.")
+    return lines
 
 
 def _meanwhile(draft: Draft) -> list[str]:
@@ -150,7 +169,8 @@ def person(draft: Draft) -> str:
         quickly = "; ".join(f"!quickly_{command}" for command in in_order(draft))
         lines += [f"@all_in_order +!round : all_in_order <- {seen}{forwards}."]
         lines += [f"@all_quickly +!round : all_quickly <- {seen}{quickly}; {waits}."]
-        lines += [f"@each_once +!round <- {body}.", ""]
+    if in_order(draft) or draft.dialogs:
+        lines += [*_dialogs(draft), f"@each_once +!round <- {body}.", ""]
     elif steps:
         lines += [f"+!round <- {body}.", ""]
     else:

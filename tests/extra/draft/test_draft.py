@@ -14,9 +14,10 @@ from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
+from pytest_hricdv.extra.draft.first_runs import run
 from pytest_hricdv.extra.draft.project import files
 from pytest_hricdv.extra.draft.requirements_text import requirement_ids
-from pytest_hricdv.extra.draft.trial import run, without
+from pytest_hricdv.extra.draft.trial import without
 from tests.extra.draft import robots
 
 ROBOTS = ("MATCH", "CHAIN", "TRANSITIONS", "GUARDS", "SMACH", "TREE")

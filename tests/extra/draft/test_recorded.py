@@ -13,9 +13,9 @@ from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Findings
+from pytest_hricdv.extra.draft.first_runs import run
 from pytest_hricdv.extra.draft.project import files
 from pytest_hricdv.extra.draft.recorded import with_recordings
-from pytest_hricdv.extra.draft.trial import run
 from tests.extra.recordings.bags import Entry, write_mcap
 
 BAR = '''
