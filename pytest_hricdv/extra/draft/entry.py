@@ -10,7 +10,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.extra.draft.constants import is_enum
 from pytest_hricdv.extra.draft.entry_ports import PortReader
 from pytest_hricdv.extra.draft.findings import Entry
-from pytest_hricdv.extra.draft.message_classes import form_of
+from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.operations import methods_of
 from pytest_hricdv.extra.draft.sources import DraftError, Function, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.speech import QUEUES, SAYS, SUBSCRIBES

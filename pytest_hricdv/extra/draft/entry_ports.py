@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.constants import is_enum
 from pytest_hricdv.extra.draft.findings import Operation, Port
-from pytest_hricdv.extra.draft.message_classes import form_of
 from pytest_hricdv.extra.draft.message_fields import KINDS
+from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.neutral import neutral
 from pytest_hricdv.extra.draft.operations import OperationFinder, merged

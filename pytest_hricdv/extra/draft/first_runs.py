@@ -244,8 +244,9 @@ def _raised_at(report: Path, folder: Path, root: Path) -> Place | None:
 
 
 def _sentence(failure: str) -> str:
-    """What was raised, without the way to it."""
-    raised = [line[1:].strip() for line in failure.splitlines() if line.startswith("E ")]
+    """What was raised, without the way to it; the last one where it was raised while another was handled."""
+    last = re.split(r"^(?:The above exception was|During handling of the above)", failure, flags=re.MULTILINE)[-1]
+    raised = [line[1:].strip() for line in last.splitlines() if line.startswith("E ")]
     return (raised[0] if raised else failure.strip().splitlines()[0])[:600]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources
+from pytest_hricdv.extra.draft.type_tables import Handled, is_first
 
 MAX_CALLS = 4
 """Calls that hand an instance on, between where it is made and where it is used (chosen)."""
@@ -21,22 +22,32 @@ class Instances:
         sources: of the code.
         methods: functions and methods by name.
         arguments: what a parameter of a function is called with, each with where that is written.
+        handlers: functions that handle messages of one class each, by the identity of their nodes.
+        attributes: what methods assign to attributes of `self`: (class, by identity, attribute) -> where, and what.
     """
 
     sources: Sources
     methods: Mapping[str, Sequence[Scope]]
     arguments: Callable[[Scope, str], Iterable[tuple[Any, Module, Scope | None]]]
+    handlers: Mapping[int, Handled]
+    attributes: Mapping[tuple[int, str], Sequence[tuple[Scope, ast.expr]]]
 
     def class_of(
         self, expression: ast.expr, module: Module, scope: Scope | None, calls: int = 0
     ) -> ast.ClassDef | None:
-        """The class of `self`, of what makes one, or of a parameter; None where it is not known.
+        """The class of `self`, of what makes one, of an attribute, or of a parameter; None where it is not known.
 
         A parameter without an annotation has that of the same method of a base class; else the class of what all calls
-        hand over, as far as it is known of them.
+        hand over, as far as it is known of them. So has an attribute of what is assigned to it.
         """
         if isinstance(expression, ast.Call):
             return self._named(module, expression.func)
+        if isinstance(expression, ast.BoolOp):  # `arm or Arm()`
+            return self._only((value, module, scope) for value in expression.values)
+        if isinstance(expression, ast.Attribute) and calls <= MAX_CALLS:
+            owner = self.class_of(expression.value, module, scope, calls + 1)
+            values = self.attributes.get((id(owner), expression.attr), ())
+            return self._only(((value, at.module, at) for at, value in values), calls + 1)
         if scope is None or not isinstance(expression, ast.Name) or isinstance(scope.node, ast.ClassDef):
             return None
         if expression.id == "self":
@@ -46,11 +57,17 @@ class Instances:
             return None
         if parameter.annotation is not None:
             return self._named(module, parameter.annotation)
+        row = self.handlers.get(id(scope.node))
+        if row is not None and is_first(scope, expression.id):
+            return row.message.node if isinstance(row.message.node, ast.ClassDef) else None
         inherited = self._annotated_in_base(scope, expression.id)
         if inherited is not None:
             return inherited
-        classes = [self.class_of(value, where, at, calls + 1)
-                   for value, where, at in self.arguments(scope, expression.id)]  # fmt: skip
+        return self._only(self.arguments(scope, expression.id), calls + 1)
+
+    def _only(self, values: Iterable[tuple[Any, Module, Scope | None]], calls: int = 0) -> ast.ClassDef | None:
+        """The class of all values of which it is known; None where they are of several."""
+        classes = [self.class_of(value, where, at, calls) for value, where, at in values]
         made_of = {id(node): node for node in classes if node is not None}
         return next(iter(made_of.values())) if len(made_of) == 1 else None
 

@@ -1,4 +1,4 @@
-"""Classes of messages: how they are made, and which an expression or an annotation can mean."""
+"""Which classes of messages an expression or an annotation can mean."""
 
 from __future__ import annotations
 
@@ -6,37 +6,10 @@ import ast
 from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.constants import is_enum
-from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.message_forms import form_of
+from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.type_tables import is_first
 from pytest_hricdv.extra.draft.value_flow import ValueFlow
-
-
-def form_of(sources: Sources, scope: Scope) -> str:
-    """How a class is made that can be a message; empty where it cannot."""
-    node = scope.node
-    assert isinstance(node, ast.ClassDef)
-    for decorator in node.decorator_list:
-        name = imported_name(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
-        if name.rpartition(".")[2] == "dataclass":
-            return "dataclass"
-        if name in ("attr.s", "attrs.define", "attrs.frozen", "attr.define", "attr.frozen", "attr.attrs"):
-            return "model"
-    bases = {base.rpartition(".")[2] for base in sources.bases(scope)}
-    if "NamedTuple" in bases:
-        return "namedtuple"
-    if "TypedDict" in bases:
-        return "typeddict"
-    if bases & {"BaseModel", "Struct"}:
-        return "model"
-    if any(form_of(sources, base) == "dataclass" for base in own_bases(sources, scope)):
-        return "dataclass"
-    return "enum" if is_enum(sources, scope) else ""
-
-
-def own_bases(sources: Sources, scope: Scope) -> list[Scope]:
-    """Its bases that are classes of the code."""
-    assert isinstance(scope.node, ast.ClassDef)
-    bases = [sources.class_of(scope.module, base) for base in scope.node.bases]
-    return [base for base in bases if base is not None and base.node is not scope.node]
 
 
 class MessageClasses:
@@ -70,6 +43,10 @@ class MessageClasses:
 
     def _of_parameter(self, name: str, scope: Scope) -> Iterator[Scope]:
         assert not isinstance(scope.node, ast.ClassDef)
+        row = self._flow.handlers.get(id(scope.node))
+        if row is not None and is_first(scope, name):
+            yield row.message
+            return
         arguments = scope.node.args
         for part in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs):
             if part.arg == name:

@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.constants import Member, Reference, UnknownValueError, evaluate, is_enum, members
 from pytest_hricdv.extra.draft.findings import FoundValue, MessageField, Place
-from pytest_hricdv.extra.draft.message_classes import MessageClasses, own_bases
+from pytest_hricdv.extra.draft.message_classes import MessageClasses
+from pytest_hricdv.extra.draft.message_forms import own_bases
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.speech import SUBSCRIBES, TAKES
@@ -103,8 +104,9 @@ class MessageFields:
             if self._is_of(node.value, scope, module, at):
                 others = [part for part in (parent.left, *parent.comparators) if part is not node]
                 for value in (value for part in others for value in self._flow.constants(part, module, at)):
-                    if isinstance(value, int | float) and not isinstance(value, bool):
-                        yield float(value)
+                    for number in value if isinstance(value, tuple | frozenset) else (value,):  # `in (7, 9)`
+                        if isinstance(number, int | float) and not isinstance(number, bool):
+                            yield float(number)
 
     def _made_of(self, scope: Scope, name: str) -> dict[str, Place]:
         """Texts with which a message is made."""

@@ -7,8 +7,9 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.draft.findings import Direction, Message, Place
-from pytest_hricdv.extra.draft.message_classes import MessageClasses, form_of
+from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.message_fields import MessageFields
+from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.naming import snake
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.speech import CALLBACK, SAYS, SUBSCRIBES, TAKES
@@ -47,6 +48,8 @@ class MessageFinder:
                 self._annotated(module, scope, node, inside)
         for scope in self._sources.functions:
             self._callback(scope)
+        for row in self._flow.handled:
+            self._note(row.message, "likely", row.place)
         messages = [self._message(key, uses) for key, uses in self._uses.items()]
         return tuple(
             sorted((message for message in messages if message is not None), key=lambda message: message.place)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 
 from pytest_hricdv.extra.draft.constants import is_enum, members
-from pytest_hricdv.extra.draft.message_classes import form_of
+from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
 
 PLAIN = {"bool": "False", "int": "0", "float": "0.0", "str": '""', "bytes": 'b""', "None": "None"}

@@ -8,6 +8,7 @@ from pytest_hricdv.extra.draft.constants import Member
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.plain_value import PlainValue, sentences, words_after
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.type_tables import is_single_dispatch
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, parameter_names
 
 MAX_DEPTH = 6
@@ -250,6 +251,8 @@ class PlainReader:
         elif last == "isinstance" and len(call.args) == 2:
             kinds = [dotted_name(part) for part in getattr(call.args[1], "elts", [call.args[1]])]
             value.is_text |= kinds == ["str"]
+        elif name == "type":  # what is looked up by its class is an instance of one
+            value.is_object |= bool(self._flow.handled)
         elif last in ("wait_for", "shield", "cast", "dict", "list", "tuple", "str", "bool"):
             value.is_text |= last == "str"
             self._used(call, module, scope, value, depth)
@@ -262,6 +265,7 @@ class PlainReader:
             self._used(call, module, scope, value, depth)
         for method in self._flow.methods.get(last, ()):
             assert not isinstance(method.node, ast.ClassDef)
+            value.is_object |= is_single_dispatch(method)
             for parameter in parameter_names(method.node):
                 if argument_of(call, method.node, parameter, is_method=method.owner is not None) is node:
                     value.is_number |= bool(unit_of(parameter))

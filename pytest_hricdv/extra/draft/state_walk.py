@@ -353,7 +353,9 @@ def written_machines(sources: Sources, flow: ValueFlow) -> Iterator[Machine]:
             is_begin = function.name in ("__init__", "__post_init__") or holder.function is not None
             if is_begin:
                 walk.function(scope, frozenset())
-            elif not _is_called_inside(flow, function, holder):
+            elif not _is_called_inside(flow, function, holder) or any(
+                row.function.node is function for row in flow.handled
+            ):
                 walk.function(scope, frozenset(states))
         initial = walk.initial or initial_of_class(flow, holder, sources)
         owner = holder.owner.name if holder.owner is not None else getattr(holder.function, "name", "")

@@ -7,7 +7,7 @@ It errs on the side of saying less: where one way is not known, the constants of
 from __future__ import annotations
 
 import ast
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,6 +17,7 @@ from pytest_hricdv.extra.draft.constants import Member, Reference, UnknownValueE
 from pytest_hricdv.extra.draft.findings import Place
 from pytest_hricdv.extra.draft.instances import Instances
 from pytest_hricdv.extra.draft.sources import Function, Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.type_tables import Handled, handled
 
 MAX_DEPTH = 12
 """Calls, attributes and names between a constant and its use (chosen)."""
@@ -97,7 +98,30 @@ class ValueFlow:
 
     @cached_property
     def _instances(self) -> Instances:
-        return Instances(self.sources, self.methods, self.arguments)
+        return Instances(self.sources, self.methods, self.arguments, self.handlers, self._own_attributes)
+
+    @cached_property
+    def _own_attributes(self) -> dict[tuple[int, str], list[tuple[Scope, ast.expr]]]:
+        """What methods assign to attributes of `self`: (class, by identity, attribute) -> where, and what."""
+        assigned: dict[tuple[int, str], list[tuple[Scope, ast.expr]]] = defaultdict(list)
+        for _, scope, node in self.nodes:
+            if scope is None or scope.owner is None or not isinstance(node, ast.Assign | ast.AnnAssign):
+                continue
+            for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                if isinstance(target, ast.Attribute) and dotted_name(target.value) == "self" and node.value is not None:
+                    assigned[id(scope.owner), target.attr].append((scope, node.value))
+        return assigned
+
+    @cached_property
+    def handled(self) -> tuple[Handled, ...]:
+        """Classes of messages that have a function of their own."""
+        return tuple(handled(self.sources, self.nodes, self.methods))
+
+    @cached_property
+    def handlers(self) -> dict[int, Handled]:
+        """Functions that handle messages of one class only, by the identity of their nodes."""
+        count = Counter(id(row.function.node) for row in self.handled)
+        return {id(row.function.node): row for row in self.handled if count[id(row.function.node)] == 1}
 
     def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> Constants:
         """The constants that an expression can be, as far as they are known."""

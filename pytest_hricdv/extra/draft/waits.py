@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.constants import UnknownValueError, evaluate
 from pytest_hricdv.extra.draft.findings import Constant, Parameter, Wait
-from pytest_hricdv.extra.draft.message_classes import form_of
+from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.ros_nodes import ros_parameters
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name, imported_name
