@@ -46,6 +46,16 @@ def test_tests_that_failed_are_named_before_those_that_did_not_run() -> None:
     assert listed.index(report["tests"][3]["id"]) < listed.index(report["tests"][0]["id"])
 
 
+@pytest.mark.parametrize(("outcome", "heading"), [("failed", "Failed"), ("not-run", "Not run")])
+def test_a_list_of_tests_that_are_all_alike_is_called_what_they_are(outcome: str, heading: str) -> None:
+    report = sample.data(tests=2)
+    for test in report["tests"]:
+        test["outcome"] = outcome
+    page = html.page(sample.typed(report))[0]
+    assert f"<h3>{heading}</h3>" in page
+    assert "Failed or not run" not in page
+
+
 @pytest.mark.parametrize(
     ("outcomes", "said"),
     [
