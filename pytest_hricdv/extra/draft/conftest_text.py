@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Sequence
 
 from pytest_hricdv.extra.draft.drafted import OTHER, Draft, Sensor, is_open
 from pytest_hricdv.extra.draft.findings import Message, MessageField, Port
@@ -40,6 +42,8 @@ def conftest(draft: Draft) -> str:
         "Testbench",
     ]
     used = [name for name in names if f"{name}(" in body or name in ("Outcome", "Run", "Testbench")]
+    shadowed = [name for name in used if any(message.name == name for message in draft.messages)]
+    body = _qualified(body, shadowed)
     head = [
         f'"""The testbench of {draft.robot}, drafted from its code: values have the place that they come from.',
         "",
@@ -56,6 +60,7 @@ def conftest(draft: Draft) -> str:
         *(["from types import SimpleNamespace"] if "SimpleNamespace(" in body else []),
         *(["from typing import Any"] if "Any" in body else []),
         "",
+        *(["from pytest_hricdv import testbench"] if shadowed else []),
         *(["from pytest_hricdv.runtime import text_of"] if "text_of(" in body else []),
         "from pytest_hricdv.testbench import (",
         *(f"    {name}," for name in used),
@@ -64,6 +69,19 @@ def conftest(draft: Draft) -> str:
         "",
     ]
     return "\n".join(head) + body
+
+
+def _qualified(body: str, names: Sequence[str]) -> str:
+    """The source text, in which a call is of the testbench where the code has a class of that name, too.
+
+    Functions import the classes of messages; only `said` makes messages.
+    """
+    before, said, after = body.partition("\ndef said(")
+    makes, end, rest = after.partition("\n\n\n")
+    for name in names:
+        called = re.compile(rf"(?<![\w.]){name}\(")
+        before, rest = called.sub(f"testbench.{name}(", before), called.sub(f"testbench.{name}(", rest)
+    return before + said + makes + end + rest
 
 
 def constants(draft: Draft) -> list[str]:

@@ -251,6 +251,8 @@ class PlainReader:
         elif last == "isinstance" and len(call.args) == 2:
             kinds = [dotted_name(part) for part in getattr(call.args[1], "elts", [call.args[1]])]
             value.is_text |= kinds == ["str"]
+        elif name in ("struct.unpack", "struct.unpack_from", "int.from_bytes"):
+            value.is_bytes = True
         elif name == "type":  # what is looked up by its class is an instance of one
             value.is_object |= bool(self._flow.handled)
         elif last in ("wait_for", "shield", "cast", "dict", "list", "tuple", "str", "bool"):

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.draft.requirements_text import requirement_ids
 FIRST = 8
 """Tests of the very first runs (chosen: one has each start and most manners)."""
 
-SEARCH_S = 40.0
+SEARCH_S = 30.0
 """Processor time after which no more dialogs are tried (chosen: a draft is to be green within two minutes)."""
 
 SUITES = ("rl", "closure")

@@ -32,7 +32,7 @@ class Cancel:
 
 
 @dataclass
-class Distance:
+class Range:
     metres: float
 
 
@@ -56,7 +56,7 @@ class Robot:
         self.emit = emit
         self.limits = limits
         self.mode = Mode.IDLE
-        self.handlers = {Fetch: self.on_fetch, Cancel: self.on_cancel, Distance: self.on_distance, Reset: self.on_reset}
+        self.handlers = {Fetch: self.on_fetch, Cancel: self.on_cancel, Range: self.on_distance, Reset: self.on_reset}
 
     def run(self):
         while True:
@@ -124,3 +124,19 @@ class Robot:
 """
 )
 """Single dispatch, by annotation and by argument."""
+
+GAUGE = """
+import struct
+
+import serial
+
+
+def run():
+    line = serial.Serial("/dev/ttyUSB0", 9600, timeout=0.5)
+    while True:
+        line.write(b"F")
+        (force,) = struct.unpack("<f", line.read(4))
+        if force > 20.0:
+            line.write(b"S")
+"""
+"""A serial line of packed numbers."""

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Findings, Message
+from pytest_hricdv.extra.draft.project import files
 from tests.extra.draft import handled_robots
 
 
@@ -31,18 +33,18 @@ def moves(findings: Findings) -> set[tuple[str, str]]:
 @pytest.mark.parametrize("findings", ["TABLE"], indirect=True)
 def test_the_classes_of_a_table_are_heard_and_nothing_else_is(findings: Findings) -> None:
     directions = {message.name: message.direction for message in findings.messages}
-    assert directions == dict.fromkeys(("Fetch", "Cancel", "Distance", "Reset"), "heard") | {"Changed": "said"}
+    assert directions == dict.fromkeys(("Fetch", "Cancel", "Range", "Reset"), "heard") | {"Changed": "said"}
     assert not [question for question in findings.questions if "What comes through" in question.text]
 
 
 @pytest.mark.parametrize("findings", ["TABLE"], indirect=True)
 def test_the_functions_of_a_table_say_what_fields_can_be(findings: Findings) -> None:
-    fields = {(name, part.name): part for name in ("Fetch", "Cancel", "Distance", "Reset")
+    fields = {(name, part.name): part for name in ("Fetch", "Cancel", "Range", "Reset")
               for part in message(findings, name).fields}  # fmt: skip
     assert [value.text for value in fields["Cancel", "reason"].values] == ["wrong book", "too late"]
     assert fields["Fetch", "level"].compared == (0.0, 4.0)
     assert fields["Reset", "code"].compared == (7.0, 9.0)
-    assert fields["Distance", "metres"].compared == (0.5,)  # a default of `Limits`, by way of `self.limits`
+    assert fields["Range", "metres"].compared == (0.5,)  # a default of `Limits`, by way of `self.limits`
 
 
 @pytest.mark.parametrize("findings", ["TABLE"], indirect=True)
@@ -56,6 +58,22 @@ def test_single_dispatch_says_what_is_heard(findings: Findings) -> None:
     assert directions == {"Fetch": "heard", "Cancel": "heard", "Changed": "said"}
     assert [value.text for part in message(findings, "Cancel").fields for value in part.values] == ["wrong book"]
     assert moves(findings) == {("IDLE", "BUSY"), ("BUSY", "IDLE")}
+
+
+@pytest.mark.parametrize("findings", ["TABLE"], indirect=True)
+def test_a_class_of_the_code_may_have_a_name_of_the_testbench(findings: Findings, tmp_path: Path) -> None:
+    text = dict(files(Draft(findings, "robot_code", "person", tmp_path.resolve())))["conftest.py"]
+    assert '"after_s": testbench.Range(0.5, 2.0, "s")' in text
+    assert 'return Range(metres=numbers["metres"])' in text
+    assert "from robot_code import Cancel, Changed, Fetch, Range, Reset" in text
+
+
+def test_a_line_whose_bytes_are_unpacked_gets_bytes(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(handled_robots.GAUGE, encoding="utf-8")
+    text = dict(files(Draft(analyse("robot_code", tmp_path), "robot_code", "person", tmp_path.resolve())))[
+        "conftest.py"
+    ]
+    assert "is_text=False" in text
 
 
 @pytest.mark.slow
