@@ -17,7 +17,7 @@ from pytest_hricdv.extra.draft.ros_findings import ros_lines
 from pytest_hricdv.extra.draft.ros_launch import launch_findings, launched
 from pytest_hricdv.extra.draft.running import with_transitions
 from pytest_hricdv.extra.draft.sources import DraftError
-from pytest_hricdv.extra.draft.trial import mend, tried
+from pytest_hricdv.extra.draft.trial import LATE, mend, tried
 from pytest_hricdv.extra.recordings.observed import Observed
 from pytest_hricdv.extra.ros2.packages import SourcePackage
 from pytest_hricdv.skeleton.skeleton import name_like
@@ -145,6 +145,10 @@ def _read(findings: Findings) -> Iterator[str]:
 
 
 def _came_of(trials: tuple[Trial, ...], made: Draft) -> Iterator[str]:
+    if made.dialogs:
+        dialogs = "1 dialog leads" if len(made.dialogs) == 1 else f"{len(made.dialogs)} dialogs lead"
+        yield f"first runs: {dialogs} further into the code than other runs: `@dialog_1` in models/{made.person}.asl"
+    yield from (f"first runs: {problem.text}" for problem in made.findings.problems if problem.kind == LATE)
     for trial in trials:
         for effect in trial.effects:
             yield f"{effect.place}: {effect.text}"

@@ -342,7 +342,7 @@ class Problem:
     """What keeps code from being run as it is: said, and the rest drafted.
 
     `kind` is "syntax", "missing module", "hardware", "side effect", "terminal", "outside", "import", "raised",
-    "unrepeatable", "entry", "unseen".
+    "unrepeatable", "entry", "unseen", "late".
     """
 
     kind: str

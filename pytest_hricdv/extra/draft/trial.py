@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.dialogs import Dialog, Reached, found_dialogs
+from pytest_hricdv.extra.draft.dialogs import found_dialogs
 from pytest_hricdv.extra.draft.drafted import ENDS, Draft
 from pytest_hricdv.extra.draft.findings import Problem
 from pytest_hricdv.extra.draft.first_runs import Trial, covered, run
@@ -17,6 +17,9 @@ FIRST = 8
 
 SEARCH_S = 30.0
 """Processor time after which no more dialogs are tried (chosen: a draft is to be green within two minutes)."""
+
+LATE = "late"
+"""Kind of the problem that the search for dialogs was ended."""
 
 SUITES = ("rl", "closure")
 """The suites that are to be green."""
@@ -80,10 +83,18 @@ def _begun(draft: Draft) -> Draft:
         return draft
     begin_s = _children_s()
 
-    def in_time(dialogs: Sequence[Dialog]) -> Mapping[Dialog, Reached]:
-        return covered(draft, dialogs) if _children_s() - begin_s < SEARCH_S else {}
+    def is_late() -> bool:
+        return _children_s() - begin_s >= SEARCH_S
 
-    return replace(draft, dialogs=found_dialogs(draft, in_time, first.reached))
+    dialogs = found_dialogs(draft, lambda new: {} if is_late() else covered(draft, new), first.reached)
+    return _late(replace(draft, dialogs=dialogs)) if is_late() else replace(draft, dialogs=dialogs)
+
+
+def _late(draft: Draft) -> Draft:
+    """The draft, which says that a machine that is faster may find more dialogs."""
+    text = f"the search for dialogs ended after {SEARCH_S:g} s of processor time: a longer one may find others"
+    findings = draft.findings
+    return replace(draft, findings=replace(findings, problems=(*findings.problems, Problem(LATE, text, None))))
 
 
 def _children_s() -> float:

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.dialogs import AT_END, WAITS, Dialog, Reached, alphabet, found_dialogs, text_of
 from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.first_runs import covered
+from pytest_hricdv.extra.draft.first_runs import Trial, covered
 from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.trial import LATE, tried
 
 SAFE = '''
 """A box that opens for three words in the right order."""
@@ -129,6 +130,20 @@ def test_each_dialog_is_a_plan_of_the_person(draft: Draft) -> None:
     body = f"inbox_text_knock(in_time); {tells}; wait_answer; inbox_text_key(in_time); {tells}"
     assert f"@dialog_1 +!round : dialog_1 <- {body}.\n" in texts["models/person.asl"]
     assert '"dialog_1"' in texts["conftest.py"]
+
+
+@pytest.mark.parametrize(("limit_s", "said"), [(0.0, True), (30.0, False)])
+def test_a_search_that_was_ended_says_so(
+    limit_s: float, said: bool, draft: Draft, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.SEARCH_S", limit_s)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.run", lambda *_: Trial(8, 8, (), (), "", ()))
+    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.covered", lambda _, dialogs: lock(ORDER, dialogs))
+    settled, _ = tried(draft)
+    assert [problem.text for problem in settled.findings.problems if problem.kind == LATE] == (
+        ["the search for dialogs ended after 0 s of processor time: a longer one may find others"] if said else []
+    )
+    assert bool(settled.dialogs) is not said
 
 
 @pytest.mark.slow
