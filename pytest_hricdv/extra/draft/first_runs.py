@@ -129,21 +129,23 @@ def covered(draft: Draft, dialogs: Sequence[Dialog]) -> dict[Dialog, Reached]:
     if session.report is None or session.is_ended:
         return {}
     tests = [test for test in session.report["tests"] if not test["failure"] or _is_of_requirements(test)]
-    return {tuple(test["abstract"]): _reached(test) for test in tests}
+    return {tuple(test["abstract"]): reached_in(test) for test in tests}
 
 
-def _reached(test: Mapping[str, Any]) -> Reached:
-    """What a test of a report came to.
+def reached_in(test: Mapping[str, Any]) -> Reached:
+    """What a test of a report came to. A run that raised at once has no timeline, and one without texts none of them.
 
     Situations show the way where no new statement does: to be told where to go means more when the lid is open.
     """
-    bits = [f"{int(number, 16):b}"[::-1] for number in test["code"]["bits"]] if test["code"] else []
+    measured: Mapping[str, Any] = test.get("code") or {}
+    bits = [f"{int(number, 16):b}"[::-1] for number in measured.get("bits", ())]
     code = {f"{kind} {n}" for kind, those in zip(CODE, bits, strict=False)
             for n, bit in enumerate(those) if bit == "1"}  # fmt: skip
-    timeline: Mapping[str, Sequence[tuple[float, str]]] = test["timeline"]["texts"]
-    texts = {f"{TEXT} {name}: {_alike(before)} -> {_alike(text)}"
-             for name, values in timeline.items() for (_, before), (_, text) in pairwise(values)}  # fmt: skip
-    return frozenset({*code, *texts, *_situations(timeline, (test["acted_s"] or [0.0])[-1])})
+    timeline: Mapping[str, Any] = test.get("timeline") or {}
+    texts: Mapping[str, Sequence[tuple[float, str]]] = timeline.get("texts", {})
+    changes = {f"{TEXT} {name}: {_alike(before)} -> {_alike(text)}"
+               for name, values in texts.items() for (_, before), (_, text) in pairwise(values)}  # fmt: skip
+    return frozenset({*code, *changes, *_situations(texts, (test.get("acted_s") or [0.0])[-1])})
 
 
 def _alike(text: str) -> str:
@@ -227,7 +229,7 @@ def _read(report: dict[str, Any], effects: tuple[Problem, ...]) -> Trial:
         unrepeatable=f"{others[0]['cause']}: {others[0]['detail']}" if others else "",
         leaks=any(other["left_by"] for other in others), raised=len(errors),
         ends=tuple(dict.fromkeys(end for test in tests for end in _ALLOW.findall(test["failure"] or ""))),
-        reached=frozenset().union(*map(_reached, tests)),
+        reached=frozenset().union(*map(reached_in, tests)),
     )  # fmt: skip
 
 

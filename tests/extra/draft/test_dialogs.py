@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.dialogs import AT_END, WAITS, Dialog, Reached, alphabet, found_dialogs, text_of
 from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.first_runs import Trial, covered
+from pytest_hricdv.extra.draft.first_runs import Trial, covered, reached_in
 from pytest_hricdv.extra.draft.project import files
 from pytest_hricdv.extra.draft.trial import LATE, tried
 
@@ -71,6 +71,22 @@ def lock(order: Sequence[str], dialogs: Sequence[Dialog]) -> dict[Dialog, Reache
         number = steps_in_order(dialog, order)
         reached[dialog] = frozenset({f"{AT_END} {number}", *(f"statement {n}" for n in range(number + 1))})
     return reached
+
+
+@pytest.mark.parametrize("timeline", [{}, {"timeline": None}, {"timeline": {"end_s": 2.0}}])
+def test_a_run_without_texts_comes_to_its_code_only(timeline: dict[str, object]) -> None:
+    bare = {"code": {"bits": ["0x5", "0x2"]}, "acted_s": [], **timeline}
+    assert {"statement 0", "statement 2", "branch 1"} == {point for point in reached_in(bare) if AT_END not in point}
+    assert len(reached_in({"code": None, **timeline})) == 1  # that it ended
+
+
+def test_a_situation_is_all_that_texts_are_and_the_last_one_is_that_after_the_last_answer() -> None:
+    texts = {"state": [[0.0, ""], [1.0, "open"], [9.0, "late"]], "said": [[0.0, ""], [2.0, "room 12"]]}
+    points = reached_in({"code": None, "timeline": {"texts": texts}, "acted_s": [0.5, 1.5]})
+    assert {point for point in points if point.startswith("text")} == {
+        "text state:  -> open", "text state: open -> late", "text said:  -> room #",
+    }  # fmt: skip
+    assert f'{AT_END} {{"said": "room #", "state": "open"}}' in points
 
 
 def test_the_words_are_those_that_the_code_knows(draft: Draft) -> None:
