@@ -123,7 +123,7 @@ def test_a_draft_of_code_that_is_called_is_green_at_once(name: str, tmp_path: Pa
     made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
     assert "is not green" not in made.stdout
-    has_global_state = name in ("GLOBAL_CLIENT", "WEB")
+    has_global_state = name in ("GLOBAL_CLIENT", "WEB", "DECORATED")
     assert ("hri_isolate = true" in (tmp_path / "draft" / "pytest.ini").read_text(encoding="utf-8")) == has_global_state
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q"], cwd=tmp_path / "draft", capture_output=True, text=True, check=False
