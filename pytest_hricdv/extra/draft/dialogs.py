@@ -30,9 +30,11 @@ AT_END = "at the end"
 """What a situation begins with in which a run ended."""
 
 WAITS = "wait_answer"
+"""The command of who waits until the robot says something."""
 
 GENERATIONS, OF_EACH = 6, 32
-"""So often so many are tried. Chosen: the runs take less time than a suite of the first runs."""
+"""So often so many are tried. Chosen on the porter, whose pin is five steps away: it is found in the fourth generation
+(`python -m pytest_hricdv init --from porter`)."""
 
 LONGEST = 20
 """Steps of a dialog; more would take too long (chosen)."""
@@ -88,18 +90,18 @@ def found_dialogs(
 
 def _shortest(tried: dict[Dialog, Reached], reached: Reached) -> list[Dialog]:
     """The shortest dialog to each end, and to each point that others do not come to; the latest first."""
-    to = dict[str, Dialog]()
+    shortest = dict[str, Dialog]()
     for dialog, points in tried.items():
         for point in (point for point in points if point.startswith(AT_END) or point not in reached):
-            to[point] = min(to.get(point, dialog), dialog, key=len)
-    return [dialog for dialog in reversed(tried) if dialog in {*to.values()}]
+            shortest[point] = min(shortest.get(point, dialog), dialog, key=len)
+    return [dialog for dialog in reversed(tried) if dialog in {*shortest.values()}]
 
 
 def _continued(dialog: Dialog, words: Sequence[str], drawn: random.Random) -> list[Dialog]:
     """All that can be said next, each with a wait for an answer, and pairs of it without one between; in any order."""
-    one = [(*dialog, word, WAITS) for word in drawn.sample(words, len(words))]
-    two = [(*dialog, *drawn.choices(words, k=2), WAITS) for _ in words]
-    longer = [*two, *one, (*dialog, WAITS)]  # the last ones are tried first
+    words_alone = [(*dialog, word, WAITS) for word in drawn.sample(words, len(words))]
+    pairs = [(*dialog, *drawn.choices(words, k=2), WAITS) for _ in words]
+    longer = [*pairs, *words_alone, (*dialog, WAITS)]  # the last ones are tried first
     return [steps for steps in longer if len(steps) <= LONGEST]
 
 

@@ -29,7 +29,7 @@ LONGEST_S = 600.0
 """So long by the clock, where nothing says the processor time, or nothing is computed (chosen)."""
 
 LOOKS_EACH_S = 0.5
-"""How often the processor time is looked at."""
+"""How often the processor time is looked at (chosen: a session takes several seconds)."""
 
 ENDING_S = 30.0
 """So long a session that was told to end may take for its report (chosen)."""

@@ -108,14 +108,14 @@ def _dialogs(draft: Draft) -> list[str]:
     """The plans of the dialogs that first runs have found."""
     if not draft.dialogs:
         return []
-    told = {command: _told(thing).rstrip(".") for thing in draft.things for command, _ in thing.commands}
+    tells_robot = {command: _told(thing).rstrip(".") for thing in draft.things for command, _ in thing.commands}
     lines = ["// Orders that led far into the code in the first runs. TODO: which are your people's?"]
     for number, dialog in enumerate(draft.dialogs, 1):
         steps = []
         for step in dialog:
             command, _, how = step.partition(" ")
             steps.append(f"{command}({how})" if how else command)
-            steps += [told[command]] if command in told else []
+            steps += [tells_robot[command]] if command in tells_robot else []
         lines.append(f"@dialog_{number} +!round : dialog_{number} <- {'; '.join(steps)}.")
     return lines
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.dialogs import found_dialogs
+from pytest_hricdv.extra.draft.dialogs import Dialog, Reached, found_dialogs
 from pytest_hricdv.extra.draft.drafted import ENDS, Draft
 from pytest_hricdv.extra.draft.findings import Problem
 from pytest_hricdv.extra.draft.first_runs import Trial, covered, run
@@ -82,12 +82,16 @@ def _begun(draft: Draft) -> Draft:
     if first.error or draft.ros is not None:  # a node takes many times as long as code that is called
         return draft
     begin_s = _children_s()
+    refused: list[Dialog] = []
 
-    def is_late() -> bool:
-        return _children_s() - begin_s >= SEARCH_S
+    def in_time(dialogs: Sequence[Dialog]) -> Mapping[Dialog, Reached]:
+        if _children_s() - begin_s < SEARCH_S:
+            return covered(draft, dialogs)
+        refused.extend(dialogs)
+        return {}
 
-    dialogs = found_dialogs(draft, lambda new: {} if is_late() else covered(draft, new), first.reached)
-    return _late(replace(draft, dialogs=dialogs)) if is_late() else replace(draft, dialogs=dialogs)
+    with_dialogs = replace(draft, dialogs=found_dialogs(draft, in_time, first.reached))
+    return _late(with_dialogs) if refused else with_dialogs
 
 
 def _late(draft: Draft) -> Draft:
