@@ -6,10 +6,12 @@ import json
 import re
 from collections.abc import Sequence
 
-from pytest_hricdv.extra.draft.drafted import OTHER, Draft, Sensor, is_open
+from pytest_hricdv.extra.draft.device_text import called_classes
+from pytest_hricdv.extra.draft.drafted import OTHER, Draft, is_open
 from pytest_hricdv.extra.draft.findings import Message, MessageField, Port
 from pytest_hricdv.extra.draft.model_text import (
     PASSES_S,
+    SHORT,
     STAY_S,
     groups,
     levels,
@@ -19,8 +21,8 @@ from pytest_hricdv.extra.draft.model_text import (
 )
 from pytest_hricdv.extra.draft.naming import unit_of, word
 from pytest_hricdv.extra.draft.observed_text import answer_s, lateness, reaction_lines, said_lines_of, times_of_lines
-from pytest_hricdv.extra.draft.ports_text import called_classes
 from pytest_hricdv.extra.draft.run_text import run_lines, said_lines
+from pytest_hricdv.extra.draft.sensing import Sensor
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes, tuple_text
 
 
@@ -256,6 +258,8 @@ def _state_part(draft: Draft) -> list[str]:
 
 def _sensor_commands(sensor: Sensor) -> list[str]:
     name = word(sensor.name)
+    if sensor.motion is not None:
+        return [f'                "set_{name} {SHORT}": {{"share": Range(0.1, 0.9)}},  # TODO: how short?']
     if sensor.kind == "bool":
         return [f'                "set_{name} {level}": {{}},' for level in levels(sensor)]
     mark = f"  # {sensor.operation.place}" if sensor.is_certain else "  # TODO: between which numbers?"

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import product, zip_longest
+from itertools import product
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.findings import Entry, Findings, Message, MessageField, Operation, Place, Port
+from pytest_hricdv.extra.draft.findings import Entry, Findings, Message, MessageField, Place, Port
+from pytest_hricdv.extra.draft.motions import Motion
 from pytest_hricdv.extra.draft.naming import word
 from pytest_hricdv.extra.draft.ros_findings import RosStart
+from pytest_hricdv.extra.draft.sensing import Sensor, Told, motions_of, sensors_of, told_of
 from pytest_hricdv.extra.recordings.observed import Observed
 from pytest_hricdv.skeleton.skeleton import name_like
 
@@ -69,43 +71,6 @@ class Thing:
     def commands(self) -> tuple[tuple[str, Kind], ...]:
         """The name of each command, with what it says."""
         return tuple((f"{self.name}_{kind.name}".strip("_"), kind) for kind in self.kinds)
-
-
-@dataclass(frozen=True)
-class Sensor:
-    """A value that the code reads at a port.
-
-    Args:
-        port: name of the port.
-        operation: the method or attribute.
-        name: of the attribute of the world, and of the signal.
-        kind: "bool" or "float".
-        low: range of the lower values (bool: none).
-        high: range of the higher ones.
-        is_certain: whether the code compares it with a number, from which the ranges are made.
-    """
-
-    port: str
-    operation: Operation
-    name: str
-    kind: str
-    low: tuple[float, float] = (0.0, 1.0)
-    high: tuple[float, float] = (1.0, 2.0)
-    is_certain: bool = False
-
-
-@dataclass(frozen=True)
-class Told:
-    """Something that the code tells a device: an argument of a call, or what it sets an attribute to.
-
-    `signal` records it, of this kind; texts stand for what is of no kind that the code says.
-    """
-
-    port: str
-    operation: Operation
-    argument: str
-    signal: str
-    kind: str
 
 
 @dataclass(frozen=True)
@@ -189,18 +154,19 @@ class Draft:
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
         """What the code reads at its devices."""
-        sensors = []
-        for port in self.devices:
-            for operation in port.operations:
-                kind = {"bool": "bool", "float": "float", "int": "float"}.get(operation.returns, "")
-                if kind and not operation.is_set:
-                    sensors.append(_sensor(port, operation, kind))
-        return tuple(sensors)
+        return tuple(sensors_of(self.devices))
+
+    @cached_property
+    def motions(self) -> dict[str, tuple[Motion, ...]]:
+        """Port -> what moves of its stand-in."""
+        return motions_of(self.devices)
 
     @property
     def called(self) -> dict[str, tuple[str, ...]]:
         """Port -> the methods by which the code tells the device something, where there are some."""
         sensors = {(sensor.port, sensor.operation.name) for sensor in self.sensors}
+        sensors |= {(port, value.operation.name) for port, motions in self.motions.items() for motion in motions
+                    for value in motion.readings}  # fmt: skip
         calls = {
             port.name: tuple(
                 operation.name.strip("_")
@@ -215,18 +181,7 @@ class Draft:
     @cached_property
     def told(self) -> tuple[Told, ...]:
         """What the code tells its devices."""
-        sensors = {(sensor.port, sensor.operation.name) for sensor in self.sensors}
-        made: dict[str, Told] = {}
-        for port in self.devices:
-            for operation in port.operations:
-                if (port.name, operation.name) in sensors or (operation.kind == "attribute" and not operation.is_set):
-                    continue
-                names = ("",) if operation.kind == "attribute" else operation.arguments
-                for name, kind in zip_longest(names, operation.told[: len(names)], fillvalue=""):
-                    parts = (port.name, operation.name.strip("_"), name.strip("_").lower())
-                    signal = "_".join(filter(None, parts))
-                    made.setdefault(signal, Told(port.name, operation, name, signal, kind or "str"))
-        return tuple(made.values())
+        return told_of(self.devices, self.sensors)
 
     @cached_property
     def signals(self) -> tuple[Signal, ...]:
@@ -396,14 +351,3 @@ def _source(part: MessageField, text: str) -> str:
     ):
         return f"_member({part.type}, {text!r})"
     return repr(text).replace("'", '"') if '"' not in text and "'" not in text else repr(text)
-
-
-def _sensor(port: Port, operation: Operation, kind: str) -> Sensor:
-    name = f"{port.name}_{operation.name}"
-    if kind == "float" and operation.compared:
-        low, high = min(operation.compared), max(operation.compared)
-        width = abs(low) or 1.0
-        return Sensor(
-            port.name, operation, name, kind, (low - width, low - width / 4), (high + width / 4, high + width), True
-        )
-    return Sensor(port.name, operation, name, kind)

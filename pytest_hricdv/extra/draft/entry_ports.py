@@ -13,6 +13,7 @@ from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.neutral import neutral
 from pytest_hricdv.extra.draft.operations import OperationFinder, merged
+from pytest_hricdv.extra.draft.parts import PartReader
 from pytest_hricdv.extra.draft.sources import Function, Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.speech import SAYS, SUBSCRIBES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, default_of, last_name, parameter_names
@@ -30,6 +31,7 @@ class PortReader:
     def __init__(self, sources: Sources, flow: ValueFlow) -> None:
         self._sources = sources
         self._operations = OperationFinder(sources, flow)
+        self._parts = PartReader(sources, flow)
 
     def ports(self, scope: Scope, skip: int = 0) -> Iterator[Port]:
         assert not isinstance(scope.node, ast.ClassDef)
@@ -86,8 +88,11 @@ class PortReader:
                 is_read = kind == "attribute"
                 made = neutral(self._sources, own.module, statement.returns)
                 text, needs = made or ("", ())
+                parts = self._parts.parts(own.module, statement.returns) or operation.parts
+                told_parts = tuple(self._parts.parts(own.module, _annotation(statement, name)) for name in names)
                 return Operation(operation.name, "attribute" if is_read else "method", names, returns, place, is_async,
-                                 compared=operation.compared, made=text, needs=needs, told=told)  # fmt: skip
+                                 compared=operation.compared, made=text, needs=needs, told=told, parts=parts,
+                                 told_parts=told_parts)  # fmt: skip
             if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
                 returns, place = ast.unparse(statement.annotation), own.module.place(statement)
                 told = (KINDS.get(returns, ""),)
@@ -131,11 +136,16 @@ def _parsed(text: str) -> ast.expr | None:
         return None
 
 
-def _kind_of_argument(function: Function, name: str) -> str:
-    """What an annotation says of the kind of an argument: "bool", "float", "str"; empty where it does not."""
+def _annotation(function: Function, name: str) -> ast.expr | None:
+    """The annotation of an argument."""
     arguments = function.args
     parts = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
-    annotation = next((part.annotation for part in parts if part.arg == name), None)
+    return next((part.annotation for part in parts if part.arg == name), None)
+
+
+def _kind_of_argument(function: Function, name: str) -> str:
+    """What an annotation says of the kind of an argument: "bool", "float", "str"; empty where it does not."""
+    annotation = _annotation(function, name)
     return KINDS.get(ast.unparse(annotation), "") if annotation is not None else ""
 
 

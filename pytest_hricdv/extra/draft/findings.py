@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from pytest_hricdv.extra.draft.place import Place as Place
+from pytest_hricdv.extra.draft.port import Operation as Operation
+from pytest_hricdv.extra.draft.port import Part as Part
+from pytest_hricdv.extra.draft.port import Port as Port
 from pytest_hricdv.extra.draft.ros_findings import RosNodes
 
 How = Literal["analysis", "run"]
@@ -210,59 +213,6 @@ class Parameter:
     default: str
     unit: str
     place: Place
-
-
-@dataclass(frozen=True)
-class Operation:
-    """What the code does with a port: a method that it calls, or an attribute that it reads or sets.
-
-    `returns` is the source text of the annotation, or "bool", "float", "text", concluded from the use; empty: unknown.
-    `compared` are the numbers that the code compares it with, where they are constants; `made` is the source text of
-    a neutral value of what it returns, where its type says one, and `needs` the names in it, as (module, name).
-    `told` are the kinds of the arguments, or of what an attribute is set to: "bool", "float", "str"; empty: unknown.
-    """
-
-    name: str
-    kind: Literal["method", "attribute"]
-    arguments: tuple[str, ...]
-    returns: str
-    place: Place
-    is_async: bool = False
-    is_set: bool = False
-    compared: tuple[float, ...] = ()
-    made: str = ""
-    needs: tuple[tuple[str, str], ...] = ()
-    told: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Port:
-    """A parameter of the entry.
-
-    Args:
-        name: of the parameter.
-        role: "bus", "clock", "publish" (a function that is called with each message), "queue", "reader", "writer",
-            "parameter" (a number or text), "device" (hardware, or whatever else the code is handed).
-        annotation: source text; empty where there is none.
-        default: source text; empty where there is none.
-        operations: what the code does with it.
-        place: of the parameter.
-        direction: of a queue: heard or said; empty where it is not known.
-        keyword: whether it can be handed over by name only.
-        made: source text of a neutral value of its type, where this says one.
-        needs: the names in it, as (module, name).
-    """
-
-    name: str
-    role: str
-    annotation: str
-    default: str
-    operations: tuple[Operation, ...]
-    place: Place
-    direction: str = ""
-    keyword: bool = False
-    made: str = ""
-    needs: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.draft.drafted import MANNERS, Draft, Sensor, Thing
+from pytest_hricdv.extra.draft.drafted import MANNERS, Draft, Thing
 from pytest_hricdv.extra.draft.naming import word
+from pytest_hricdv.extra.draft.sensing import Sensor
 
 NEVER = "never"
 
@@ -92,7 +93,8 @@ def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
 
 def meanwhile(draft: Draft) -> tuple[Sensor, ...]:
     """The sensors that say something else for a while, when the robot was told something."""
-    return draft.sensors[:MOST_MEANWHILE] if draft.things else ()
+    said = tuple(sensor for sensor in draft.sensors if sensor.motion is None)
+    return said[:MOST_MEANWHILE] if draft.things else ()
 
 
 NOTHING = "nothing_changes"
@@ -145,8 +147,14 @@ def which(thing: Thing, kind: str) -> str:
     return f"{thing.name}_is_{kind}"
 
 
-def levels(sensor: Sensor) -> tuple[str, str]:
+SHORT = "short"
+"""How a sensor is set that follows what its device is told: it does not go all the way the next time."""
+
+
+def levels(sensor: Sensor) -> tuple[str, ...]:
     """The words for what a sensor can say."""
+    if sensor.motion is not None:
+        return (SHORT,)
     return ("yes", "no") if sensor.kind == "bool" else ("low", "high")
 
 

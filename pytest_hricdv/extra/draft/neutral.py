@@ -69,6 +69,8 @@ def _subscripted(sources: Sources, module: Module, annotation: ast.Subscript, de
             return (f"({FAR},) * {MANY}", ()) if inner == ("0.0", ()) else ("()", ())
         made = [neutral(sources, module, part, depth + 1) or ("None", ()) for part in parts]
         return "(" + ", ".join(text for text, _ in made) + ",)", tuple(need for _, needs in made for need in needs)
+    if name in ("list", "List", "Sequence") and dotted_name(parts[0]) == "float":
+        return f"[{FAR}] * {MANY}", ()
     return (EMPTY[name], ()) if name in EMPTY else None
 
 

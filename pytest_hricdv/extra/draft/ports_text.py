@@ -14,9 +14,9 @@ from pytest_hricdv.extra.draft.bus_templates import (
 )
 from pytest_hricdv.extra.draft.call_text import call_classes
 from pytest_hricdv.extra.draft.connection_templates import connection_class
+from pytest_hricdv.extra.draft.device_text import device, has_unknowns, moving_classes
 from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.findings import Operation, Port
-from pytest_hricdv.extra.draft.naming import camel
+from pytest_hricdv.extra.draft.findings import Port
 from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES, plain_classes
 from pytest_hricdv.extra.draft.queue_templates import ASYNC_QUEUES, OUTBOX, READLINE, SCRIPT, STREAM, SYNC_QUEUES
 from pytest_hricdv.extra.draft.speech import OPTIONS, PAYLOADS, SAYS, SENDERS, SUBSCRIBES
@@ -68,11 +68,7 @@ def ports(draft: Draft) -> str:
     roles = {port.role for port in draft.ports}
     arguments = [part for calling in draft.findings.calls for part in calling.arguments]
     is_unknown = any("Anything()" in part for part in arguments)
-    if (
-        draft.missing
-        or is_unknown
-        or any(_is_unknown(operation) for port in draft.devices for operation in port.operations)
-    ):
+    if draft.missing or is_unknown or any(map(has_unknowns, draft.devices)):
         parts.append(ANYTHING)
     if draft.missing:
         parts.append(MISSING)
@@ -105,7 +101,8 @@ def ports(draft: Draft) -> str:
     parts.append(call_classes(draft))
     if draft.findings.script:
         parts.append(SCRIPT if draft.findings.channels else SCRIPT.replace(_TYPED, "Any"))
-    parts += [_device(draft, port) for port in draft.devices]
+    parts.append(moving_classes(draft))
+    parts += [device(draft, port) for port in draft.devices]
     body = "".join(parts)
     return _head(draft, body) + body
 
@@ -157,18 +154,6 @@ def bus_kind(draft: Draft) -> str:
     return "own" if names <= {"publish", "subscribe"} and not draft.findings.is_taken_from else "inboxes"
 
 
-def device_class(port: Port) -> str:
-    """The name of a stand-in."""
-    return camel(port.name.strip("_"))
-
-
-def called_classes(draft: Draft) -> dict[str, str]:
-    """Port -> the name of the message that its stand-in sends when it is called."""
-    taken = {message.name for message in draft.findings.messages}
-    names = {port: f"{camel(port.strip('_'))}Called" for port in draft.called}
-    return {port: f"{name}OfDevice" if name in taken else name for port, name in names.items()}
-
-
 def _head(draft: Draft, body: str) -> str:
     lines = [
         '"""What the code is handed in the place of its hardware, its bus and its queues. Replace it part by part."""',
@@ -187,6 +172,8 @@ def _head(draft: Draft, body: str) -> str:
     lines += ["from importlib.util import find_spec, module_from_spec"] if "module_from_spec(" in body else []
     lines += ["from pathlib import Path"] if "Path(" in body else []
     lines += ["from inspect import signature"] if "signature(" in body else []
+    functions = [name for name in ("cos", "remainder", "sin", "tau") if re.search(rf"\b{name}\b", body)]
+    lines += [f"from math import {', '.join(functions)}"] if "class Drive:" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec"]
     types = [name for name in ("FunctionType", "ModuleType", "SimpleNamespace") if re.search(rf"\b{name}\b", body)]
@@ -210,110 +197,14 @@ def _head(draft: Draft, body: str) -> str:
         lines += ["READ_S = 1.0  # so long a line is waited for; TODO"]
     if "STATE_EACH_S" in body:
         lines += ["", "STATE_EACH_S = 0.1  # how often the state is looked at"]
+    lines += ["", "MOVES_S = 1.0  # so long each motion takes; TODO"] if "MOVES_S" in body else []
+    lines += (
+        ["", "RECORDS_EACH_S = 0.5  # how often it is recorded where a base is"] if "RECORDS_EACH_S" in body else []
+    )
+    lines += ["", "TRACK_M = 0.3  # between the wheels; TODO"] if "TRACK_M" in body else []
     if re.search(r"\bSTEP_S", body):
         lines += [
             "",
             "STEP_S = 0.01  # so long each call of a device takes: a loop that only asks devices would not end",
         ]
     return "\n".join(lines) + "\n"
-
-
-def _is_unknown(operation: Operation) -> bool:
-    return (
-        not operation.is_set
-        and not operation.made
-        and operation.returns not in ("bool", "float", "int", "text", "str", "None")
-    )
-
-
-def _device(draft: Draft, port: Port) -> str:
-    """The stand-in of a port."""
-    lines = _called_message(draft, port)
-    lines += [
-        "",
-        "",
-        f"class {device_class(port)}:",
-        f'    """Stand-in of `{port.name}` ({port.place}). TODO: what does it do, and what does it say?"""',
-        "",
-        "    def __init__(self, world: World) -> None:",
-        "        self._world = world",
-    ]
-    is_held = [operation for operation in port.operations if operation.kind == "attribute" and operation.is_set]
-    lines += [f"        self.{_held(operation)}: Any = None  # {operation.place}" for operation in is_held]
-    for operation in port.operations:
-        if operation.name.startswith("__") and operation.name != "__call__":
-            continue
-        if operation.kind == "attribute":
-            lines += _attribute(draft, port, operation)
-        else:
-            lines += _method(draft, port, operation)
-    return "\n".join(lines) + "\n"
-
-
-def _called_message(draft: Draft, port: Port) -> list[str]:
-    """The message that tells that the robot has called the device."""
-    if port.name not in draft.called:
-        return []
-    name = called_classes(draft)[port.name]
-    calls = ", ".join(f'"{call}"' for call in draft.called[port.name])
-    doc = f'    """The robot has called `{port.name}`: the stand-in says so."""'
-    return ["", "", "@dataclass(frozen=True)", f"class {name}:", doc, "", f"    what: Literal[{calls}]"]
-
-
-def _held(operation: Operation) -> str:
-    """The attribute of a stand-in that keeps what the code sets."""
-    return f"_{operation.name.strip('_')}_is"
-
-
-def _attribute(draft: Draft, port: Port, operation: Operation) -> list[str]:
-    """An attribute of a stand-in: what the code reads, or sets, which is recorded."""
-    head = ["", "    @property", f"    def {operation.name}(self) -> Any:", f'        """{operation.place}"""']
-    if not operation.is_set:
-        return [*head, *_returned(draft, port, operation)]
-    lines = [*head, f"        return self.{_held(operation)}", "", f"    @{operation.name}.setter"]
-    lines += [f"    def {operation.name}(self, value: Any) -> None:", f"        self.{_held(operation)} = value"]
-    told = [part for part in draft.told if (part.port, part.operation.name) == (port.name, operation.name)]
-    return lines + [f"        self._world.told({part.signal}=value)" for part in told]
-
-
-def _method(draft: Draft, port: Port, operation: Operation) -> list[str]:
-    """A method of a stand-in; what it is told is recorded."""
-    told = [part for part in draft.told if (part.port, part.operation.name) == (port.name, operation.name)]
-    arguments = "".join(f", {part.argument}: Any = None" for part in told)
-    a = "async " if operation.is_async else ""
-    lines = [
-        "",
-        f"    {a}def {operation.name}(self{arguments}, *_: Any, **__: Any) -> Any:",
-        f'        """{operation.place}"""',
-    ]
-    if draft.takes_time and not operation.is_async:
-        lines.append("        self._world.sleep(STEP_S)")
-    if not _sensors(draft, port, operation):
-        did = operation.name.strip("_")
-        lines.append(f'        self._world.record("{port.name}_did", "{did}")')
-        lines.append(f'        self._world.called("{port.name}", {called_classes(draft)[port.name]}("{did}"))')
-    if told:
-        lines.append(f"        self._world.told({', '.join(f'{part.signal}={part.argument}' for part in told)})")
-    return [*lines, *_returned(draft, port, operation)]
-
-
-def _sensors(draft: Draft, port: Port, operation: Operation) -> list[str]:
-    """The name of the sensor that an operation reads, if it does."""
-    return [
-        sensor.name for sensor in draft.sensors if (sensor.port, sensor.operation.name) == (port.name, operation.name)
-    ]
-
-
-def _returned(draft: Draft, port: Port, operation: Operation) -> list[str]:
-    """The lines that return a value."""
-    sensors = _sensors(draft, port, operation)
-    value = f'self._world.senses["{sensors[0]}"]' if sensors else f"{_value(operation)}  # TODO"
-    return [*(f"        from {module} import {name}" for module, name in operation.needs), f"        return {value}"]
-
-
-def _value(operation: Operation) -> str:
-    if operation.made:
-        return operation.made
-    if operation.returns in ("text", "str"):
-        return '""'
-    return "Anything()" if _is_unknown(operation) else "None"

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 
 from pytest_hricdv.extra.draft.call_text import call_lines, call_needs
+from pytest_hricdv.extra.draft.device_text import device_class
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
 from pytest_hricdv.extra.draft.findings import Channel, Message, Port
 from pytest_hricdv.extra.draft.plain_text import OWN_CLASSES
-from pytest_hricdv.extra.draft.ports_text import bus_kind, device_class
+from pytest_hricdv.extra.draft.ports_text import bus_kind
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes
 
 TAKEN = ("run", "world", "person", "robot", "manner", "hits", "note", "look", "made", "make", "program", "calls")

@@ -116,8 +116,16 @@ def _person(draft: Draft) -> list[str]:
         branches.append(
             ['            if action.command == "wait_answer":', "                run.kernel.sleep(ANSWER_S / 10)"]
         )
-    if draft.sensors:
-        names = ", ".join(f'"set_{word(sensor.name)}": "{sensor.name}"' for sensor in draft.sensors)
+    if moving := [sensor for sensor in draft.sensors if sensor.motion is not None]:
+        names = ", ".join(f'"set_{word(sensor.name)}": "{sensor.name}"' for sensor in moving)
+        branches.append(
+            [
+                f"            elif what in (moves := {{{names}}}):",
+                '                world.ways[moves[what]] = float(action.parameters["share"])',
+            ]
+        )
+    if said := [sensor for sensor in draft.sensors if sensor.motion is None]:
+        names = ", ".join(f'"set_{word(sensor.name)}": "{sensor.name}"' for sensor in said)
         branches.append(
             [
                 f"            elif what in (senses := {{{names}}}):",

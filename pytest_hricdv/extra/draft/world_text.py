@@ -21,7 +21,7 @@ class World:
         """Record a signal."""
         self._recorder.signal(self._kernel.now_s, name, value)
 
-{told}    def sense(self, name: str, value: bool | float) -> None:
+{now}{told}    def sense(self, name: str, value: bool | float) -> None:
         """From now on a sensor says this."""
         self.senses[name] = value
         self.record(name, value)
@@ -30,6 +30,16 @@ class World:
         """Let simulated time pass."""
         self._kernel.sleep(duration_s)
 '''
+
+_NOW = '''    @property
+    def now_s(self) -> float:
+        """Simulated time."""
+        return self._kernel.now_s
+
+'''
+
+_WAYS = """        self.ways: dict[str, float] = {}  # sensor -> the share of its next way that it goes
+"""
 
 _TOLD = '''    def told(self, **values: Any) -> None:
         """Record what a device was told, as far as it is of the kind of its signal."""
@@ -69,9 +79,7 @@ def world(draft: Draft) -> str:
         "# What the code reads at its ports, and what it reads first. TODO: what is right for your robot?",
         "SENSES: dict[str, bool | float] = {",
     ]
-    for sensor in draft.sensors:
-        value = "False" if sensor.kind == "bool" else repr(round(sensor.low[1], 6))
-        lines.append(f'    "{sensor.name}": {value},  # {sensor.operation.place}')
+    lines += [f'    "{sensor.name}": {sensor.first},  # {sensor.operation.place}' for sensor in draft.sensors]
     lines += [
         "}",
         "",
@@ -85,6 +93,8 @@ def world(draft: Draft) -> str:
     for port in draft.devices:
         if any(operation.kind == "method" for operation in port.operations):
             lines.append(f'    "{port.name}_did": "",  # {port.place}')
+    driven = [port for port, motions in draft.motions.items() if any(motion.is_pose for motion in motions)]
+    lines += [f'    "{port}_{axis}": 0.0,' for port in driven for axis in ("x", "y")]
     lines += [f'    "{told.signal}": {_INITIAL[told.kind]},  # {told.operation.place}' for told in draft.told]
     lines += ["}", ""]
     lines.append("SIGNALS: dict[str, type[bool | float | str]] = {")
@@ -98,4 +108,6 @@ def _class(draft: Draft) -> str:
     text = _WORLD.replace("{told}", (_TOLD if draft.told else "") + (_CALLED if draft.called else ""))
     text = text.replace("{bus}", ", bus: Bus" if draft.called else "")
     calls = "        self._bus = bus\n        self._calls: dict[str, tuple[Any, float]] = {}\n"
-    return text.replace("{calls}", calls if draft.called else "")
+    calls = calls if draft.called else ""
+    text = text.replace("{now}", _NOW if draft.motions else "")
+    return text.replace("{calls}", calls + (_WAYS if draft.motions else ""))
