@@ -13,7 +13,9 @@ from pytest_hricdv.extra.draft.model_text import (
     PASSES_S,
     SHORT,
     STAY_S,
+    UNTIL_QUIET,
     groups,
+    leaves,
     levels,
     meanwhile,
     neutral_beliefs,
@@ -98,6 +100,11 @@ def constants(draft: Draft) -> list[str]:
         *reaction_lines(draft),
         *(["STEP_S = 0.1  # how often the robot's step is called; TODO"] if draft.is_step else []),
         f"ANSWER_S = {waits_s:g}  # so long a person waits for an answer; {why}",
+        *(
+            ["STAYS_S = 5 * ANSWER_S  # so long a person stays at most until the robot says nothing more; TODO"]
+            if leaves(draft)
+            else []
+        ),
         "LOOKS_EACH_S = 0.25  # how often a person looks whether there is one",
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
@@ -159,6 +166,7 @@ def said_commands(draft: Draft) -> list[str]:
                 for how, (low, high) in STAY_S.items()]  # fmt: skip
     if not draft.things:
         return waits
+    waits += [f'                "{UNTIL_QUIET}": {{}},'] if leaves(draft) else []
     times = (
         "**times, **TIMES_OF.get(what, {}).get(how, {}), **numbers" if times_of_lines(draft) else "**times, **numbers"
     )

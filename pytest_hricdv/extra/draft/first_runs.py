@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.extra.draft import guard
-from pytest_hricdv.extra.draft.dialogs import AT_END, CODE, TEXT, Dialog, Reached, text_of
+from pytest_hricdv.extra.draft.dialogs import AT_END, CODE, TEXT, WAITS, Dialog, Reached, text_of
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.findings import Place, Problem
+from pytest_hricdv.extra.draft.model_text import UNTIL_QUIET, leaves
 from pytest_hricdv.extra.draft.project import write
 
 LIMIT_S = 90.0
@@ -123,13 +124,17 @@ def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
 
 
 def covered(draft: Draft, dialogs: Sequence[Dialog]) -> dict[Dialog, Reached]:
-    """What dialogs execute, without those in which the code raises; nothing where they take too long."""
+    """What dialogs execute, without those in which the code raises; nothing where they take too long.
+
+    After each of them the person stays until the robot is done, where one can tell.
+    """
+    ended = [(*dialog, UNTIL_QUIET) if leaves(draft) else dialog for dialog in dialogs]
     options = ["--hri-suite=dialogs.txt", f"--hri-tests={len(dialogs)}", "--hri-audit=off"]
-    session = _session(draft, options, {"dialogs.txt": text_of(dialogs)})
+    session = _session(draft, options, {"dialogs.txt": text_of(ended)})
     if session.report is None or session.is_ended:
         return {}
     tests = [test for test in session.report["tests"] if not test["failure"] or _is_of_requirements(test)]
-    return {tuple(test["abstract"]): reached_in(test) for test in tests}
+    return {tuple(step for step in test["abstract"] if step != UNTIL_QUIET): reached_in(test) for test in tests}
 
 
 def reached_in(test: Mapping[str, Any]) -> Reached:
@@ -145,7 +150,10 @@ def reached_in(test: Mapping[str, Any]) -> Reached:
     texts: Mapping[str, Sequence[tuple[float, str]]] = timeline.get("texts", {})
     changes = {f"{TEXT} {name}: {_alike(before)} -> {_alike(text)}"
                for name, values in texts.items() for (_, before), (_, text) in pairwise(values)}  # fmt: skip
-    return frozenset({*code, *changes, *_situations(texts, (test.get("acted_s") or [0.0])[-1])})
+    waits_s = [
+        time_s for time_s, step in zip(test.get("acted_s") or (), test["abstract"], strict=False) if step == WAITS
+    ]
+    return frozenset({*code, *changes, *_situations(texts, (waits_s or [0.0])[-1])})
 
 
 def _alike(text: str) -> str:

@@ -8,6 +8,9 @@ from pytest_hricdv.extra.draft.sensing import Sensor
 
 NEVER = "never"
 
+UNTIL_QUIET = "wait_quiet"
+"""The command of who waits until the robot says nothing more."""
+
 STAYS = ("stays_briefly", "stays_long")
 """How long a person stays with a robot of which nobody knows what it hears."""
 
@@ -51,9 +54,21 @@ def groups(draft: Draft) -> dict[str, tuple[str, ...]]:
     dialogs = tuple(f"dialog_{number}" for number, _ in enumerate(draft.dialogs, 1))
     if in_order(draft) or dialogs:
         beliefs["order"] = (*(ORDERS if in_order(draft) else ORDERS[:1]), *dialogs)
+    if leaves(draft):
+        beliefs["at the end"] = LEAVES
     if in_order(draft):
         beliefs["left out"] = ("nothing_left_out", *(f"without_{command}" for command in in_order(draft)))
     return beliefs or {"how long": STAYS}
+
+
+LEAVES = ("leaves_when_quiet", "leaves_at_once")
+"""Whether a person waits at the end until the robot has said nothing for a while: one that has accepted an order has
+not carried it out yet."""
+
+
+def leaves(draft: Draft) -> bool:
+    """Whether a person can tell when the robot is done: it says something, in a time that costs little."""
+    return bool(draft.things and draft.answers) and draft.ros is None  # a node's timers make each second dear
 
 
 ORDERS = ("each_once", "all_in_order", "all_quickly")
@@ -88,6 +103,7 @@ def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
     beliefs += [NOTHING, _changes(meanwhile(draft)[0])] if meanwhile(draft) else []
     beliefs += [ORDERS[0]] if in_order(draft) or draft.dialogs else []
     beliefs += ["nothing_left_out"] if in_order(draft) else []
+    beliefs += [LEAVES[0]] if leaves(draft) else []
     return tuple(beliefs)
 
 
@@ -169,7 +185,11 @@ def person(draft: Draft) -> str:
         *(f"!do_{thing.name}" for thing in draft.things),
     ]
     body = "; ".join(steps if draft.things else [*steps, "wait_answer"])
-    lines += ["", "@once  +!visit : one_round  <- !round.", "@again +!visit : two_rounds <- !round; !round.", ""]
+    end = "; !leave" if leaves(draft) else ""
+    lines += ["", f"@once  +!visit : one_round  <- !round{end}."]
+    lines += [f"@again +!visit : two_rounds <- !round; !round{end}.", ""]
+    if leaves(draft):
+        lines += [f"@{LEAVES[1]} +!leave : {LEAVES[1]}.", f"@{LEAVES[0]} +!leave <- {UNTIL_QUIET}.", ""]
     if in_order(draft):
         waits = "!meanwhile; wait_answer" if meanwhile(draft) else "wait_answer"
         seen = "".join(f"!see_{word(sensor.name)}; " for sensor in draft.sensors)

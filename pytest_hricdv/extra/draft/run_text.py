@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
-from pytest_hricdv.extra.draft.model_text import meanwhile
+from pytest_hricdv.extra.draft.model_text import UNTIL_QUIET, leaves, meanwhile
 from pytest_hricdv.extra.draft.naming import word
 from pytest_hricdv.extra.draft.robot_text import robot_lines
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes, tuple_text
@@ -85,6 +85,17 @@ def run_lines(draft: Draft) -> list[str]:
     return [line for number, line in enumerate(lines) if line or (number and lines[number - 1])]
 
 
+_UNTIL_QUIET = [
+    f'            elif action.command == "{UNTIL_QUIET}":',
+    "                ends_s = run.kernel.now_s + STAYS_S",
+    "                quiet_s = run.kernel.now_s",
+    "                while run.kernel.now_s < min(ends_s, quiet_s + ANSWER_S):",
+    "                    if [message for each in hears for message in iter(each.poll, None)]:",
+    "                        quiet_s = run.kernel.now_s",
+    "                    run.kernel.sleep(LOOKS_EACH_S)",
+]
+"""A person leaves when nothing was said for as long as one waits for an answer."""
+
 CLEARED = ["                for answer in answers:", "                    answer.clear()"]
 """What was said before is no answer."""
 
@@ -92,10 +103,13 @@ CLEARED = ["                for answer in answers:", "                    answer
 def _person(draft: Draft) -> list[str]:
     answers = ", ".join(message.name for message in draft.answers)
     answers += "," if len(draft.answers) == 1 else ""
+    heard = ", ".join(message.name for message in draft.findings.said)
+    heard += "," if len(draft.findings.said) == 1 else ""
     lines = [
         "    def person() -> None:",
         f'        bus = run.bus.port("{draft.person}")',
         f"        answers = [bus.subscribe(kind) for kind in ({answers})]" if answers else "",
+        f"        hears = [bus.subscribe(kind) for kind in ({heard})]" if leaves(draft) else "",
         "        run.kernel.sleep(LOOKS_EACH_S)",
         "        for action in run.actions():",
         '            run.kernel.sleep(float(action.parameters.get("after_s", 0.0)))',
@@ -116,6 +130,8 @@ def _person(draft: Draft) -> list[str]:
         branches.append(
             ['            if action.command == "wait_answer":', "                run.kernel.sleep(ANSWER_S / 10)"]
         )
+    if leaves(draft):
+        branches.append(_UNTIL_QUIET)
     if moving := [sensor for sensor in draft.sensors if sensor.motion is not None]:
         names = ", ".join(f'"set_{word(sensor.name)}": "{sensor.name}"' for sensor in moving)
         branches.append(
