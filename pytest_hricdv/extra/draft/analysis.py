@@ -174,14 +174,20 @@ def _told(machines: Sequence[Machine], messages: Sequence[Message], flow: ValueF
         told.append(replace(machine, told=field))
     if not any(machine.told for machine in told):
         for message in messages:
-            for part in message.fields:
-                is_state = any(word in message.topic for word in TOLD[:4]) or part.name in TOLD[:3]
-                if message.direction != "heard" and part.kind == "str" and is_state and len(part.values) > 1:
+            for part in _state_fields(message):
+                if message.direction != "heard" and len(part.values) > 1:
                     states = tuple(State(v.text, v.place, certainty=v.certainty) for v in part.values)
                     told.append(
                         Machine(message.name, "told", states, (), message.place, f"{message.topic}.{part.name}")
                     )
     return tuple(sorted(told, key=lambda machine: not machine.told))
+
+
+def _state_fields(message: Message) -> list[MessageField]:
+    """The texts of a message that are a state by their names; or the first one, where that of the message says so."""
+    texts = [part for part in message.fields if part.kind == "str"]
+    named = [part for part in texts if part.name in TOLD[:3]]
+    return named or [part for part in texts[:1] if any(word in message.topic for word in TOLD[:4])]
 
 
 def _field_of(machine: Machine, messages: Sequence[Message], flow: ValueFlow) -> str:

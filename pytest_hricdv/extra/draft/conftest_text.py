@@ -27,6 +27,10 @@ from pytest_hricdv.extra.draft.run_text import run_lines, said_lines
 from pytest_hricdv.extra.draft.sensing import Sensor
 from pytest_hricdv.extra.draft.source_text import import_lines, message_classes, tuple_text
 
+MOST_PATIENT_S, PATIENT = 60.0, 1.1
+"""A person waits a little longer for an answer than the robot for anything, as far as that is not longer than this
+(chosen: a run is to end some time)."""
+
 
 def conftest(draft: Draft) -> str:
     """The module `conftest`."""
@@ -92,7 +96,7 @@ def constants(draft: Draft) -> list[str]:
     """The constants of a testbench: times, and what a person can say."""
     late_s, place = draft.late_s
     reason = f"longer than {place}" if place is not None else "TODO: the code has no time-out"
-    waits_s, why = answer_s(draft, max(draft.patience_s, min(late_s, 60.0)))
+    waits_s, why = answer_s(draft, max(draft.patience_s, min(late_s, MOST_PATIENT_S) * PATIENT))
     lines = [
         "HERE = Path(__file__).parent",
         "",

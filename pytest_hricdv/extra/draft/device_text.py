@@ -29,7 +29,8 @@ def has_unknowns(port: Port) -> bool:
 
 def _is_unknown(operation: Operation) -> bool:
     is_known = operation.made or operation.returns in ("bool", "float", "int", "text", "str", "None")
-    return not operation.is_set and not is_known
+    in_part = any(part.made == "Anything()" for part in operation.parts)
+    return in_part or not (operation.is_set or is_known or operation.parts)
 
 
 def moving_classes(draft: Draft) -> str:
@@ -216,10 +217,11 @@ def _now(sensor: Sensor) -> str:
 
 def _composed(operation: Operation, said: dict[int, str]) -> str:
     """The source text of what an operation returns, with these parts."""
-    if not said:
+    is_tuple = operation.made.startswith("(") or not operation.made
+    if not said and not (is_tuple and operation.parts):
         return _neutral(operation)
     parts = [(part.name, said.get(number, part.made)) for number, part in enumerate(operation.parts)]
-    if operation.made.startswith("("):
+    if is_tuple:
         return "(" + "".join(f"{text}, " for _, text in parts).rstrip() + ")"
     return f"{operation.made.partition('(')[0]}({', '.join(f'{name}={text}' for name, text in parts if text)})"
 

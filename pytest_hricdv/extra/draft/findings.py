@@ -176,7 +176,8 @@ class Wait:
     """A call that waits.
 
     Args:
-        kind: "time", "threading", "asyncio", "rclpy", or "bus" (a message with a time-out), "clock" (a port).
+        kind: "time", "threading", "asyncio", "rclpy", or "bus" (a message with a time-out), "clock" (a port),
+            "time-out" (no call, but what is compared with the time that has passed, or added to it).
         call: as the source writes what is called, `time.sleep`.
         place: of the call.
         seconds: how long at most, where a constant says so; None else.

@@ -17,6 +17,12 @@ from pytest_hricdv.extra.draft.speech import SUBSCRIBES, TAKES
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, last_name, parameter_names, texts
 
 KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
+MAX_DEPTH = 5
+"""So often a value may be handed on until it is compared (chosen)."""
+
+_Written = tuple[ast.expr, Module, Scope | None]
+"""An expression, and where it is written."""
+
 _QUOTED = re.compile(r"[\"'`]{1,2}([A-Za-z][\w .-]{0,40}?)[\"'`]{1,2}")
 
 
@@ -96,17 +102,11 @@ class MessageFields:
         return replace(part, values=tuple(values.values()), is_partial=is_partial)
 
     def _numbers(self, scope: Scope, name: str) -> Iterator[float]:
-        """The numbers that a field is compared with where it is read."""
-        for module, at, node in self._flow.nodes:
-            parent = self._parents.get(id(node))
-            if not (isinstance(node, ast.Attribute) and node.attr == name and isinstance(parent, ast.Compare)):
-                continue
-            if self._is_of(node.value, scope, module, at):
-                others = [part for part in (parent.left, *parent.comparators) if part is not node]
-                for value in (value for part in others for value in self._flow.constants(part, module, at)):
-                    for number in value if isinstance(value, tuple | frozenset) else (value,):  # `in (7, 9)`
-                        if isinstance(number, int | float) and not isinstance(number, bool):
-                            yield float(number)
+        """The numbers that a field is compared with where it is read, or looked up by: `in (7, 9)`, `BAYS[job.bay]`."""
+        for other, module, at in self._others(scope, name):
+            for number in (*self._flow.constants(other, module, at), *self._flow.elements(other, module, at)):
+                if isinstance(number, int | float) and not isinstance(number, bool):
+                    yield float(number)
 
     def _made_of(self, scope: Scope, name: str) -> dict[str, Place]:
         """Texts with which a message is made."""
@@ -135,18 +135,22 @@ class MessageFields:
         places: dict[str, Place] = {}
         for node, _, at in self._flow.expressions(value, module, scope):
             if isinstance(node, ast.Name) and at is not None:
-                places |= self._compared_names(node.id, at)
+                for written in self._compared_names(node.id, at):
+                    places |= self._texts_of(*written)
         return places
 
     def _compared(self, scope: Scope, name: str) -> dict[str, Place]:
         """Texts that a field is compared with, or looked up by, directly or as a parameter that gets it."""
-        assert isinstance(scope.node, ast.ClassDef)
         places: dict[str, Place] = {}
+        for other, module, at in self._others(scope, name):
+            places |= self._texts_of(other, module, at)
+        return places
+
+    def _others(self, scope: Scope, name: str) -> Iterator[_Written]:
+        """What a field is compared with, or looked up in."""
         for module, at, node in self._flow.nodes:
             if isinstance(node, ast.Attribute) and node.attr == name and self._is_of(node.value, scope, module, at):
-                for holder in self._compared_at(node, module, at):
-                    places |= holder
-        return places
+                yield from self._compared_at(node, module, at)
 
     def _is_of(self, expression: ast.expr, scope: Scope, module: Module, at: Scope | None) -> bool:
         """Whether an expression can be a message of this class: made, taken of its subscription, or annotated."""
@@ -186,24 +190,22 @@ class MessageFields:
             self.__dict__["_parent_of"] = parents
         return parents
 
-    def _compared_at(
-        self, node: ast.AST, module: Module, scope: Scope | None, depth: int = 0
-    ) -> Iterator[dict[str, Place]]:
+    def _compared_at(self, node: ast.AST, module: Module, scope: Scope | None, depth: int = 0) -> Iterator[_Written]:
         """What is compared with an expression, where it stands and wherever it goes from there."""
         parent = self._parents.get(id(node))
-        if parent is None or depth > 5:
+        if parent is None or depth > MAX_DEPTH:
             return
         if isinstance(parent, ast.Compare):
             for other in (parent.left, *parent.comparators):
                 if other is not node:
-                    yield self._texts_of(other, module, scope)
+                    yield other, module, scope
         elif isinstance(parent, ast.Match):
             for case in parent.cases:
                 for value in ast.walk(case.pattern):
                     if isinstance(value, ast.MatchValue):
-                        yield self._texts_of(value.value, module, scope)
+                        yield value.value, module, scope
         elif isinstance(parent, ast.Subscript) and parent.slice is node:
-            yield self._texts_of(parent.value, module, scope)
+            yield parent.value, module, scope
         elif isinstance(parent, ast.Await | ast.NamedExpr | ast.BoolOp | ast.UnaryOp):
             yield from self._compared_at(parent, module, scope, depth + 1)
         elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value", "decode"):
@@ -212,31 +214,28 @@ class MessageFields:
         elif isinstance(parent, ast.Assign) and scope is not None:
             for target in parent.targets:
                 if isinstance(target, ast.Name):
-                    yield self._compared_names(target.id, scope, depth + 1)
+                    yield from self._compared_names(target.id, scope, depth + 1)
         elif isinstance(parent, ast.Call) and node in parent.args:
             yield from self._compared_in_call(parent, node, module, scope, depth)
 
     def _compared_in_call(
         self, call: ast.Call, node: ast.AST, module: Module, scope: Scope | None, depth: int
-    ) -> Iterator[dict[str, Place]]:
+    ) -> Iterator[_Written]:
         if isinstance(call.func, ast.Attribute) and call.func.attr == "get":
-            yield self._texts_of(call.func.value, module, scope)
+            yield call.func.value, module, scope
         for method in self._flow.methods.get(last_name(call.func), ()):
             assert not isinstance(method.node, ast.ClassDef)
             names = parameter_names(method.node)[1 if method.owner is not None else 0 :]
             index = call.args.index(node) if isinstance(node, ast.expr) else 0
             if index < len(names):
-                yield self._compared_names(names[index], method, depth + 1)
+                yield from self._compared_names(names[index], method, depth + 1)
 
-    def _compared_names(self, name: str, scope: Scope, depth: int = 0) -> dict[str, Place]:
-        places: dict[str, Place] = {}
-        if depth > 5:
-            return places
+    def _compared_names(self, name: str, scope: Scope, depth: int = 0) -> Iterator[_Written]:
+        if depth > MAX_DEPTH:
+            return
         for node in ast.walk(scope.node):
             if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
-                for texts_ in self._compared_at(node, scope.module, scope, depth + 1):
-                    places |= texts_
-        return places
+                yield from self._compared_at(node, scope.module, scope, depth + 1)
 
     def _texts_of(self, expression: ast.expr, module: Module, scope: Scope | None) -> dict[str, Place]:
         """A text, or those in a collection, or the keys of a table."""

@@ -8,8 +8,9 @@ from dataclasses import replace
 from itertools import zip_longest
 from keyword import iskeyword
 
-from pytest_hricdv.extra.draft.findings import Operation
+from pytest_hricdv.extra.draft.motion_words import axis
 from pytest_hricdv.extra.draft.naming import unit_of
+from pytest_hricdv.extra.draft.port import Operation, Part
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, last_name, parameter_names
 
@@ -100,13 +101,24 @@ class OperationFinder:
             value = above if is_async and above is not None else parent
             compared = self._compared(value, module)
             told_kinds = tuple(self._kind_of(argument, module) for argument in told)
-            return Operation(node.attr, "method", names, returns, place, is_async, compared=compared, told=told_kinds)
+            return Operation(node.attr, "method", names, returns, place, is_async, compared=compared, told=told_kinds,
+                             parts=self._unpacked(value))  # fmt: skip
         is_set = isinstance(node.ctx, ast.Store)
         compared, returns = self._compared(node, module), self._used_as(node, node.attr)
         kinds: tuple[str, ...] = ()
         if is_set:
             kinds = (self._kind_of(parent.value, module) if isinstance(parent, ast.Assign | ast.AnnAssign) else "",)
-        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared, told=kinds)
+        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared, told=kinds,
+                         parts=self._unpacked(node))  # fmt: skip
+
+    def _unpacked(self, node: ast.AST) -> tuple[Part, ...]:
+        """The parts of a tuple that the code unpacks, `x, y, heading = base.pose()`."""
+        parent = self._parents.get(id(node))
+        targets = parent.targets if isinstance(parent, ast.Assign) and parent.value is node else []
+        for target in targets:
+            if isinstance(target, ast.Tuple) and not any(isinstance(part, ast.Starred) for part in target.elts):
+                return tuple(_part(last_name(part)) for part in target.elts)
+        return ()
 
     def _kind_of(self, node: ast.expr | None, module: Module) -> str:
         """The kind of what a port is told: "bool", "float", "str"; empty where the code does not say one."""
@@ -187,7 +199,14 @@ def merged(before: Operation | None, operation: Operation) -> Operation:
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
         compared=tuple(dict.fromkeys(before.compared + operation.compared)),
+        parts=before.parts or operation.parts,
     )
+
+
+def _part(name: str) -> Part:
+    """A part of which only the name is known; `_` is none."""
+    is_number = bool(axis(name) or unit_of(name))
+    return Part(name.strip("_"), "float" if is_number else "", "0.0" if is_number else "Anything()")
 
 
 def _better(names: tuple[str, ...], others: tuple[str, ...]) -> tuple[str, ...]:

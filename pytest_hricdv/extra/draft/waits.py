@@ -27,8 +27,13 @@ def virtual(sources: Sources) -> tuple[str, ...]:
     return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
 
 
+CLOCKS = ("monotonic", "perf_counter", "time", "now_s", "now")
+"""Calls that tell the time."""
+
+
 def waits(sources: Sources, flow: ValueFlow) -> Iterator[Wait]:
-    """All calls that wait."""
+    """All calls that wait, and times after which the code does something else: `time.monotonic() - begin > 60`."""
+    yield from _time_outs(flow)
     for module, scope, node in flow.nodes:
         if not isinstance(node, ast.Call):
             continue
@@ -38,6 +43,38 @@ def waits(sources: Sources, flow: ValueFlow) -> Iterator[Wait]:
             bound = _bound(node, call)
             seconds = _seconds(sources, flow, module, scope, bound)
             yield Wait(kind, dotted_name(node.func) or "?", module.place(node), seconds, bound is not None)
+
+
+def _time_outs(flow: ValueFlow) -> Iterator[Wait]:
+    """What is added to a time, and what times that have passed are compared with."""
+    compared = {id(side): node for _, _, node in flow.nodes if isinstance(node, ast.Compare)
+                for side in (node.left, *node.comparators)}  # fmt: skip
+    for module, scope, node in flow.nodes:
+        if not isinstance(node, ast.BinOp) or not isinstance(node.op, ast.Add | ast.Sub):
+            continue
+        other: list[ast.expr] = []
+        if isinstance(node.op, ast.Sub) and id(node) in compared and _is_clock(flow, module, scope, node.left):
+            test = compared[id(node)]
+            other = [side for side in (test.left, *test.comparators) if side is not node]
+        elif isinstance(node.op, ast.Add) and _is_clock(flow, module, scope, node.left):
+            other = [node.right]
+        numbers = [value for part in other for value in flow.constants(part, module, scope)]
+        seconds = max((value for value in numbers if isinstance(value, int | float)), default=0.0)
+        if seconds > 0:
+            yield Wait("time-out", ast.unparse(node), module.place(node), float(seconds), bounded=True)
+
+
+def _is_clock(flow: ValueFlow, module: Module, scope: Scope | None, node: ast.expr) -> bool:
+    """Whether an expression is the time: a call that tells it, or a name of what it told."""
+    if isinstance(node, ast.Name) and scope is not None:
+        return any(_is_now(origin) for origin, _, _ in flow.expressions(node, module, scope))
+    return _is_now(node)
+
+
+def _is_now(node: ast.AST) -> bool:
+    if not isinstance(node, ast.Call) or node.args or node.keywords or not isinstance(node.func, ast.Attribute):
+        return False
+    return node.func.attr in CLOCKS
 
 
 def _kind(call: str, node: ast.Call, module: Module) -> str:
