@@ -14,6 +14,7 @@ from pytest_hricdv.extra.draft.model_text import (
     SHORT,
     STAY_S,
     UNTIL_QUIET,
+    WHOLE,
     groups,
     leaves,
     levels,
@@ -271,7 +272,8 @@ def _state_part(draft: Draft) -> list[str]:
 def _sensor_commands(sensor: Sensor) -> list[str]:
     name = word(sensor.name)
     if sensor.motion is not None:
-        return [f'                "set_{name} {SHORT}": {{"share": Range(0.1, 0.9)}},  # TODO: how short?']
+        short = f'                "set_{name} {SHORT}": {{"share": Range(0.1, 0.9)}},  # TODO: how short?'
+        return [short, f'                "set_{name} {WHOLE}": {{}},']
     if sensor.kind == "bool":
         return [f'                "set_{name} {level}": {{}},' for level in levels(sensor)]
     mark = f"  # {sensor.operation.place}" if sensor.is_certain else "  # TODO: between which numbers?"

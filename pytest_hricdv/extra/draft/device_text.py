@@ -6,6 +6,7 @@ from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.motion_templates import DRIVE, MOVING, WHEELS
 from pytest_hricdv.extra.draft.motions import Command, Motion, Value, goes_up
 from pytest_hricdv.extra.draft.naming import camel
+from pytest_hricdv.extra.draft.neutral import FAR, MANY
 from pytest_hricdv.extra.draft.port import Operation, Port
 from pytest_hricdv.extra.draft.sensing import Sensor, Told
 
@@ -205,14 +206,16 @@ def _returned(draft: Draft, port: Port, operation: Operation) -> list[str]:
 
 
 def _now(sensor: Sensor) -> str:
-    """The source text of what a sensor says."""
+    """The source text of what a sensor says; of many numbers, those in the middle: of a scan, what is ahead."""
     if sensor.motion is not None:
         return f"self._{sensor.name}.now()"
     text = f'self._world.senses["{sensor.name}"]'
     if not sensor.is_many or sensor.part is None:
         return text
-    many = sensor.operation.parts[sensor.part].made  # "(10.0,) * 36"
-    return f"({text},){many[many.index(' *') :]}" if many.startswith("(") else f"[{text}]{many[many.index(' *') :]}"
+    is_tuple = sensor.operation.parts[sensor.part].made.startswith("(")
+    far, near = (f"({FAR},)", f"({text},)") if is_tuple else (f"[{FAR}]", f"[{text}]")
+    third = MANY // 3
+    return f"{far} * {third} + {near} * {third} + {far} * {third}"
 
 
 def _composed(operation: Operation, said: dict[int, str]) -> str:

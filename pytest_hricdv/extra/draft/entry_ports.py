@@ -91,8 +91,8 @@ class PortReader:
                 parts = self._parts.parts(own.module, statement.returns) or operation.parts
                 told_parts = tuple(self._parts.parts(own.module, _annotation(statement, name)) for name in names)
                 return Operation(operation.name, "attribute" if is_read else "method", names, returns, place, is_async,
-                                 compared=operation.compared, made=text, needs=needs, told=told, parts=parts,
-                                 told_parts=told_parts)  # fmt: skip
+                                 compared=operation.compared, usual=operation.usual, made=text, needs=needs,
+                                 told=told, parts=parts, told_parts=told_parts)  # fmt: skip
             if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
                 returns, place = ast.unparse(statement.annotation), own.module.place(statement)
                 told = (KINDS.get(returns, ""),)

@@ -109,8 +109,7 @@ def neutral_beliefs(draft: Draft) -> tuple[str, ...]:
 
 def meanwhile(draft: Draft) -> tuple[Sensor, ...]:
     """The sensors that say something else for a while, when the robot was told something."""
-    said = tuple(sensor for sensor in draft.sensors if sensor.motion is None)
-    return said[:MOST_MEANWHILE] if draft.things else ()
+    return draft.sensors[:MOST_MEANWHILE] if draft.things else ()
 
 
 NOTHING = "nothing_changes"
@@ -163,14 +162,14 @@ def which(thing: Thing, kind: str) -> str:
     return f"{thing.name}_is_{kind}"
 
 
-SHORT = "short"
-"""How a sensor is set that follows what its device is told: it does not go all the way the next time."""
+SHORT, WHOLE = "short", "whole"
+"""How a sensor is set that follows what its device is told: it does not go all the way any more, or does so again."""
 
 
-def levels(sensor: Sensor) -> tuple[str, ...]:
+def levels(sensor: Sensor) -> tuple[str, str]:
     """The words for what a sensor can say."""
     if sensor.motion is not None:
-        return (SHORT,)
+        return (SHORT, WHOLE)
     return ("yes", "no") if sensor.kind == "bool" else ("low", "high")
 
 

@@ -52,7 +52,7 @@ class Moving:
         """From now on it goes to this number; not all the way where something is in its way."""
         if isinstance(target, int | float):
             self._from = self._at()
-            self._to = self._from + (target - self._from) * self._world.ways.pop(self._name, 1.0)
+            self._to = self._from + (target - self._from) * self._world.ways.get(self._name, 1.0)
             self._begin_s, self._speed = self._world.now_s, 0.0
 
     def up(self) -> None:

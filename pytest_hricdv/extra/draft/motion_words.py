@@ -39,6 +39,9 @@ PAIRS = (
 GOES = ("go", "goto", "move", "set", "to", "command", "target", "drive")
 """Words of a method that takes a number to go to, beside the name of the reading that follows."""
 
+HANDS = ("grip", "hand", "claw", "jaw", "finger")
+"""A device, or a reading, whose name has one of these is open at first: what it does first is to take something."""
+
 _UNITS = re.compile(r"_(m|mm|cm|rad|deg|m_s|mm_s|rad_s|deg_s|mps)$")
 
 
@@ -59,6 +62,11 @@ def axis(name: str) -> str:
 def speed(name: str) -> str:
     """The part of a speed that is called so; empty where none is."""
     return next((part for part, names in SPEEDS.items() if bare(name) in names), "")
+
+
+def is_open_first(name: str) -> bool:
+    """Whether something of this name is open before the robot has done anything."""
+    return any(hand in name.lower() for hand in HANDS)
 
 
 def words(name: str) -> tuple[str, ...]:

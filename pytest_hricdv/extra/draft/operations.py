@@ -99,17 +99,17 @@ class OperationFinder:
             is_async = isinstance(above, ast.Await)
             returns = self._used_as(above if is_async and above is not None else parent, node.attr)
             value = above if is_async and above is not None else parent
-            compared = self._compared(value, module)
+            compared, usual = self._compared(value, module), self._usual(value)
             told_kinds = tuple(self._kind_of(argument, module) for argument in told)
-            return Operation(node.attr, "method", names, returns, place, is_async, compared=compared, told=told_kinds,
-                             parts=self._unpacked(value))  # fmt: skip
+            return Operation(node.attr, "method", names, returns, place, is_async, compared=compared, usual=usual,
+                             told=told_kinds, parts=self._unpacked(value))  # fmt: skip
         is_set = isinstance(node.ctx, ast.Store)
         compared, returns = self._compared(node, module), self._used_as(node, node.attr)
         kinds: tuple[str, ...] = ()
         if is_set:
             kinds = (self._kind_of(parent.value, module) if isinstance(parent, ast.Assign | ast.AnnAssign) else "",)
         return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared, told=kinds,
-                         parts=self._unpacked(node))  # fmt: skip
+                         usual=self._usual(node), parts=self._unpacked(node))  # fmt: skip
 
     def _unpacked(self, node: ast.AST) -> tuple[Part, ...]:
         """The parts of a tuple that the code unpacks, `x, y, heading = base.pose()`."""
@@ -146,6 +146,20 @@ class OperationFinder:
         parts = [part for part in (parent.left, *parent.comparators) if part is not node]
         values = [value for part in parts for value in self._flow.constants(part, module, scope)]
         return tuple(float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool))
+
+    def _usual(self, node: ast.AST) -> str:
+        """On which side of what a value is compared with it usually is: where an `if` is false, and a `while` true."""
+        compare = self._parents.get(id(node))
+        if not isinstance(compare, ast.Compare) or not isinstance(compare.ops[0], ast.Lt | ast.LtE | ast.Gt | ast.GtE):
+            return ""
+        is_low = isinstance(compare.ops[0], ast.Lt | ast.LtE) == (compare.left is node)
+        above: ast.AST | None = compare
+        while isinstance(above, ast.Compare | ast.BoolOp | ast.UnaryOp):
+            is_low ^= isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)
+            above = self._parents.get(id(above))
+        if not isinstance(above, ast.If | ast.IfExp | ast.While):
+            return ""
+        return "low" if is_low == isinstance(above, ast.While) else "high"
 
     def _used_as(self, node: ast.AST, name: str) -> str:
         """The kind of a value, by its use: "bool", "float", "text"; empty where it says none."""
@@ -199,8 +213,14 @@ def merged(before: Operation | None, operation: Operation) -> Operation:
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
         compared=tuple(dict.fromkeys(before.compared + operation.compared)),
+        usual=_one_of(before.usual, operation.usual),
         parts=before.parts or operation.parts,
     )
+
+
+def _one_of(usual: str, other: str) -> str:
+    """The side that two comparisons say is usual; empty where they contradict each other."""
+    return usual or other if not usual or not other or usual == other else ""
 
 
 def _part(name: str) -> Part:

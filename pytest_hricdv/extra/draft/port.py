@@ -33,6 +33,7 @@ class Operation:
     `compared` are the numbers that the code compares it with, where they are constants; `made` is the source text of
     a neutral value of what it returns, where its type says one, and `needs` the names in it, as (module, name).
     `told` are the kinds of the arguments, or of what an attribute is set to: "bool", "float", "str"; empty: unknown.
+    `usual` is the side of these numbers, "low" or "high", on which the code needs to do nothing; empty: unknown.
     `parts` are those of the object or tuple that it returns, and `told_parts` those of each argument that is an object.
     """
 
@@ -44,6 +45,7 @@ class Operation:
     is_async: bool = False
     is_set: bool = False
     compared: tuple[float, ...] = ()
+    usual: str = ""
     made: str = ""
     needs: tuple[tuple[str, str], ...] = ()
     told: tuple[str, ...] = ()

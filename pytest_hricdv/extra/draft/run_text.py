@@ -137,7 +137,7 @@ def _person(draft: Draft) -> list[str]:
         branches.append(
             [
                 f"            elif what in (moves := {{{names}}}):",
-                '                world.ways[moves[what]] = float(action.parameters["share"])',
+                '                world.ways[moves[what]] = float(action.parameters.get("share", 1.0))',
             ]
         )
     if said := [sensor for sensor in draft.sensors if sensor.motion is None]:

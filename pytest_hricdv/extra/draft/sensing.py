@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from pytest_hricdv.extra.draft.motion_words import is_open_first
 from pytest_hricdv.extra.draft.motions import Motion, Value, motions, readings, told_values
 from pytest_hricdv.extra.draft.neutral import FAR
 from pytest_hricdv.extra.draft.port import Operation, Port
@@ -49,7 +50,10 @@ class Sensor:
         """Source text of what it says first."""
         if self.kind == "bool":
             return "False"
-        return repr(round(self.high[1] if self.is_many else self.ends[0] if self.motion else self.low[1], 6))
+        if self.motion is not None:
+            return repr(self.ends[1 if is_open_first(f"{self.port}_{self.name}") else 0])
+        is_high = self.is_many or self.operation.usual == "high"
+        return repr(round(self.high[1] if self.is_many else self.high[0] if is_high else self.low[1], 6))
 
     @property
     def ends(self) -> tuple[float, float]:

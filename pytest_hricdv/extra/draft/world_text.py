@@ -38,7 +38,7 @@ _NOW = '''    @property
 
 '''
 
-_WAYS = """        self.ways: dict[str, float] = {}  # sensor -> the share of its next way that it goes
+_WAYS = """        self.ways: dict[str, float] = {}  # sensor -> the share of its ways that it goes
 """
 
 _TOLD = '''    def told(self, **values: Any) -> None:
