@@ -150,10 +150,9 @@ def reached_in(test: Mapping[str, Any]) -> Reached:
     texts: Mapping[str, Sequence[tuple[float, str]]] = timeline.get("texts", {})
     changes = {f"{TEXT} {name}: {_alike(before)} -> {_alike(text)}"
                for name, values in texts.items() for (_, before), (_, text) in pairwise(values)}  # fmt: skip
-    waits_s = [
-        time_s for time_s, step in zip(test.get("acted_s") or (), test["abstract"], strict=False) if step == WAITS
-    ]
-    return frozenset({*code, *changes, *_situations(texts, (waits_s or [0.0])[-1])})
+    acted = zip(test.get("acted_s") or (), test.get("abstract") or (), strict=False)
+    waits_s = max((time_s for time_s, step in acted if step == WAITS), default=0.0)
+    return frozenset({*code, *changes, *_situations(texts, waits_s)})
 
 
 def _alike(text: str) -> str:

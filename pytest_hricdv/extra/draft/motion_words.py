@@ -39,6 +39,9 @@ PAIRS = (
 GOES = ("go", "goto", "move", "set", "to", "command", "target", "drive")
 """Words of a method that takes a number to go to, beside the name of the reading that follows."""
 
+STORES = ("battery", "charge", "voltage", "current", "power", "fuel")
+"""A reading with one of these words follows nothing that a device is told at once."""
+
 HANDS = ("grip", "hand", "claw", "jaw", "finger")
 """A device, or a reading, whose name has one of these is open at first: what it does first is to take something."""
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Literal
 
-from pytest_hricdv.extra.draft.motion_words import DRIVES, GOES, POSES, axis, bare, speed, way, words
+from pytest_hricdv.extra.draft.motion_words import DRIVES, GOES, POSES, STORES, axis, bare, speed, way, words
 from pytest_hricdv.extra.draft.port import Operation, Part, Port
 
 Kind = Literal["drive", "wheels", "speed", "target", "switch", "up", "down"]
@@ -149,18 +149,25 @@ def _follows(reading: Value, operation: Operation, is_alone: bool) -> Iterator[C
     """How a reading follows an operation, as far as their names say it; `is_alone`: it is the device's only number."""
     values = list(told_values(operation))
     reads = f"{reading.name}_{reading.operation.name}"
-    pair, up = way(operation.name)
-    if operation.kind == "method" and not values and up and (is_alone or (way(reads)[1] and way(reads)[0] == pair)):
+    if {*words(reads)} & {*STORES}:
+        return
+    if operation.kind == "method" and not values and _moves(operation.name, reads, is_alone):
         yield Command("up" if goes_up(operation.name, reading) else "down", (), operation)
     if len(values) != 1:
         return
     value = values[0]
     called = {*words(value.name), *words(operation.name)}
     is_named = bool(called & {*words(reads)} - _COMMON) or (is_alone and bool(called & {*GOES}))
-    if value.kind == "bool" and (is_named or is_alone or way(reads)[1]):
+    if value.kind == "bool" and (is_named or _moves(f"{value.name}_{operation.name}", reads, is_alone)):
         yield Command("switch", (value,), operation)
     elif value.kind in ("float", "") and reading.kind == "float" and is_named:
         yield Command("speed" if called & _OF_SPEED else "target", (value,), operation)
+
+
+def _moves(command: str, reads: str, is_alone: bool) -> bool:
+    """Whether a command of this name lets a reading go up or down: `open` of what says `is_open`, or one number."""
+    pair, side = way(command)
+    return bool(side) and (is_alone or (way(reads)[0] == pair and bool(way(reads)[1])))
 
 
 _COMMON = {"is", "has", "state", "get", "status"}

@@ -88,7 +88,7 @@ def _begun(draft: Draft) -> Draft:
 
     def in_time(dialogs: Sequence[Dialog]) -> Mapping[Dialog, Reached]:
         nonlocal took_s
-        if _children_s() + took_s - begin_s > SEARCH_S:
+        if _children_s() + took_s - begin_s >= SEARCH_S:
             refused.extend(dialogs)
             return {}
         from_s = _children_s()

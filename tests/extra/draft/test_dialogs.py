@@ -82,7 +82,8 @@ def test_a_run_without_texts_comes_to_its_code_only(timeline: dict[str, object])
 
 def test_a_situation_is_all_that_texts_are_and_the_last_one_is_that_after_the_last_answer() -> None:
     texts = {"state": [[0.0, ""], [1.0, "open"], [9.0, "late"]], "said": [[0.0, ""], [2.0, "room 12"]]}
-    points = reached_in({"code": None, "timeline": {"texts": texts}, "acted_s": [0.5, 1.5]})
+    steps = ["open in_time", "wait_answer", "wait_quiet"]  # what comes after the dialog does not count
+    points = reached_in({"code": None, "timeline": {"texts": texts}, "acted_s": [0.5, 1.5, 3.0], "abstract": steps})
     assert {point for point in points if point.startswith("text")} == {
         "text state:  -> open", "text state: open -> late", "text said:  -> room #",
     }  # fmt: skip
