@@ -18,7 +18,6 @@ from pytest_hricdv.extra.draft.findings import (
     Message,
     MessageField,
     Problem,
-    Question,
     State,
 )
 from pytest_hricdv.extra.draft.held_states import TOLD, looked_at_in_runs
@@ -27,7 +26,7 @@ from pytest_hricdv.extra.draft.message_classes import MessageClasses
 from pytest_hricdv.extra.draft.messages import MessageFinder
 from pytest_hricdv.extra.draft.module_states import module_machines
 from pytest_hricdv.extra.draft.plain import PlainFinder
-from pytest_hricdv.extra.draft.ros_findings import Endpoint
+from pytest_hricdv.extra.draft.questions import questions
 from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
 from pytest_hricdv.extra.draft.sources import Sources, find
 from pytest_hricdv.extra.draft.state_classes import KIND, class_machines
@@ -130,7 +129,7 @@ def analysed(sources: Sources, name: str, entry_name: str) -> Findings:
         script=_script(sources) if entry is None and not called.calls else "",
     )
     open_topics = () if called.calls or plain.channels else open_topics
-    return replace(findings, questions=(*_questions(findings), *plain.questions, *open_topics))
+    return replace(findings, questions=(*questions(findings), *plain.questions, *open_topics))
 
 
 def _script(sources: Sources) -> str:
@@ -236,57 +235,3 @@ def _text_fields(messages: Sequence[Message]) -> Iterator[tuple[str, set[str]]]:
 def _is_of(values: set[str], states: set[str]) -> bool:
     shared = len(values & states)
     return shared >= 2 and shared >= SHARED * max(len(values), len(states))
-
-
-def _questions(findings: Findings) -> Iterator[Question]:
-    for endpoint in findings.ros.endpoints:
-        yield from _endpoint_question(endpoint)
-    if not findings.heard and not any(not endpoint.is_said for endpoint in findings.ros.endpoints):
-        yield Question("Nothing was found that the code hears: what makes it act?", "messages", None)
-    if not findings.said and not any(endpoint.is_said for endpoint in findings.ros.endpoints):
-        yield Question("Nothing was found that the code says: how does one see what it does?", "messages", None)
-    for message in findings.messages:
-        for part in message.fields:
-            if part.kind == "str" and not part.values and message.direction != "said":
-                text = f"Which texts can `{message.topic}.{part.name}` have? None is compared with it"
-                yield Question(text, f"{message.topic}.{part.name}", part.place)
-            if part.kind == "float" and message.direction != "said":
-                yield Question(
-                    f"Between which numbers is `{message.topic}.{part.name}`?",
-                    f"{message.topic}.{part.name}",
-                    part.place,
-                )
-    if not findings.machines:
-        yield Question("No states were found: has the robot some, and where does it tell them?", "state", None)
-    for machine in findings.machines:
-        if not machine.told and not machine.held:
-            yield Question(f"Where does the code tell the states of `{machine.name}`?", "state", machine.place)
-        if not machine.transitions and machine.kind != "py_trees":
-            yield Question(f"Which state of `{machine.name}` follows which?", "transitions", machine.place)
-    yield from _entry_questions(findings.entry)
-
-
-def _endpoint_question(endpoint: Endpoint) -> Iterator[Question]:
-    lacks = [word for word, value in (("name", endpoint.name), ("type", endpoint.type)) if not value]
-    if lacks:
-        text = f"Which {' and which '.join(lacks)} has this {endpoint.kind}"
-        yield Question(f"{text}{f', {endpoint.name}' if endpoint.name else ''}?", endpoint.kind, endpoint.place)
-
-
-def _entry_questions(entry: Entry | None) -> Iterator[Question]:
-    if entry is None:
-        yield Question(
-            "Nothing was found to call: which function runs the robot? Say --from PACKAGE:FUNCTION", "entry", None
-        )
-        return
-    if entry.certainty == "likely":
-        called = f"{entry.name}.{entry.method}" if entry.method else entry.name
-        yield Question(f"Is `{called}` what runs the robot? Else say --from PACKAGE:FUNCTION", "entry", entry.place)
-    for port in (*entry.ports, *entry.method_ports):
-        if port.role == "parameter" and not port.default:
-            yield Question(f"Between which values is the parameter `{port.name}`?", port.name, port.place)
-        elif port.role == "device":
-            for operation in port.operations:
-                if operation.returns and operation.returns != "None":
-                    text = f"What does `{port.name}.{operation.name}` say, and when?"
-                    yield Question(text, f"{port.name}.{operation.name}", operation.place)

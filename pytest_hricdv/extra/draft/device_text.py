@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.motion_templates import DRIVE, MOVING, WHEELS
+from pytest_hricdv.extra.draft.motion_templates import DRIVE, MOVING, REACH, WHEELS
 from pytest_hricdv.extra.draft.motions import Command, Motion, Value, goes_up
 from pytest_hricdv.extra.draft.naming import camel
 from pytest_hricdv.extra.draft.neutral import FAR, MANY
@@ -37,8 +37,9 @@ def _is_unknown(operation: Operation) -> bool:
 def moving_classes(draft: Draft) -> str:
     """The classes of what moves."""
     moving = [motion for motions in draft.motions.values() for motion in motions]
-    has_wheels = any(command.kind == "wheels" for motion in moving for command in motion.commands)
-    text = DRIVE + (WHEELS if has_wheels else "") if any(motion.is_pose for motion in moving) else ""
+    kinds = {command.kind for motion in moving for command in motion.commands}
+    text = DRIVE if any(motion.is_pose for motion in moving) else ""
+    text += (WHEELS if "wheels" in kinds else "") + (REACH if "reach" in kinds else "")
     return text + (MOVING if any(not motion.is_pose for motion in moving) else "")
 
 
@@ -166,7 +167,9 @@ def _moved(draft: Draft, port: Port, operation: Operation) -> list[str]:
                 up = goes_up(f"{command.values[0].name}_{operation.name}", motion.readings[0])
                 lines.append(f"{holder}.switch({values[0] if up else f'not {values[0]}'})")
             else:
-                method = {"drive": "go", "wheels": "go_by_wheels", "target": "go"}.get(command.kind, command.kind)
+                method = {"drive": "go", "wheels": "go_by_wheels", "reach": "go_to", "target": "go"}.get(
+                    command.kind, command.kind
+                )
                 lines.append(f"{holder}.{method}({', '.join(values)})")
     return lines
 

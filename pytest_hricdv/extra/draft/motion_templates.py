@@ -9,16 +9,19 @@ class Drive:
         self._world, self._name = world, name
         self._x = self._y = self._heading = self._forward = self._turn = 0.0
         self._since_s = self._recorded_s = world.now_s
+        self._until_s = inf
 
     def go(self, forward: Any = 0.0, turn: Any = 0.0) -> None:
         """From now on it drives so fast (m/s), and turns so fast (rad/s)."""
         self.pose()
         self._forward, self._turn = (float(v) if isinstance(v, int | float) else 0.0 for v in (forward, turn))
+        self._until_s = inf
 
     def pose(self) -> tuple[float, float, float]:
         """Where it is now: on an arc from where it was when it was told something else."""
         now_s = self._world.now_s
-        turned, way = self._turn * (now_s - self._since_s), self._forward * (now_s - self._since_s)
+        passed_s = max(min(now_s, self._until_s) - self._since_s, 0.0)
+        turned, way = self._turn * passed_s, self._forward * passed_s
         chord = way * (sin(turned / 2) / (turned / 2) if turned else 1.0)
         self._x += chord * cos(self._heading + turned / 2)
         self._y += chord * sin(self._heading + turned / 2)
@@ -36,6 +39,16 @@ WHEELS = '''
         """From now on its wheels go so fast (m/s)."""
         if isinstance(left, int | float) and isinstance(right, int | float):
             self.go((left + right) / 2, (right - left) / TRACK_M)
+'''
+
+REACH = '''
+    def go_to(self, x: Any, y: Any) -> None:
+        """It turns at once, and is there (m) after MOVES_S."""
+        if isinstance(x, int | float) and isinstance(y, int | float):
+            self.pose()
+            self._heading = atan2(y - self._y, x - self._x)
+            self.go(hypot(y - self._y, x - self._x) / MOVES_S)
+            self._until_s = self._since_s + MOVES_S
 '''
 
 MOVING = '''

@@ -13,7 +13,7 @@ from typing import Literal
 from pytest_hricdv.extra.draft.motion_words import DRIVES, GOES, POSES, STORES, axis, bare, speed, way, words
 from pytest_hricdv.extra.draft.port import Operation, Part, Port
 
-Kind = Literal["drive", "wheels", "speed", "target", "switch", "up", "down"]
+Kind = Literal["drive", "wheels", "reach", "speed", "target", "switch", "up", "down"]
 
 
 @dataclass(frozen=True)
@@ -135,10 +135,14 @@ def _drives(port: Port) -> Iterator[Command]:
     for operation in port.operations:
         values = [value for value in told_values(operation) if value.kind != "str"]
         by_part = {speed(value.name): value for value in reversed(values) if speed(value.name)}
-        if {"left", "right"} <= set(by_part):
+        if places := _axes(values):
+            yield Command("reach", places[:2], operation)
+        elif {"left", "right"} <= set(by_part):
             yield Command("wheels", (by_part["left"], by_part["right"]), operation)
         elif {"forward", "turn"} <= set(by_part):
             yield Command("drive", (by_part["forward"], by_part["turn"]), operation)
+        elif len(values) == 2 and "to" in words(operation.name):
+            yield Command("reach", (values[0], values[1]), operation)
         elif len(values) == 2 and any(word in DRIVES for word in (bare(operation.name), *words(operation.name))):
             yield Command("drive", (values[0], values[1]), operation)
         elif operation.kind == "method" and not values and words(operation.name)[0] in ("stop", "halt", "stand"):

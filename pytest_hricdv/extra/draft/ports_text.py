@@ -172,7 +172,9 @@ def _head(draft: Draft, body: str) -> str:
     lines += ["from importlib.util import find_spec, module_from_spec"] if "module_from_spec(" in body else []
     lines += ["from pathlib import Path"] if "Path(" in body else []
     lines += ["from inspect import signature"] if "signature(" in body else []
-    functions = [name for name in ("cos", "remainder", "sin", "tau") if re.search(rf"\b{name}\b", body)]
+    functions = [
+        name for name in ("atan2", "cos", "hypot", "inf", "remainder", "sin", "tau") if re.search(rf"\b{name}\b", body)
+    ]
     lines += [f"from math import {', '.join(functions)}"] if "class Drive:" in body else []
     if draft.missing:
         lines += ["from importlib.abc import Loader, MetaPathFinder", "from importlib.machinery import ModuleSpec"]
