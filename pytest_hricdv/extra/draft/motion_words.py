@@ -42,6 +42,10 @@ GOES = ("go", "goto", "move", "set", "to", "command", "target", "drive")
 STORES = ("battery", "charge", "voltage", "current", "power", "fuel")
 """A reading with one of these words follows nothing that a device is told at once."""
 
+DEEDS = ("open", "close", "grip", "grasp", "release", "raise", "lift", "lower", "extend", "retract", "lock", "unlock",
+         "start", "stop", "enable", "disable", "set", "move", "go", "drive")  # fmt: skip
+"""A method that is called so does something, and what it returns says whether it has done it, not where it is."""
+
 HANDS = ("grip", "hand", "claw", "jaw", "finger")
 """A device, or a reading, whose name has one of these is open at first: what it does first is to take something."""
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Literal
 
-from pytest_hricdv.extra.draft.motion_words import DRIVES, GOES, POSES, STORES, axis, bare, speed, way, words
+from pytest_hricdv.extra.draft.motion_words import DEEDS, DRIVES, GOES, POSES, STORES, axis, bare, speed, way, words
 from pytest_hricdv.extra.draft.port import Operation, Part, Port
 
 Kind = Literal["drive", "wheels", "reach", "speed", "target", "switch", "up", "down"]
@@ -153,7 +153,8 @@ def _follows(reading: Value, operation: Operation, is_alone: bool) -> Iterator[C
     """How a reading follows an operation, as far as their names say it; `is_alone`: it is the device's only number."""
     values = list(told_values(operation))
     reads = f"{reading.name}_{reading.operation.name}"
-    if {*words(reads)} & {*STORES}:
+    is_deed = reading.operation.kind == "method" and words(reading.operation.name)[0] in DEEDS
+    if is_deed or {*words(reads)} & {*STORES}:
         return
     if operation.kind == "method" and not values and _moves(operation.name, reads, is_alone):
         yield Command("up" if goes_up(operation.name, reading) else "down", (), operation)

@@ -97,6 +97,7 @@ def draft_of(folder: Path, lines: str, annotation: str = "") -> Draft:
         ("if self.device.position() > 1.0: pass\nself.device.set_speed(1.2)", "", [("position", "speed")]),
         ("if self.device.is_lifted(): pass\nself.device.drive(1.0, 0.0)", "", []),
         ("if self.device.is_open(): pass\nself.device.lock()", "", []),
+        ("if not self.device.close(): pass\nself.device.open()", "", []),
         ("if self.device.battery_v() < 11.0: pass\nself.device.start()", "", []),
         ("if self.device.ahead_m() < 0.6: pass\nself.device.brush = True", "", []),
     ],
