@@ -5,9 +5,10 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 from pytest_hricdv.extra.draft.constants import is_enum
-from pytest_hricdv.extra.draft.findings import Operation, Port
+from pytest_hricdv.extra.draft.findings import Operation, Part, Port
 from pytest_hricdv.extra.draft.message_fields import KINDS
 from pytest_hricdv.extra.draft.message_forms import form_of
 from pytest_hricdv.extra.draft.naming import unit_of
@@ -88,7 +89,7 @@ class PortReader:
                 is_read = kind == "attribute"
                 made = neutral(self._sources, own.module, statement.returns)
                 text, needs = made or ("", ())
-                parts = self._parts.parts(own.module, statement.returns) or operation.parts
+                parts = _named(self._parts.parts(own.module, statement.returns), operation.parts)
                 told_parts = tuple(self._parts.parts(own.module, _annotation(statement, name)) for name in names)
                 return Operation(operation.name, "attribute" if is_read else "method", names, returns, place, is_async,
                                  compared=operation.compared, usual=operation.usual, made=text, needs=needs,
@@ -127,6 +128,13 @@ class PortReader:
         if written in ("int", "float", "str", "bool") or unit_of(name) or (default and not used):
             return "parameter"
         return "device" if used or written or name in ("robot", "arm", "base", "gripper", "driver") else "parameter"
+
+
+def _named(parts: tuple[Part, ...], unpacked: tuple[Part, ...]) -> tuple[Part, ...]:
+    """Parts that an annotation says, by the names that the code gives them where it unpacks them."""
+    if len(parts) != len(unpacked) or any(part.name for part in parts):
+        return parts or unpacked
+    return tuple(replace(part, name=other.name) for part, other in zip(parts, unpacked, strict=True))
 
 
 def _parsed(text: str) -> ast.expr | None:

@@ -115,8 +115,8 @@ def _pose(port: Port) -> tuple[Value, ...]:
     for operation in port.operations:
         parts = [value for value in readings(port) if value.operation is operation and value.part is not None]
         found = _axes(parts)
-        if not found and len(parts) == 3 and bare(operation.name) in POSES and not any(part.name for part in parts):
-            found = tuple(parts)
+        if not found and len(parts) in (2, 3) and bare(operation.name) in POSES and operation.made[:1] in ("", "("):
+            found = tuple(parts)  # of a tuple, in the usual order
         if found:
             return found
     return _axes([value for value in readings(port) if value.part is None])

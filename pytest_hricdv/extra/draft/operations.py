@@ -12,6 +12,7 @@ from pytest_hricdv.extra.draft.motion_words import axis
 from pytest_hricdv.extra.draft.naming import unit_of
 from pytest_hricdv.extra.draft.port import Operation, Part
 from pytest_hricdv.extra.draft.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.uses import UseFinder, one_of
 from pytest_hricdv.extra.draft.value_flow import ValueFlow, argument_of, last_name, parameter_names
 
 MAX_DEPTH = 6
@@ -23,6 +24,7 @@ class OperationFinder:
 
     def __init__(self, sources: Sources, flow: ValueFlow) -> None:
         self._sources, self._flow = sources, flow
+        self._uses = UseFinder(flow)
 
     def of_parameter(self, scope: Scope, name: str, depth: int) -> Iterator[Operation]:
         """What a function does with a parameter, and those do that it hands it on to."""
@@ -90,30 +92,29 @@ class OperationFinder:
         )
 
     def _operation(self, node: ast.Attribute, module: Module) -> Operation:
-        parent = self._parents.get(id(node))
+        parent = self._uses.parents.get(id(node))
         place = module.place(node)
         if isinstance(parent, ast.Call) and parent.func is node:
             names = argument_names(parent)
             told = [*parent.args, *(keyword.value for keyword in parent.keywords if keyword.arg)]
-            above = self._parents.get(id(parent))
+            above = self._uses.parents.get(id(parent))
             is_async = isinstance(above, ast.Await)
-            returns = self._used_as(above if is_async and above is not None else parent, node.attr)
             value = above if is_async and above is not None else parent
-            compared, usual = self._compared(value, module), self._usual(value)
+            uses = self._uses.of(value, module)
             told_kinds = tuple(self._kind_of(argument, module) for argument in told)
-            return Operation(node.attr, "method", names, returns, place, is_async, compared=compared, usual=usual,
-                             told=told_kinds, parts=self._unpacked(value))  # fmt: skip
+            return Operation(node.attr, "method", names, uses.kind(node.attr), place, is_async, compared=uses.compared,
+                             usual=uses.usual, told=told_kinds, parts=self._unpacked(value))  # fmt: skip
         is_set = isinstance(node.ctx, ast.Store)
-        compared, returns = self._compared(node, module), self._used_as(node, node.attr)
+        uses = self._uses.of(node, module)
         kinds: tuple[str, ...] = ()
         if is_set:
             kinds = (self._kind_of(parent.value, module) if isinstance(parent, ast.Assign | ast.AnnAssign) else "",)
-        return Operation(node.attr, "attribute", (), returns, place, is_set=is_set, compared=compared, told=kinds,
-                         usual=self._usual(node), parts=self._unpacked(node))  # fmt: skip
+        return Operation(node.attr, "attribute", (), uses.kind(node.attr), place, is_set=is_set,
+                         compared=uses.compared, told=kinds, usual=uses.usual, parts=self._unpacked(node))  # fmt: skip
 
     def _unpacked(self, node: ast.AST) -> tuple[Part, ...]:
         """The parts of a tuple that the code unpacks, `x, y, heading = base.pose()`."""
-        parent = self._parents.get(id(node))
+        parent = self._uses.parents.get(id(node))
         targets = parent.targets if isinstance(parent, ast.Assign) and parent.value is node else []
         for target in targets:
             if isinstance(target, ast.Tuple) and not any(isinstance(part, ast.Starred) for part in target.elts):
@@ -137,68 +138,6 @@ class OperationFinder:
             return "float"
         return ""
 
-    def _compared(self, node: ast.AST, module: Module) -> tuple[float, ...]:
-        """The numbers that a value is compared with where it stands."""
-        parent = self._parents.get(id(node))
-        if not isinstance(parent, ast.Compare):
-            return ()
-        scope = next((at for _, at, other in self._flow.nodes if other is parent), None)
-        parts = [part for part in (parent.left, *parent.comparators) if part is not node]
-        values = [value for part in parts for value in self._flow.constants(part, module, scope)]
-        return tuple(float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool))
-
-    def _usual(self, node: ast.AST) -> str:
-        """On which side of what a value is compared with it usually is: where an `if` is false, and a `while` true."""
-        compare = self._parents.get(id(node))
-        if not isinstance(compare, ast.Compare) or not isinstance(compare.ops[0], ast.Lt | ast.LtE | ast.Gt | ast.GtE):
-            return ""
-        is_low = isinstance(compare.ops[0], ast.Lt | ast.LtE) == (compare.left is node)
-        above: ast.AST | None = compare
-        while isinstance(above, ast.Compare | ast.BoolOp | ast.UnaryOp):
-            is_low ^= isinstance(above, ast.UnaryOp) and isinstance(above.op, ast.Not)
-            above = self._parents.get(id(above))
-        if not isinstance(above, ast.If | ast.IfExp | ast.While):
-            return ""
-        return "low" if is_low == isinstance(above, ast.While) else "high"
-
-    def _used_as(self, node: ast.AST, name: str) -> str:
-        """The kind of a value, by its use: "bool", "float", "text"; empty where it says none."""
-        parent = self._parents.get(id(node))
-        if isinstance(parent, ast.Compare):
-            others = [part for part in (parent.left, *parent.comparators) if part is not node]
-            if any(isinstance(part, ast.Constant) and isinstance(part.value, str) for part in others):
-                return "text"
-            if any(isinstance(part, ast.Constant) and part.value is None for part in others):
-                return ""
-            return "float"
-        if isinstance(parent, ast.BinOp | ast.AugAssign) or (
-            isinstance(parent, ast.UnaryOp) and isinstance(parent.op, ast.USub)
-        ):
-            return "float"
-        if isinstance(parent, ast.If | ast.While | ast.IfExp | ast.BoolOp | ast.UnaryOp | ast.Assert):
-            return "bool"
-        if isinstance(parent, ast.Call) and last_name(parent.func) in (
-            "abs",
-            "min",
-            "max",
-            "float",
-            "round",
-            "hypot",
-            "sqrt",
-        ):
-            return "float"
-        if unit_of(name):
-            return "float"
-        return "bool" if name.startswith(("is_", "has_")) or "_is_" in name else ""
-
-    @property
-    def _parents(self) -> dict[int, ast.AST]:
-        parents: dict[int, ast.AST] | None = self.__dict__.get("_parent_of")
-        if parents is None:
-            parents = {id(child): node for _, _, node in self._flow.nodes for child in ast.iter_child_nodes(node)}
-            self.__dict__["_parent_of"] = parents
-        return parents
-
 
 def merged(before: Operation | None, operation: Operation) -> Operation:
     """Two uses of the same operation as one."""
@@ -213,14 +152,9 @@ def merged(before: Operation | None, operation: Operation) -> Operation:
         is_async=before.is_async or operation.is_async,
         is_set=before.is_set or operation.is_set,
         compared=tuple(dict.fromkeys(before.compared + operation.compared)),
-        usual=_one_of(before.usual, operation.usual),
+        usual=one_of(before.usual, operation.usual),
         parts=before.parts or operation.parts,
     )
-
-
-def _one_of(usual: str, other: str) -> str:
-    """The side that two comparisons say is usual; empty where they contradict each other."""
-    return usual or other if not usual or not other or usual == other else ""
 
 
 def _part(name: str) -> Part:

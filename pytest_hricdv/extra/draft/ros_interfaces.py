@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
@@ -27,9 +27,15 @@ def interface_file(kind: str, packages: Mapping[str, SourcePackage]) -> Path | N
     package, folder, name = kind.split("/")
     prefixes = [Path(sys.prefix), *(Path(path) for path in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if path)]
     shares = [packages[package].folder] if package in packages else []
-    shares += [prefix / "share" / package for prefix in prefixes]
+    shares += [prefix / "share" / package for prefix in (*prefixes, *_installed_in(package))]
     files = [share / folder / f"{name}.{folder}" for share in shares]
     return next((file for file in files if file.is_file()), None)
+
+
+def _installed_in(package: str) -> Sequence[Path]:
+    """The folders around an installed package, one of which has its `share` beside its `lib`."""
+    spec = PathFinder.find_spec(package)
+    return Path(spec.origin).parents if spec is not None and spec.origin is not None else ()
 
 
 def interface_files(folders: Iterable[Path]) -> Callable[[str], Path | None]:

@@ -247,7 +247,11 @@ def test_events_with_keywords_come_and_go_in_a_draft(how: str, tmp_path: Path) -
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("subscribe", "get", "publish"),
-    [("subscribe", "get()", "publish"), ("listen", "recv(timeout=60.0)", "send"), ("subscribe", "wait(60.0)", "emit")],
+    [
+        ("subscribe", "get()", "publish"),
+        ("listen", "recv(timeout=600.0)", "send"),
+        ("subscribe", "wait(600.0)", "emit"),
+    ],
 )
 def test_a_bus_with_other_verbs_and_queues_is_one_of_the_draft(
     subscribe: str, get: str, publish: str, tmp_path: Path
