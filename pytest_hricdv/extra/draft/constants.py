@@ -185,6 +185,8 @@ def _called(sources: Sources, module: Module, node: ast.Call, inner: Callable[[a
     if name in _COLLECTIONS and len(node.args) == 1:
         value = inner(node.args[0])
         return value if isinstance(value, dict) and name != "sorted" else tuple(value)
+    if name.rpartition(".")[2] in ("field", "Field"):
+        return _default(node, inner)
     if name == "dict" and not node.args:
         return {keyword.arg: inner(keyword.value) for keyword in node.keywords if keyword.arg}
     if isinstance(node.func, ast.Attribute) and node.func.attr in ("keys", "values") and not node.args:
@@ -201,6 +203,16 @@ def _called(sources: Sources, module: Module, node: ast.Call, inner: Callable[[a
                 return member
     if owner is not None:
         return Reference(dotted_name(node.func) + "()")
+    raise UnknownValueError
+
+
+def _default(node: ast.Call, inner: Callable[[ast.AST | None], Any]) -> Any:
+    """The default of a field of a dataclass or model: `field(default_factory=lambda: {"bolt": 1})`."""
+    for keyword in node.keywords:
+        if keyword.arg == "default":
+            return inner(keyword.value)
+        if keyword.arg in ("default_factory", "factory") and isinstance(keyword.value, ast.Lambda):
+            return inner(keyword.value.body)
     raise UnknownValueError
 
 
