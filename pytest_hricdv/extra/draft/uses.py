@@ -109,8 +109,9 @@ class UseFinder:
         if isinstance(parent, ast.Call) and last_name(parent.func) in _SAME and parent.func is not node:
             yield from self._places(parent, max(names, 1))
         elif isinstance(parent, ast.Assign | ast.NamedExpr) and parent.value is node and names < MAX_NAMES:
-            targets = parent.targets if isinstance(parent, ast.Assign) else [parent.target]
-            for target in targets:
+            if isinstance(parent, ast.NamedExpr):  # it stands there itself, too
+                yield from self._places(parent, names + 1)
+            for target in parent.targets if isinstance(parent, ast.Assign) else [parent.target]:
                 for load in self._loads(target):
                     yield from self._places(load, names + 1)
 

@@ -191,3 +191,56 @@ class Robot:
 def test_transitions_have_the_order_of_the_code(tmp_path: Path) -> None:
     machine = read(tmp_path, robots.MATCH).machines[0]
     assert [move.place for move in machine.transitions] == sorted(move.place for move in machine.transitions)
+
+
+GIVES_UP = """
+import time
+from dataclasses import dataclass, field
+
+BAYS = {1: (2.0, 0.0), 2: (2.0, 3.0), 3: (-1.0, 4.0)}
+
+
+@dataclass
+class Config:
+    tray: dict = field(default_factory=lambda: {"bolt": 1, "nut": 2})
+
+
+@dataclass
+class Job:
+    bay: int
+    part: str
+
+
+@dataclass
+class Status:
+    phase: str
+    detail: str = ""
+
+
+def run(bus, config: Config):
+    jobs = bus.subscribe(Job)
+    begin = time.monotonic()
+    deadline = time.time() + 5.0
+    while time.time() < deadline:
+        job = jobs.get()
+        where = BAYS[job.bay]
+        known = job.part in config.tray
+        bus.publish(Status("parked" if known else "lost", "unknown" if known else "late"))
+        now = time.monotonic()
+        if now - begin > 40.0:
+            bus.publish(Status("off"))
+"""
+
+
+def test_times_after_which_the_code_gives_up_and_what_is_looked_up_in_tables(tmp_path: Path) -> None:
+    (tmp_path / "robot_code.py").write_text(GIVES_UP, encoding="utf-8")
+    findings = analyse("robot_code", tmp_path)
+    assert {(wait.call, wait.seconds) for wait in findings.waits if wait.kind == "time-out"} == {
+        ("time.time() + 5.0", 5.0), ("now - begin", 40.0),
+    }  # fmt: skip
+    bay, part = next(message for message in findings.messages if message.name == "Job").fields
+    assert bay.compared == (1.0, 2.0, 3.0)
+    assert [value.text for value in part.values] == ["bolt", "nut"]
+    asked = [question.text for question in findings.questions if question.about == "transitions"]
+    assert asked == ["Which state of `Status` follows which?"]  # its detail is no second machine of states
+    assert findings.state == "status.phase"

@@ -166,7 +166,8 @@ def test_a_search_that_was_ended_says_so(
 @pytest.mark.slow
 def test_first_runs_find_the_order_that_opens_the_box(draft: Draft) -> None:
     dialogs = found_dialogs(draft, lambda dialogs: covered(draft, dialogs), frozenset())
-    assert any([step for step in dialog if step != WAITS][-3:] == [*ORDER] for dialog in dialogs)
+    said = [" ".join(step for step in dialog if step != WAITS) for dialog in dialogs]
+    assert any(" ".join(ORDER) in dialog for dialog in said)
     assert text_of(dialogs).count("inbox_text_push in_time") >= 1
 
 
