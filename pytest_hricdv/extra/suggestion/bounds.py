@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, number
+from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, is_quantity, number
 from pytest_hricdv.extra.suggestion.occurrences import signal_conditions, state_conditions
 from pytest_hricdv.extra.suggestion.views import Condition, Runs
 
@@ -26,7 +26,7 @@ def bounds(runs: Runs) -> Iterator[Candidate]:
             yield from _of_signal(runs, name, conditions)
     for topic, fields in runs.vocabulary.messages.items():
         for member, kind in fields.items():
-            if kind is float and runs.author(topic) != "person":
+            if kind is float and runs.author(topic) != "person" and is_quantity(member):
                 yield from _of_field(runs, topic, member)
 
 

@@ -103,6 +103,11 @@ def rounded(value: float, *, up: bool) -> float:
     return float(f"{whole * scale:.6g}")
 
 
+def is_quantity(member: str) -> bool:
+    """Whether a number of a message can be compared with others: a checksum of an array, or a time stamp, cannot."""
+    return not member.endswith(".crc") and "stamp." not in member
+
+
 def number(value: float) -> str:
     """Of a formula or a title, short."""
     return f"{value:.6g}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
-from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, between, number, rounded
+from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, between, is_quantity, number, rounded
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage
 from pytest_hricdv.extra.suggestion.views import Event, Runs, last_before
 
@@ -29,7 +29,7 @@ def relations(runs: Runs, events: Sequence[Event]) -> Iterator[Candidate]:
         ]
         if len(cases) < LEAST_SUPPORT:
             continue
-        numbers = [name for name, kind in fields.items() if kind is float]
+        numbers = [name for name, kind in fields.items() if kind is float and is_quantity(name)]
         yield from _counted(runs, topic, cases, numbers, events)
         for member in numbers:
             yield from _signals(runs, topic, member, cases)
@@ -143,8 +143,10 @@ def _threshold(topic: str, flag: str, member: str, cases: Sequence[Case]) -> Ite
 
 
 def _fields(topic: str, numbers: Sequence[str], cases: Sequence[Case]) -> Iterator[Candidate]:
-    for first in numbers:
-        for second in numbers:
+    # What never changes bounds the others, which is said as a bound.
+    moving = [name for name in numbers if len({message.fields[name] for _, message in cases}) > 1]
+    for first in moving:
+        for second in moving:
             if first != second and all(message.fields[first] <= message.fields[second] for _, message in cases):  # type: ignore[operator]
                 text = f"{topic}.{first} <= {topic}.{second}"
                 yield _relation(topic, f"{topic}.{first} is at most {topic}.{second}", text, len(cases), frozenset())

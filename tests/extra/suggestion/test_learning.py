@@ -6,8 +6,9 @@ from msgspec import structs
 
 from pytest_hricdv.extra.suggestion.learning import Evidence, learnt, unmoved
 from pytest_hricdv.extra.suggestion.mining import candidates
-from pytest_hricdv.monitor import evaluate
-from tests.extra.suggestion.runs import serving, some_runs, views
+from pytest_hricdv.extra.suggestion.views import Runs
+from pytest_hricdv.monitor import Vocabulary, evaluate
+from tests.extra.suggestion.runs import run, serving, some_runs, views
 
 
 def formulas() -> list[str]:
@@ -26,6 +27,27 @@ def test_what_is_served_is_served_once_after_an_order() -> None:
 
 def test_a_field_that_counts_is_a_relation() -> None:
     assert "always(on(served) -> served.number == count(on(served)))" in formulas()
+
+
+def test_what_never_changes_and_what_is_no_quantity_crowds_out_no_bound() -> None:
+    """A speed has six numbers, of which a base on wheels uses two: the others are 0, and as large as each other."""
+    still = {f"angular.{axis}": 0.0 for axis in "xy"} | {f"linear.{axis}": 0.0 for axis in "yz"}
+    speeds = [
+        (
+            0.1 * step,
+            "robot",
+            "served",
+            {**still, "linear.x": 0.1 * (step % 3), "leds.crc": 7.0 * step, "stamp.sec": step},
+        )
+        for step in range(1, 30)
+    ]
+    vocabulary = Vocabulary(signals={}, messages={"served": dict.fromkeys(speeds[0][3], float)})
+    runs = Runs.of([run(f"test-{number}", {}, speeds, 5.0) for number in range(3)], vocabulary)
+    made = [one.candidate.formula for one in candidates(runs)]
+    assert any("served.linear.x <=" in formula for formula in made)
+    assert "always(on(served) -> served.linear.y == 0)" in made
+    assert not [formula for formula in made if "angular.x <= served.angular.y" in formula]
+    assert not [formula for formula in made if ".crc" in formula or "stamp" in formula]
 
 
 def test_nothing_is_asked_of_a_person() -> None:
