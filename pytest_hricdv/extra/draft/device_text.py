@@ -147,7 +147,7 @@ def _commands(draft: Draft, port: Port, operation: Operation) -> list[Command]:
 
 def _sensor_of(draft: Draft, motion: Motion) -> Sensor | None:
     """The sensor that says where something is that moves; None of a pose."""
-    return next((sensor for sensor in draft.sensors if sensor.motion is motion or sensor.motion == motion), None)
+    return next((sensor for sensor in draft.sensors if sensor.motion == motion), None)
 
 
 def _holder(draft: Draft, motion: Motion) -> str:

@@ -162,7 +162,7 @@ def _follows(reading: Value, operation: Operation, is_alone: bool) -> Iterator[C
         return
     value = values[0]
     called = {*words(value.name), *words(operation.name)}
-    is_named = bool(called & {*words(reads)} - _COMMON) or (is_alone and bool(called & {*GOES}))
+    is_named = bool(called & {*words(reads)} - _COMMON) or (is_alone and bool(called & {*GOES, *_OF_SPEED}))
     if value.kind == "bool" and (is_named or _moves(f"{value.name}_{operation.name}", reads, is_alone)):
         yield Command("switch", (value,), operation)
     elif value.kind in ("float", "") and reading.kind == "float" and is_named:
