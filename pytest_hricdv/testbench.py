@@ -30,7 +30,7 @@ from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.parts import faces
 from pytest_hricdv.run import Ending, Run, TestbenchError
-from pytest_hricdv.runtime import text_of, topic_of
+from pytest_hricdv.runtime import fields_of, text_of, topic_of
 from pytest_hricdv.runtime.body import Body
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -76,7 +76,7 @@ PARTS: Mapping[str, str] = {
     "beliefs": "the belief space (BeliefSpace) that steers the model",
     "concretization": "the human's commands with the ranges of their parameters (Concretization)",
     "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
-    "messages": "the dataclasses of the messages on the bus",
+    "messages": "the classes of the messages on the bus: dataclasses, or the like",
     "signals": "the physical signals, name -> bool, float or str",
     "cross": "a mapping of names to cross products (CrossProduct)",
     "code": "the names of the packages under test",
@@ -142,7 +142,8 @@ class Testbench:
         concretization: the commands that people can enact, with the ranges of their parameters; where the model has
             several actors, each says who does it: `nurse: press call`.
         requirements: TOML file of requirement texts, or requirements built in Python (`pytest_hricdv.monitor.build`).
-        messages: frozen dataclasses, the messages on the bus; fields that are bool, int, float, str, Literal or Enum
+        messages: the classes of the messages on the bus, frozen dataclasses for preference; named tuples and classes of
+            attrs, msgspec and pydantic are as good. Fields that are bool, int, float, str, Literal or Enum
             can be named in requirements. A member of an Enum is named by its value if this is a text, else by its name.
         signals: physical signals that the world records, name -> bool, float or str.
         values: the values that a text signal, or a text field named `topic.field`, can have: a requirement that
@@ -268,8 +269,9 @@ class Testbench:
         for message in self.messages:
             topic = topic_of(message)
             topics[topic] = {}
-            for name, hint in get_type_hints(message).items():
-                kind, texts = _field_type(hint)
+            hints = get_type_hints(message)
+            for name in fields_of(message) or ():
+                kind, texts = _field_type(hints.get(name))
                 if kind is not None:
                     topics[topic][name] = kind
                 if texts:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -24,7 +23,8 @@ from pytest_hricdv.online.declaration import Online
 from pytest_hricdv.parts import PARTS as INSTALLED_PARTS
 from pytest_hricdv.parts import faces
 from pytest_hricdv.run import TestbenchError
-from pytest_hricdv.runtime import topic_of
+from pytest_hricdv.runtime import fields_of, topic_of
+from pytest_hricdv.runtime.message_class import FORMS
 from pytest_hricdv.runtime.virtual import KINDS
 from pytest_hricdv.testbench import ENDS, PARTS, Testbench
 
@@ -105,8 +105,8 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     if isinstance(testbench.code, str) or not testbench.code:
         raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
     for message in testbench.messages:
-        if not (isinstance(message, type) and dataclasses.is_dataclass(message)):
-            raise TestbenchError(f"{where}: message {message!r} is no dataclass; expected {PARTS['messages']}")
+        if fields_of(message) is None:
+            raise TestbenchError(f"{where}: message {message!r} is no class with fields; expected {FORMS}")
     paths = {"by_hand": testbench.by_hand}
     if isinstance(testbench.requirements, tuple):
         for requirement in testbench.requirements:
@@ -120,9 +120,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
 
 
 def _film_faults(testbench: Testbench) -> list[str]:
-    topics = {
-        topic_of(kind): frozenset(member.name for member in dataclasses.fields(kind)) for kind in testbench.messages
-    }
+    topics = {topic_of(kind): frozenset(fields_of(kind) or ()) for kind in testbench.messages}
     return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
 
 

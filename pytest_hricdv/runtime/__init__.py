@@ -4,6 +4,7 @@ from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.runtime.bus import Bus, MessageFault, NodeBus, Subscription, text_of, topic_of
 from pytest_hricdv.runtime.failure import KernelError, NodeError
 from pytest_hricdv.runtime.kernel import Kernel, Node
+from pytest_hricdv.runtime.message_class import fields_of, is_message
 from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
 from pytest_hricdv.runtime.world import World
 
@@ -21,6 +22,8 @@ __all__ = [
     "Recorder",
     "Subscription",
     "World",
+    "fields_of",
+    "is_message",
     "text_of",
     "topic_of",
 ]

@@ -5,7 +5,6 @@ The class of a message is its topic, so that types are checked.
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -15,6 +14,7 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
+from pytest_hricdv.runtime.message_class import fields_of
 from pytest_hricdv.runtime.plain import Value, plain
 from pytest_hricdv.runtime.record import Recorder
 
@@ -94,11 +94,11 @@ class Carried:
 
 
 class Bus:
-    """Delivers frozen dataclass messages to all subscribers at the instant of publication, and records them.
+    """Delivers messages to all subscribers at the instant of publication, and records them.
 
     Args:
         kernel: its clock gives the time stamps.
-        kinds: the message classes of this bus; others are refused.
+        kinds: the message classes of this bus, see `fields_of`; others are refused.
         recorder: records the messages.
         by_code: whether the caller is the code under test.
     """
@@ -116,7 +116,7 @@ class Bus:
         self.senders: dict[str, bool] = {}
         """Who has sent a message -> whether it is the code under test."""
         self._faults: dict[str, deque[MessageFault]] = {}
-        self._fields = {kind: tuple(f.name for f in dataclasses.fields(kind)) for kind in kinds}
+        self._fields = {kind: fields_of(kind) or () for kind in kinds}
         self._subscriptions: dict[type[Any], list[Subscription[Any]]] = {kind: [] for kind in self._fields}
         self._waiting_publishers: dict[type[Any], list[Node]] = {kind: [] for kind in self._fields}
 

@@ -190,7 +190,7 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
             "run=None,",
             "run is None; expected a function that runs one concrete test and returns an Outcome",
         ),
-        ("messages=(Answer,", "messages=(int,", "message <class 'int'> is no dataclass"),
+        ("messages=(Answer,", "messages=(int,", "message <class 'int'> is no class with fields"),
         (
             '{"lamp_level": float}',
             '["lamp_level"]',

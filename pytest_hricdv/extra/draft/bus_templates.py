@@ -65,7 +65,7 @@ class Bus:
     def publish(self, *contents: Any, **_: Any) -> None:
         """Say the message among what it is called with."""
         for message in contents[:2]:
-            if is_dataclass(message):
+            if is_message(message):
                 self._port.publish(message)
 
     def subscribe(self, *kinds: Any, **_: Any) -> Inbox:
@@ -86,7 +86,7 @@ class Bus:
         """Say what goes with a topic: an argument, or other keywords, each of which is a field."""
         contents += tuple(named[name] for name in PAYLOADS if name in named)
         own = {name: content for name, content in named.items() if name not in OPTIONS}
-        said = next((one for one in (topic, *contents[:1]) if is_dataclass(one)), None)
+        said = next((one for one in (topic, *contents[:1]) if is_message(one)), None)
         kinds = SAID.get(topic, ()) if isinstance(topic, str) else ()
         is_tuple = len(contents) > 1 and any(kind.FORM == "tuple" for kind in kinds)
         content = contents if is_tuple else contents[0] if contents else own or ""

@@ -80,7 +80,7 @@ class Moving:
         """It goes as far as it can, or back again."""
         self.go(self._high if is_up else self._low)
 
-    def speed(self, speed: Any) -> None:
+    def speed(self, speed: Any = 0.0) -> None:
         """From now on it changes by so much in a second."""
         if isinstance(speed, int | float):
             self._from = self._to = self._at()

@@ -24,6 +24,9 @@ SPEEDS = {
 DRIVES = ("drive", "move", "go", "cmd_vel", "velocity", "speed", "twist", "run")
 """A method that is called so and takes two numbers takes speeds: forward, and turning."""
 
+HALTS = ("stop", "halt", "stand", "brake", "hold")
+"""A method that is called so lets what moves stay where it is."""
+
 POSES = ("pose", "position", "odometry", "odom", "location", "localization", "where")
 """A reading that is called so and has three items has x, y and a heading."""
 

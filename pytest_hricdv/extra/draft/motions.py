@@ -10,7 +10,19 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Literal
 
-from pytest_hricdv.extra.draft.motion_words import DEEDS, DRIVES, GOES, POSES, STORES, axis, bare, speed, way, words
+from pytest_hricdv.extra.draft.motion_words import (
+    DEEDS,
+    DRIVES,
+    GOES,
+    HALTS,
+    POSES,
+    STORES,
+    axis,
+    bare,
+    speed,
+    way,
+    words,
+)
 from pytest_hricdv.extra.draft.port import Operation, Part, Port
 
 Kind = Literal["drive", "wheels", "reach", "speed", "target", "switch", "up", "down"]
@@ -145,7 +157,7 @@ def _drives(port: Port) -> Iterator[Command]:
             yield Command("reach", (values[0], values[1]), operation)
         elif len(values) == 2 and any(word in DRIVES for word in (bare(operation.name), *words(operation.name))):
             yield Command("drive", (values[0], values[1]), operation)
-        elif operation.kind == "method" and not values and words(operation.name)[0] in ("stop", "halt", "stand"):
+        elif operation.kind == "method" and not values and words(operation.name)[0] in HALTS:
             yield Command("drive", (), operation)
 
 
@@ -156,7 +168,10 @@ def _follows(reading: Value, operation: Operation, is_alone: bool) -> Iterator[C
     is_deed = reading.operation.kind == "method" and words(reading.operation.name)[0] in DEEDS
     if is_deed or {*words(reads)} & {*STORES}:
         return
-    if operation.kind == "method" and not values and _moves(operation.name, reads, is_alone):
+    is_halt = operation.kind == "method" and not values and words(operation.name)[0] in HALTS
+    if is_halt and reading.kind == "float":
+        yield from (Command("speed", (), operation),) if is_alone else ()
+    elif operation.kind == "method" and not values and _moves(operation.name, reads, is_alone):
         yield Command("up" if goes_up(operation.name, reading) else "down", (), operation)
     if len(values) != 1:
         return

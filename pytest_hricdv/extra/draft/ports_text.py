@@ -115,7 +115,7 @@ def _outbox(draft: Draft) -> str:
     )  # fmt: skip
     message = "arguments[-1]"
     if is_plain:
-        message += " if is_dataclass(arguments[-1]) else of_plain(arguments[-1], self._kinds)"
+        message += " if is_message(arguments[-1]) else of_plain(arguments[-1], self._kinds)"
     replaced = {
         "{kinds}": ", *kinds: type[Any]" if is_plain else "",
         "{remember}": "\n        self._kinds = kinds" if is_plain else "",
@@ -164,7 +164,7 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"import {name}" for name in modules if re.search(rf"(?<![\w.]){name}\.", body)]
     names = [name for name in ("Callable", "Iterator") if name in body]
     lines += [f"from collections.abc import {', '.join(names)}"] if names else []
-    made = [name for name in ("dataclass", "fields", "is_dataclass") if re.search(rf"\b{name}(\(|$)|@{name}\(", body)]
+    made = [name for name in ("dataclass", "fields") if re.search(rf"\b{name}(\(|$)|@{name}\(", body)]
     lines += [f"from dataclasses import {', '.join(made)}"] if made else []
     lines += ["from enum import Enum"] if re.search(r"Enum\)", body) else []
     lines += ["from functools import partial"] if "partial(" in body else []
@@ -182,7 +182,8 @@ def _head(draft: Draft, body: str) -> str:
     lines += [f"from types import {', '.join(types)}"] if types else []
     typed = [name for name in ("Any", "ClassVar", "Literal", "Self") if re.search(rf"\b{name}\b", body)]
     lines += [f"from typing import {', '.join(typed)}"] if typed else []
-    own = ["from pytest_hricdv.runtime import text_of"] if "text_of(" in body else []
+    helpers = [name for name in ("is_message", "text_of") if f"{name}(" in body]
+    own = [f"from pytest_hricdv.runtime import {', '.join(helpers)}"] if helpers else []
     if "Run" in body:
         own.append("from pytest_hricdv.testbench import Run")
     if "World" in body:

@@ -128,7 +128,7 @@ class Outbox:
     def __call__(self, *arguments: Any) -> None:
         """Say it. TODO: what is of none of these classes is not said: which message is it?"""
         message = {message}
-        if is_dataclass(message):
+        if is_message(message):
             self._port.publish(message)
 
     put_nowait = __call__

@@ -90,10 +90,11 @@ def sensors_of(devices: Sequence[Port]) -> Iterator[Sensor]:
     """What the code reads at its devices, but for where they are."""
     for port in devices:
         moving = motions(port)
-        poses = {id(value.operation) for motion in moving if motion.is_pose for value in motion.readings}
+        poses = [value for motion in moving if motion.is_pose for value in motion.readings]
         for operation in port.operations:
-            values = [value for value in readings(port) if value.operation is operation and value.kind != "str"]
-            if id(operation) in poses or len(values) > MOST_PARTS:
+            values = [value for value in readings(port) if value.operation is operation and value not in poses]
+            values = [value for value in values if value.kind != "str"]
+            if len(values) > MOST_PARTS:
                 continue
             for value in (value for value in values if value.kind):
                 motion = next((motion for motion in moving if value in motion.readings), None)

@@ -96,6 +96,8 @@ def draft_of(folder: Path, lines: str, annotation: str = "") -> Draft:
         ("if self.device.height_m() > 1.0: pass\nself.device.set_height_m(1.2)", "", [("height_m", "target")]),
         ("if self.device.position() > 1.0: pass\nself.device.set_speed(1.2)", "", [("position", "speed")]),
         ("if self.device.position > 1.0: pass\nself.device.speed = 0.2", "", [("position", "speed")]),
+        ("if self.device.position > 1.0: pass\nself.device.speed = 0.2\nself.device.stop()", "",
+         [("position", "speed speed")]),
         ("if self.device.is_lifted(): pass\nself.device.drive(1.0, 0.0)", "", []),
         ("if self.device.is_open(): pass\nself.device.lock()", "", []),
         ("if not self.device.close(): pass\nself.device.open()", "", []),
