@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from pytest_hricdv.extra.draft.conftest_text import constants, declared_model, may_end_lines, said_commands
 from pytest_hricdv.extra.draft.drafted import Draft, Thing
-from pytest_hricdv.extra.draft.neutral import MANY
+from pytest_hricdv.extra.draft.neutral import FAR, MANY
 from pytest_hricdv.extra.draft.observed_text import lateness
 from pytest_hricdv.extra.draft.ros_findings import Endpoint, RosStart
 from pytest_hricdv.extra.draft.ros_started_text import started_lines
@@ -46,7 +46,7 @@ _PERSON = """
 
         def say(what: str, numbers: Mapping[str, float]) -> None:
             name, fields = said(what, numbers)
-            if name in publishers:
+{tells}            if name in publishers:
                 publishers[name].publish(made(TOPICS[name], fields))
             elif name in services:
                 services[name].call(ANSWER_S, **fields)
@@ -72,6 +72,12 @@ _PERSON = """
 
     run.kernel.spawn("{person}", person)
     return Outcome(run.go(LIMIT_S))
+"""
+
+_TELLS = """            for field, value in fields.items():
+                if isinstance(value, list):  # of it the record has the length: a signal tells the numbers
+                    signal = f"{name.strip('/')}_{field}".replace("/", "_").replace(".", "_")
+                    run.recorder.signal(run.kernel.now_s, signal, value[0])
 """
 
 _STAYS = """            if what == "stay":  # after_s has passed
@@ -166,7 +172,9 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
     lines += said_commands(draft)
     lines += ["            },", "        ),",
               '        requirements=HERE / "requirements.toml",', "        messages=(),"]  # fmt: skip
-    lines.append('        signals={"person_is_there": bool},' if draft.tells_presence else "        signals={},")
+    signals = ['"person_is_there": bool'] if draft.tells_presence else []
+    signals += [f'"{name}": float' for name in _lists(draft)]
+    lines.append(f"        signals={{{', '.join(signals)}}},")
     if values:
         lines += [
             "        values={",
@@ -200,6 +208,12 @@ def _disturbances(draft: Draft) -> list[str]:
                 ends, mark = lateness(draft, topic)
                 lines.append(f'            "{topic}_late": Late("{topic}", Range({ends}, "s")),  # {mark}')
     return lines
+
+
+def _lists(draft: Draft) -> list[str]:
+    """The signals that tell what a person says in lists of numbers, such as the ranges of a scan."""
+    return [f"{thing.message.channel.strip('/')}_{part.name}".replace("/", "_").replace(".", "_")
+            for thing in draft.things for part in thing.message.fields if part.type == "list"]  # fmt: skip
 
 
 def _said(draft: Draft) -> list[str]:
@@ -256,5 +270,7 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     leaves = '        run.recorder.signal(run.kernel.now_s, "person_is_there", False)\n' if silent else ""
     if silent:
         lines += ['    run.recorder.signal(0.0, "person_is_there", True)']
+    lines += [f'    run.recorder.signal(0.0, "{name}", {FAR})' for name in _lists(draft)]
     person = _PERSON.replace("{stays}", _STAYS if draft.is_alone else "")
+    person = person.replace("{tells}", _TELLS if _lists(draft) else "")
     return [*lines, person.replace("{person}", draft.person).replace("{leaves}", leaves).rstrip("\n"), ""]

@@ -138,6 +138,9 @@ def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
     }
     assert '"limits.count": round(numbers["limits.count"])' in texts["conftest.py"]
     assert 'HERE / "../src/scan_msgs"' in texts["conftest.py"]
+    # The record has the length of a list, and a checksum, so requirements see its numbers by a signal.
+    assert '"scan_ranges": float}' in texts["conftest.py"]
+    assert 'run.recorder.signal(0.0, "scan_ranges", 10.0)' in texts["conftest.py"]
 
 
 def test_messages_that_are_nowhere_are_said_with_their_place(tmp_path: Path) -> None:
