@@ -5,12 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate, above, below, is_quantity, number
+from pytest_hricdv.extra.suggestion.candidate import (
+    CHECKSUM,
+    LEAST_SUPPORT,
+    Candidate,
+    above,
+    below,
+    is_quantity,
+    number,
+)
 from pytest_hricdv.extra.suggestion.occurrences import signal_conditions, state_conditions
 from pytest_hricdv.extra.suggestion.views import Condition, Runs
 
 TIGHTER = 0.6
 """A bound while something holds says more than the bound at all times where it is tighter by this factor (chosen)."""
+
+MOST_CONTENTS = 12
+"""With more, what an array has is no choice of the code (chosen)."""
 
 LONG_S = 0.5
 """What holds for less time than that, in all runs, bounds nothing (chosen)."""
@@ -26,8 +37,12 @@ def bounds(runs: Runs) -> Iterator[Candidate]:
             yield from _of_signal(runs, name, conditions)
     for topic, fields in runs.vocabulary.messages.items():
         for member, kind in fields.items():
-            if kind is float and runs.author(topic) != "person" and is_quantity(member):
+            if kind is not float or runs.author(topic) == "person":
+                continue
+            if is_quantity(member):
                 yield from _of_field(runs, topic, member)
+            elif member.endswith(CHECKSUM):
+                yield from _of_content(runs, topic, member)
 
 
 def _seconds(condition: Condition) -> float:
@@ -118,6 +133,19 @@ def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
         )
     seen = f"observed {number(round(least, 4))} to {number(round(most, 4))}"
     yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), seen, 0.5)
+
+
+def _of_content(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
+    """The contents that an array has, by their checksums: where there are few, the code makes no others."""
+    values = [int(message.fields[member]) for run in runs.messages[topic] for message in run]
+    contents = sorted({*values})
+    if len(values) < LEAST_SUPPORT or len(contents) > MOST_CONTENTS:
+        return
+    name = f"{topic}.{member}"
+    text = " | ".join(f"{name} == {content}" for content in contents)
+    several = f"one of {len(contents)} contents" if len(contents) > 1 else "one content"
+    title = f"{name.removesuffix(CHECKSUM)} has {several}, by its checksum"
+    yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), "", 0.5)
 
 
 def _capital(text: str) -> str:

@@ -103,9 +103,13 @@ def rounded(value: float, *, up: bool) -> float:
     return float(f"{whole * scale:.6g}")
 
 
+CHECKSUM = ".crc"
+"""What the name of the checksum of an array ends in (see `pytest_hricdv.extra.ros2.fields`)."""
+
+
 def is_quantity(member: str) -> bool:
     """Whether a number of a message can be compared with others: a checksum of an array, or a time stamp, cannot."""
-    return not member.endswith(".crc") and "stamp." not in member
+    return not member.endswith(CHECKSUM) and "stamp." not in member
 
 
 def number(value: float) -> str:

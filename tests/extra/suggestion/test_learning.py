@@ -29,7 +29,7 @@ def test_a_field_that_counts_is_a_relation() -> None:
     assert "always(on(served) -> served.number == count(on(served)))" in formulas()
 
 
-def test_what_never_changes_and_what_is_no_quantity_crowds_out_no_bound() -> None:
+def test_what_never_changes_crowds_out_no_bound_and_a_checksum_is_a_content() -> None:
     """A speed has six numbers, of which a base on wheels uses two: the others are 0, and as large as each other."""
     still = {f"angular.{axis}": 0.0 for axis in "xy"} | {f"linear.{axis}": 0.0 for axis in "yz"}
     speeds = [
@@ -37,7 +37,13 @@ def test_what_never_changes_and_what_is_no_quantity_crowds_out_no_bound() -> Non
             0.1 * step,
             "robot",
             "served",
-            {**still, "linear.x": 0.1 * (step % 3), "leds.crc": 7.0 * step, "stamp.sec": step},
+            {
+                **still,
+                "linear.x": 0.1 * (step % 3),
+                "leds.crc": 7.0 * step,
+                "colours.crc": (3718166540.0, 4011220000.0)[step % 2],
+                "stamp.sec": step,
+            },
         )
         for step in range(1, 30)
     ]
@@ -47,7 +53,8 @@ def test_what_never_changes_and_what_is_no_quantity_crowds_out_no_bound() -> Non
     assert any("served.linear.x <=" in formula for formula in made)
     assert "always(on(served) -> served.linear.y == 0)" in made
     assert not [formula for formula in made if "angular.x <= served.angular.y" in formula]
-    assert not [formula for formula in made if ".crc" in formula or "stamp" in formula]
+    assert not [formula for formula in made if "leds.crc" in formula or "stamp" in formula]
+    assert "always(on(served) -> served.colours.crc == 3718166540 | served.colours.crc == 4011220000)" in made
 
 
 def test_nothing_is_asked_of_a_person() -> None:
