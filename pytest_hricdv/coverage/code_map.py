@@ -170,6 +170,10 @@ class CodeMap:
         partial = {str(f.path): self.reporters[str(f.path)].no_branch_lines() for f in self.files}
         return _bitset((f.branches, [arc for arc in f.branches if arc[0] in partial[str(f.path)]]) for f in self.files)
 
+    def without_waivers(self) -> CodeMap:
+        """The same code, of which no statement is waived."""
+        return replace(self, files=tuple(replace(file, waivers=()) for file in self.files))
+
     def waived(self) -> Bits:
         """Statements under a waiver, and branches that lead to or from one."""
         lines = {str(f.path): {w.line for w in f.waivers} for f in self.files}

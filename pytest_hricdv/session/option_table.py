@@ -126,6 +126,7 @@ OUTPUT = (
         key=False,
     ),
     Flag("no-cov", "do not measure the code under test"),
+    Flag("no-waivers", "count no statement as unreachable: comments in the code were written for another testbench"),
     Flag("isolate", "run each test in a process of its own, so that no test sees what another one has left"),
 )
 

@@ -86,6 +86,8 @@ class Options:
     resume: bool = False
     isolate: bool = False
     """Each test is called in a process of its own."""
+    no_waivers: bool = False
+    """Comments `# unreachable` in the code do not count."""
     today: datetime.date = datetime.date.min
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
@@ -133,6 +135,7 @@ def read_options(config: pytest.Config) -> Options:
         fidelity=reader.text("fidelity"),
         resume=bool(config.getoption("hri_resume")),
         isolate=reader.flag("isolate"),
+        no_waivers=reader.flag("no_waivers"),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
         parts={part.name: part.read(reader) for part in part_options()},

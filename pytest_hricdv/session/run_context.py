@@ -106,7 +106,8 @@ class RunContext:
         try:
             config = self.collection.config
             settings = CoverageSettings((Path.cwd(), config.rootpath), getattr(config.option, "cov_config", "") or "")
-            return map_code(self.collection.testbench.code, Path(config.rootpath), settings)
+            code = map_code(self.collection.testbench.code, Path(config.rootpath), settings)
+            return code.without_waivers() if self.options.no_waivers else code
         except CoverageError as error:
             raise usage_error(str(error)) from None
 

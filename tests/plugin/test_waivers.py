@@ -39,6 +39,17 @@ def test_each_waiver_says_whether_it_is_needed(lamps: pytest.Pytester) -> None:
     assert "not needed here" in page
 
 
+def test_waivers_of_another_testbench_do_not_count(lamps: pytest.Pytester) -> None:
+    """The line runs here, so the waiver is wrong, unless the session is told that it is of another world."""
+    source = (lamps.path / "lamps/guide.py").read_text("utf-8")
+    line = next(line for line in source.splitlines() if line.strip().startswith("def "))
+    change(lamps.path, "lamps/guide.py", line, f"{line}  # unreachable: elsewhere")
+    lamps.runpytest_inprocess(*SUITE).stdout.fnmatch_lines(["*ran, though it is waived as unreachable (elsewhere)*"])
+    told = lamps.runpytest_inprocess(*SUITE, "--hri-no-waivers")
+    assert "though it is waived" not in told.stdout.str()
+    assert load(lamps.path / "hri-report").code_under_test.waivers == ()
+
+
 @pytest.mark.slow
 def test_a_known_violation_that_does_not_occur_expires_or_is_ignored(lamps: pytest.Pytester) -> None:
     known = "--hri-known=R1"

@@ -101,6 +101,7 @@ class Draft:
         observed: what recordings of the real system show; None without them.
         sizes: suite -> its tests, where a draft's usual number of them takes too long.
         has_others: whether a person also says a text that the code does not know; not where it raises then.
+        no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
         dialogs: what a person says one after the other, each as the commands of a test.
         may_end: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
@@ -118,6 +119,7 @@ class Draft:
     observed: Observed | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
     has_others: bool = True
+    no_waivers: str = ""
     isolates: bool = False
     may_end: tuple[str, ...] = ENDS
     dialogs: tuple[tuple[str, ...], ...] = ()

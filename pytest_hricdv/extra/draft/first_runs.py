@@ -38,6 +38,9 @@ ENDING_S = 30.0
 _NUMBER = re.compile(r"\d+([.]\d+)?")
 """Texts that differ only in these are of one situation: `battery 37 %`."""
 
+_WAIVED = re.compile(r"(\S+\.py:\d+): ran, though it is waived")
+"""What a session says where the code has a wrong waiver."""
+
 _ALLOW = re.compile(r'may_end=\("(\w+)",\)')
 """What a failure says that the testbench would have to allow."""
 
@@ -60,6 +63,7 @@ class Trial:
         raised: how many tests ended with an error.
         ends: of `may_end`, what the testbench does not allow, and ended a run.
         reached: what the tests executed.
+        no_waivers: where they executed what the code waives as unreachable, `file:line`; empty where they did not.
     """
 
     tests: int
@@ -75,6 +79,7 @@ class Trial:
     raised: int = 0
     ends: tuple[str, ...] = ()
     reached: Reached = frozenset()
+    no_waivers: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,9 @@ def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
     session = _session(draft, options)
     if session.report is None:
         return Trial(0, 0, (), (), _last_error(session.text), session.effects)
-    trial = replace(_read(session.report, session.effects), raised_at=session.raised_at)
+    waived = _WAIVED.search(session.text)
+    trial = replace(_read(session.report, session.effects), raised_at=session.raised_at,
+                    no_waivers=waived.group(1) if waived else "")  # fmt: skip
     return replace(trial, never=(), is_ended=True) if session.is_ended else trial
 
 

@@ -38,6 +38,10 @@ _ISOLATES = """\
 # In the first runs a test left a state to the next (a variable of a module?). So each has its own process.
 hri_isolate = true
 """
+_NO_WAIVERS = """\
+# {place} is waived as unreachable, and first runs executed it: the waivers of the code are of another testbench.
+hri_no_waivers = true
+"""
 _TESTS, _RUNS = 30, 60
 """Tests of the suite `rl`, runs of a closing loop (chosen: less than two minutes, with the first runs)."""
 _NODE_TESTS, _NODE_RUNS = 20, 30
@@ -62,7 +66,9 @@ def files(draft: Draft) -> Iterator[tuple[str, str]]:
     yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
     tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
     sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
-    isolates = _ISOLATES if draft.isolates else ""
+    isolates = (_ISOLATES if draft.isolates else "") + (
+        _NO_WAIVERS.format(place=draft.no_waivers) if draft.no_waivers else ""
+    )
     folders = [os.path.relpath(root, draft.folder) for root in (draft.findings.root, *draft.findings.roots)]
     roots = [root for root in folders if root != "."]
     if roots:

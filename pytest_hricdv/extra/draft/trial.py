@@ -124,12 +124,12 @@ def _settled(draft: Draft, suite: str) -> tuple[Draft, Trial]:
 
 
 def _ending(draft: Draft, suite: str, tests: int | None = None) -> tuple[Draft, Trial]:
-    """The runs of a suite, and the draft that allows how they end."""
+    """The runs of a suite, and the draft that allows how they end, and waives nothing that they executed."""
     trial = run(draft, suite, tests)
     while ends := set(trial.ends) - set(draft.may_end):
         draft = replace(draft, may_end=tuple(end for end in ENDS if end in (*draft.may_end, *ends)))
         trial = run(draft, suite, tests)
-    return draft, trial
+    return replace(draft, no_waivers=draft.no_waivers or trial.no_waivers), trial
 
 
 def _with_problems(draft: Draft, trials: Sequence[Trial]) -> Draft:
