@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -196,11 +197,10 @@ def test_a_base_that_is_told_where_to_go_is_there_after_a_while(tmp_path: Path) 
 def test_a_gripper_is_open_and_closes_and_not_wholly_where_something_is_in_its_way(tmp_path: Path) -> None:
     draft = draft_of(tmp_path, "self.device.state().width\nself.device.command(Hand(True))", "Gripper")
     device, world, kernel, recorder = stand_in(tmp_path, draft)
-    code = __import__("importlib").import_module  # the stand-in makes the code's own classes
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(tmp_path)
         patch.delitem(sys.modules, "robot_code", raising=False)
-        hand = code("robot_code").Hand
+        hand = import_module("robot_code").Hand  # the stand-in makes the code's own classes
         device.command(hand(close=False))
         kernel.now_s = 2.0
         opened = device.state().width
