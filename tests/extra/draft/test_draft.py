@@ -15,7 +15,7 @@ from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.first_runs import run
-from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.project import files, write
 from pytest_hricdv.extra.draft.requirements_text import requirement_ids
 from pytest_hricdv.extra.draft.trial import without
 from tests.extra.draft import robots
@@ -192,3 +192,18 @@ def test_a_field_that_is_also_made_of_unknown_texts_is_not_declared_with_those_t
     text = dict(files(Draft(analyse("desk", tmp_path), "desk", "person", tmp_path / "hri")))["conftest.py"]
     assert '# "refused.reason": ("unknown", "too late"),  # desk.py:28; TODO: which others?' in text
     assert '            "refused.told_by": ("desk", "kitchen"),' in text
+
+
+def test_a_draft_of_long_names_is_sorted_as_ruff_sorts(tmp_path: Path) -> None:
+    names = [f"MessageOfTheRobotNumber{number}" for number in range(6)]
+    classes = "\n\n".join(f"@dataclass(frozen=True)\nclass {name}:\n    level: float" for name in names)
+    said = "\n".join(f"        bus.publish({name}(1.0))" for name in names[1:])
+    robot = f"def run(bus):\n    heard = bus.subscribe({names[0]})\n    while heard.wait(1.0):\n{said}\n"
+    source = f"from dataclasses import dataclass\n\n\n{classes}\n\n\n{robot}"
+    (tmp_path / "robot_code.py").write_text(source, encoding="utf-8")
+    folder = tmp_path.resolve() / "hri"
+    write(Draft(analyse("robot_code", tmp_path), "robot_code", "person", folder), folder)
+    assert "import (\n        MessageOfTheRobotNumber0,\n" in (folder / "conftest.py").read_text(encoding="utf-8")
+    command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I,F", "."]
+    checked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stdout
