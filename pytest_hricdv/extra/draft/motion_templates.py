@@ -21,11 +21,11 @@ class Drive:
         """Where it is now: on an arc from where it was when it was told something else."""
         now_s = self._world.now_s
         passed_s = max(min(now_s, self._until_s) - self._since_s, 0.0)
-        turned, way = self._turn * passed_s, self._forward * passed_s
-        chord = way * (sin(turned / 2) / (turned / 2) if turned else 1.0)
-        self._x += chord * cos(self._heading + turned / 2)
-        self._y += chord * sin(self._heading + turned / 2)
-        self._heading = remainder(self._heading + turned, tau)
+        half, way = self._turn * passed_s / 2, self._forward * passed_s
+        chord = way * (sin(half) / half if half else 1.0)
+        self._x += chord * cos(self._heading + half)
+        self._y += chord * sin(self._heading + half)
+        self._heading = remainder(self._heading + 2 * half, tau)
         self._since_s = now_s
         if now_s - self._recorded_s >= RECORDS_EACH_S:
             self._recorded_s = now_s

@@ -10,7 +10,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.draft.analysis import analyse
@@ -146,6 +146,7 @@ def base(folder: Path) -> Draft:
         st.tuples(st.floats(-1, 1), st.one_of(st.just(0.0), st.floats(-2, 2)), st.floats(0.01, 5)), max_size=4
     )
 )
+@example(told=[(0.0, 5e-324, 1.0)])  # half of it is 0
 def test_a_base_drives_on_arcs(folder: Path, base: Draft, told: list[tuple[float, float, float]]) -> None:
     device, _, kernel, _ = stand_in(folder, base)
     x = y = heading = 0.0
