@@ -5,7 +5,7 @@ from __future__ import annotations
 from pytest_hricdv.extra.draft.drafted import Draft
 from pytest_hricdv.extra.draft.motion_templates import DRIVE, MOVING, REACH, WHEELS
 from pytest_hricdv.extra.draft.motions import Command, Motion, Value, goes_up
-from pytest_hricdv.extra.draft.naming import camel
+from pytest_hricdv.extra.draft.naming import camel, unit_of
 from pytest_hricdv.extra.draft.neutral import FAR, MANY
 from pytest_hricdv.extra.draft.port import Operation, Port
 from pytest_hricdv.extra.draft.sensing import Sensor, Told
@@ -163,6 +163,7 @@ def _moved(draft: Draft, port: Port, operation: Operation) -> list[str]:
         holder = f"        self.{_holder(draft, motion)}"
         for command in (command for command in motion.commands if command.operation is operation):
             values = [_value_of(value) for value in command.values]
+            values += ["in_degrees=True"] if any(unit_of(value.name) == "deg/s" for value in command.values) else []
             if command.kind == "switch":
                 up = goes_up(f"{command.values[0].name}_{operation.name}", motion.readings[0])
                 lines.append(f"{holder}.switch({values[0] if up else f'not {values[0]}'})")
@@ -199,7 +200,8 @@ def _returned(draft: Draft, port: Port, operation: Operation) -> list[str]:
     for motion in draft.motions.get(port.name, ()):
         for number, reading in enumerate(motion.readings if motion.is_pose else ()):
             if reading.operation is operation:
-                said[reading.part] = f"self._drive.pose()[{number}]"
+                text = f"self._drive.pose()[{number}]"
+                said[reading.part] = f"degrees({text})" if unit_of(reading.name) == "deg" else text
     value = said.get(None) or _composed(operation, {part: text for part, text in said.items() if part is not None})
     todo = "" if said else "  # TODO"
     return [

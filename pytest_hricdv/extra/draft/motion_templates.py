@@ -11,10 +11,11 @@ class Drive:
         self._since_s = self._recorded_s = world.now_s
         self._until_s = inf
 
-    def go(self, forward: Any = 0.0, turn: Any = 0.0) -> None:
-        """From now on it drives so fast (m/s), and turns so fast (rad/s)."""
+    def go(self, forward: Any = 0.0, turn: Any = 0.0, *, in_degrees: bool = False) -> None:
+        """From now on it drives so fast (m/s), and turns so fast (rad/s, or degrees a second)."""
         self.pose()
         self._forward, self._turn = (float(v) if isinstance(v, int | float) else 0.0 for v in (forward, turn))
+        self._turn *= tau / 360 if in_degrees else 1.0
         self._until_s = inf
 
     def pose(self) -> tuple[float, float, float]:

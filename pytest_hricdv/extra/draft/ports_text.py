@@ -173,7 +173,9 @@ def _head(draft: Draft, body: str) -> str:
     lines += ["from pathlib import Path"] if "Path(" in body else []
     lines += ["from inspect import signature"] if "signature(" in body else []
     functions = [
-        name for name in ("atan2", "cos", "hypot", "inf", "remainder", "sin", "tau") if re.search(rf"\b{name}\b", body)
+        name
+        for name in ("atan2", "cos", "degrees", "hypot", "inf", "remainder", "sin", "tau")
+        if re.search(rf"\b{name}\b", body)
     ]
     lines += [f"from math import {', '.join(functions)}"] if "class Drive:" in body else []
     if draft.missing:

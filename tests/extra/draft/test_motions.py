@@ -185,6 +185,17 @@ def test_where_a_base_is_and_what_it_is_told_are_signals(folder: Path, base: Dra
     assert (0.0, "device_set_speed_argument_1", 0.5) in recorder.signals
 
 
+def test_a_heading_is_in_degrees_where_its_name_says_so(tmp_path: Path) -> None:
+    lines = "x, y, heading_deg = self.device.pose()\nself.device.drive(forward_m_s=0.2, turn_deg_s=45.0)"
+    device, _, kernel, _ = stand_in(tmp_path, draft_of(tmp_path, lines))
+    device.drive(0.0, 45.0)
+    kernel.now_s = 2.0
+    assert device.pose() == pytest.approx((0.0, 0.0, 90.0))
+    device.drive(1.0, 0.0)
+    kernel.now_s = 5.0
+    assert device.pose() == pytest.approx((0.0, 3.0, 90.0))
+
+
 def test_a_base_that_is_told_where_to_go_is_there_after_a_while(tmp_path: Path) -> None:
     draft = draft_of(tmp_path, "x, y = self.device.position()\nself.device.go_to(2.0, 1.0)")
     device, _, kernel, _ = stand_in(tmp_path, draft)
