@@ -40,7 +40,7 @@ def of_pydantic() -> type[Any]:
     return made
 
 
-Bare = namedtuple("Bare", ("kind", "level"))  # noqa: PYI024 - of code that has no annotations
+Bare = namedtuple("Bare", ("kind", "level"))  # of code without annotations
 
 KINDS = (lambda: Plain, lambda: Tuple, lambda: Struct, lambda: Bare, of_attrs, of_pydantic)
 
