@@ -12,7 +12,7 @@ class Drive:
         self._until_s = inf
 
     def go(self, forward: Any = 0.0, turn: Any = 0.0, *, in_degrees: bool = False) -> None:
-        """From now on it drives so fast (m/s), and turns so fast (rad/s, or degrees a second)."""
+        """From now on it drives so fast (m/s), and turns so fast (rad/s, or deg/s)."""
         self.pose()
         self._forward, self._turn = (float(v) if isinstance(v, int | float) else 0.0 for v in (forward, turn))
         self._turn *= tau / 360 if in_degrees else 1.0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import subprocess
 import sys
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -15,7 +17,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.project import files, write
 from tests.extra.draft.test_observed import Bus, Recorder
 
 HEAD = """
@@ -183,6 +185,24 @@ def test_where_a_base_is_and_what_it_is_told_are_signals(folder: Path, base: Dra
     device.odometry()
     assert (2.0, "device_x", 1.0) in recorder.signals
     assert (0.0, "device_set_speed_argument_1", 0.5) in recorder.signals
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "x, y, theta = self.device.odometry()\nself.device.set_speed(0.2, 0.1)",
+        "x, y, heading_deg = self.device.pose()\nself.device.drive(forward_m_s=0.2, turn_deg_s=45.0)",
+        "x, y = self.device.position()\nself.device.go_to(2.0, 1.0)",
+        "x, y = self.device.position()\nself.device.wheels(left=0.2, right=0.1)",
+        "if self.device.is_open(): pass\nself.device.open()",
+    ],
+)
+def test_stand_ins_that_move_pass_ruff(lines: str, tmp_path: Path) -> None:
+    folder = tmp_path.resolve() / "hri"
+    write(replace(draft_of(tmp_path, lines), folder=folder), folder)
+    command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I,F,E4,E7,E9,B", "."]
+    checked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stdout
 
 
 def test_a_heading_is_in_degrees_where_its_name_says_so(tmp_path: Path) -> None:
