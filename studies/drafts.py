@@ -21,11 +21,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.findings import Findings
-from pytest_hricdv.extra.draft.ros_draft import ros_findings
-from pytest_hricdv.extra.draft.ros_executable import executable
-from pytest_hricdv.extra.draft.ros_interfaces import is_installed
-from pytest_hricdv.extra.draft.running import with_transitions
+from pytest_hricdv.extra.draft.first_runs.transitions import with_transitions
+from pytest_hricdv.extra.draft.found.findings import Findings
+from pytest_hricdv.extra.draft.node_analysis import ros_findings
+from pytest_hricdv.extra.draft.ros.executable import executable
+from pytest_hricdv.extra.draft.ros.interfaces import is_installed
 from studies.code_bases import KINDS, CodeBase, Names, code_bases, ros2
 from studies.draft_table import note, write_page
 from studies.own_requirement import checked, edited, own_requirement

@@ -7,10 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.calls import Called, CallFinder
-from pytest_hricdv.extra.draft.effects import problems
-from pytest_hricdv.extra.draft.entry import EntryFinder
-from pytest_hricdv.extra.draft.findings import (
+from pytest_hricdv.extra.draft.found.findings import (
     Entry,
     Findings,
     FoundValue,
@@ -20,21 +17,24 @@ from pytest_hricdv.extra.draft.findings import (
     Problem,
     State,
 )
-from pytest_hricdv.extra.draft.held_states import TOLD, looked_at_in_runs
-from pytest_hricdv.extra.draft.machines import LibraryMachines
-from pytest_hricdv.extra.draft.message_classes import MessageClasses
-from pytest_hricdv.extra.draft.messages import MessageFinder
-from pytest_hricdv.extra.draft.module_states import module_machines
-from pytest_hricdv.extra.draft.plain import PlainFinder
+from pytest_hricdv.extra.draft.messages.calls import Called, CallFinder
+from pytest_hricdv.extra.draft.messages.classes import MessageClasses
+from pytest_hricdv.extra.draft.messages.plain import PlainFinder
+from pytest_hricdv.extra.draft.messages.topics import TopicFinder
+from pytest_hricdv.extra.draft.messages.typed import MessageFinder
 from pytest_hricdv.extra.draft.questions import questions
-from pytest_hricdv.extra.draft.ros_nodes import ros_nodes
-from pytest_hricdv.extra.draft.sources import Sources, find
-from pytest_hricdv.extra.draft.state_classes import KIND, class_machines
-from pytest_hricdv.extra.draft.state_walk import written_machines
-from pytest_hricdv.extra.draft.tables import table_machines
-from pytest_hricdv.extra.draft.topics import TopicFinder
-from pytest_hricdv.extra.draft.value_flow import ValueFlow
-from pytest_hricdv.extra.draft.waits import constants, parameters, virtual, waits
+from pytest_hricdv.extra.draft.reading.sources import Sources, find
+from pytest_hricdv.extra.draft.reading.value_flow import ValueFlow
+from pytest_hricdv.extra.draft.ros.nodes import ros_nodes
+from pytest_hricdv.extra.draft.states.classes import KIND, class_machines
+from pytest_hricdv.extra.draft.states.held import TOLD, looked_at_in_runs
+from pytest_hricdv.extra.draft.states.libraries import LibraryMachines
+from pytest_hricdv.extra.draft.states.modules import module_machines
+from pytest_hricdv.extra.draft.states.tables import table_machines
+from pytest_hricdv.extra.draft.states.variables import written_machines
+from pytest_hricdv.extra.draft.surroundings.effects import problems
+from pytest_hricdv.extra.draft.surroundings.entry import EntryFinder
+from pytest_hricdv.extra.draft.surroundings.waits import constants, parameters, virtual, waits
 
 SHARED = 0.5
 """Of the values of a field, so many have to be states for it to tell them (chosen)."""

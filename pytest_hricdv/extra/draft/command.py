@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft, robot_name
-from pytest_hricdv.extra.draft.findings import Findings
-from pytest_hricdv.extra.draft.first_runs import Trial
-from pytest_hricdv.extra.draft.project import check, write
-from pytest_hricdv.extra.draft.ros_draft import ros_findings
-from pytest_hricdv.extra.draft.ros_executable import executable
-from pytest_hricdv.extra.draft.ros_findings import ros_lines
-from pytest_hricdv.extra.draft.ros_launch import launch_findings, launched
-from pytest_hricdv.extra.draft.running import with_transitions
-from pytest_hricdv.extra.draft.sources import DraftError
-from pytest_hricdv.extra.draft.trial import LATE, mend, tried
+from pytest_hricdv.extra.draft.first_runs.session import Trial
+from pytest_hricdv.extra.draft.first_runs.transitions import with_transitions
+from pytest_hricdv.extra.draft.first_runs.trial import LATE, mend, tried
+from pytest_hricdv.extra.draft.found.findings import Findings
+from pytest_hricdv.extra.draft.found.nodes import ros_lines
+from pytest_hricdv.extra.draft.launch_analysis import launch_findings, launched
+from pytest_hricdv.extra.draft.node_analysis import ros_findings
+from pytest_hricdv.extra.draft.reading.sources import DraftError
+from pytest_hricdv.extra.draft.ros.executable import executable
+from pytest_hricdv.extra.draft.writing.drafted import Draft, robot_name
+from pytest_hricdv.extra.draft.writing.project import check, write
 from pytest_hricdv.extra.recordings.observed import Observed
 from pytest_hricdv.extra.ros2.packages import SourcePackage
 from pytest_hricdv.skeleton.skeleton import name_like

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.extra.draft.findings import Entry, Findings, Port, Question
-from pytest_hricdv.extra.draft.motions import motions
-from pytest_hricdv.extra.draft.ros_findings import Endpoint
+from pytest_hricdv.extra.draft.found.findings import Entry, Findings, Port, Question
+from pytest_hricdv.extra.draft.found.nodes import Endpoint
+from pytest_hricdv.extra.draft.surroundings.motions import motions
 
 
 def questions(findings: Findings) -> Iterator[Question]:

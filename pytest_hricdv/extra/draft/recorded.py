@@ -7,8 +7,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.findings import Findings, FoundValue, Message, MessageField, Place, Problem, Question
-from pytest_hricdv.extra.draft.ros_interfaces import interface_file
+from pytest_hricdv.extra.draft.found.findings import (
+    Findings,
+    FoundValue,
+    Message,
+    MessageField,
+    Place,
+    Problem,
+    Question,
+)
+from pytest_hricdv.extra.draft.ros.interfaces import interface_file
 from pytest_hricdv.extra.recordings.observed import (
     MOST_TEXTS,
     TRUSTED,

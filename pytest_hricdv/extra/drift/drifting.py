@@ -10,9 +10,9 @@ from typing import Literal
 
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.findings import Findings, Machine, Message, Parameter
-from pytest_hricdv.extra.draft.naming import unit_of
-from pytest_hricdv.extra.draft.sources import DraftError
+from pytest_hricdv.extra.draft.found.findings import Findings, Machine, Message, Parameter
+from pytest_hricdv.extra.draft.reading.naming import unit_of
+from pytest_hricdv.extra.draft.reading.sources import DraftError
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.testbench import Testbench
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.ros_interfaces import interface_files
+from pytest_hricdv.extra.draft.ros.interfaces import interface_files
 from pytest_hricdv.extra.drift.drifting import Drift
 from pytest_hricdv.extra.recordings.observed import (
     MOST_TEXTS,

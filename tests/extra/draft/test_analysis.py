@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.findings import Findings, Machine
-from pytest_hricdv.extra.draft.running import with_transitions
-from pytest_hricdv.extra.draft.sources import DraftError
+from pytest_hricdv.extra.draft.first_runs.transitions import with_transitions
+from pytest_hricdv.extra.draft.found.findings import Findings, Machine
+from pytest_hricdv.extra.draft.reading.sources import DraftError
 from tests.extra.draft import robots
 
 ROOT = Path(__file__).parents[3]

@@ -13,11 +13,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.dialogs import AT_END, WAITS, Dialog, Reached, alphabet, found_dialogs, text_of
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.first_runs import Trial, covered, reached_in
-from pytest_hricdv.extra.draft.project import files
-from pytest_hricdv.extra.draft.trial import LATE, tried
+from pytest_hricdv.extra.draft.first_runs.dialogs import (
+    AT_END,
+    WAITS,
+    Dialog,
+    Reached,
+    alphabet,
+    found_dialogs,
+    text_of,
+)
+from pytest_hricdv.extra.draft.first_runs.session import Trial, covered, reached_in
+from pytest_hricdv.extra.draft.first_runs.trial import LATE, tried
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files
 
 SAFE = '''
 """A box that opens for three words in the right order."""
@@ -99,8 +107,8 @@ def test_an_order_of_three_words_is_found_whatever_it_is(data: st.DataObject) ->
     words = [f"word_{letter} in_time" for letter in "abcdefgh"]
     order = data.draw(st.lists(st.sampled_from(words), min_size=3, max_size=3, unique=True))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pytest_hricdv.extra.draft.dialogs.alphabet", lambda draft: tuple(words))
-        told = Draft(analyse("pytest_hricdv.extra.draft.naming"), "r", "person", Path())
+        patch.setattr("pytest_hricdv.extra.draft.first_runs.dialogs.alphabet", lambda draft: tuple(words))
+        told = Draft(analyse("pytest_hricdv.extra.draft.reading.naming"), "r", "person", Path())
         patch.setattr(Draft, "things", ["something"])
         dialogs = found_dialogs(told, lambda dialogs: lock(order, dialogs), frozenset({"statement 0"}))
     assert steps_in_order(dialogs[0], order) == 3
@@ -153,9 +161,9 @@ def test_each_dialog_is_a_plan_of_the_person(draft: Draft) -> None:
 def test_a_search_that_was_ended_says_so(
     limit_s: float, said: bool, draft: Draft, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.SEARCH_S", limit_s)
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.run", lambda *_: Trial(8, 8, (), (), "", ()))
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.covered", lambda _, dialogs: lock(ORDER, dialogs))
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.SEARCH_S", limit_s)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.run", lambda *_: Trial(8, 8, (), (), "", ()))
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.covered", lambda _, dialogs: lock(ORDER, dialogs))
     settled, _ = tried(draft)
     assert [problem.text for problem in settled.findings.problems if problem.kind == LATE] == (
         ["the search for dialogs ended after 0 s of processor time: a longer one may find others"] if said else []

@@ -13,11 +13,11 @@ import pytest
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.first_runs import run
-from pytest_hricdv.extra.draft.project import files, write
-from pytest_hricdv.extra.draft.requirements_text import requirement_ids
-from pytest_hricdv.extra.draft.trial import without
+from pytest_hricdv.extra.draft.first_runs.session import run
+from pytest_hricdv.extra.draft.first_runs.trial import without
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files, write
+from pytest_hricdv.extra.draft.writing.requirements import requirement_ids
 from tests.extra.draft import robots
 
 ROBOTS = ("MATCH", "CHAIN", "TRANSITIONS", "GUARDS", "SMACH", "TREE")

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.launch_nodes import LaunchedNodes
-from pytest_hricdv.extra.draft.launch_text import read_launch
-from pytest_hricdv.extra.draft.project import files
-from pytest_hricdv.extra.draft.ros_executable import workspace
-from pytest_hricdv.extra.draft.ros_launch import launch_findings, launched
-from pytest_hricdv.extra.draft.sources import DraftError
+from pytest_hricdv.extra.draft.found.launched import LaunchedNodes
+from pytest_hricdv.extra.draft.launch_analysis import launch_findings, launched
+from pytest_hricdv.extra.draft.reading.sources import DraftError
+from pytest_hricdv.extra.draft.ros.executable import workspace
+from pytest_hricdv.extra.draft.ros.launch_text import read_launch
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files
 from tests.extra.draft import ros_robots
 from tests.extra.draft.test_ros_draft import INTERFACES
 

@@ -16,8 +16,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.project import files, write
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files, write
 from tests.extra.draft.test_observed import Bus, Recorder
 
 HEAD = """

@@ -13,11 +13,11 @@ import pytest
 
 from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.first_runs import Trial
-from pytest_hricdv.extra.draft.project import files
-from pytest_hricdv.extra.draft.requirements_text import requirement_ids
-from pytest_hricdv.extra.draft.trial import tried
+from pytest_hricdv.extra.draft.first_runs.session import Trial
+from pytest_hricdv.extra.draft.first_runs.trial import tried
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files
+from pytest_hricdv.extra.draft.writing.requirements import requirement_ids
 from tests.extra.draft import robots
 
 MOWER = '''
@@ -185,8 +185,8 @@ def test_a_requirement_that_one_suite_triggers_is_seen(monkeypatch: pytest.Monke
     def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
         return Trial(8, 8, (), () if tests else never[suite], "", ())
 
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.run", run)
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.covered", lambda draft, dialogs: {})
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.run", run)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.covered", lambda draft, dialogs: {})
     settled, _ = tried(draft)
     assert settled.dropped == tuple(names)[1:2]
 
@@ -201,8 +201,8 @@ def test_runs_may_end_as_the_first_ones_did(monkeypatch: pytest.MonkeyPatch, tmp
         asked.append(draft.may_end)
         return Trial(8, 8, (), (), "", (), ends=() if "idle" in draft.may_end else ("idle",))
 
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.run", run)
-    monkeypatch.setattr("pytest_hricdv.extra.draft.trial.covered", lambda draft, dialogs: {})
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.run", run)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.covered", lambda draft, dialogs: {})
     settled, _ = tried(draft)
     assert asked == [(), ("idle",), ("idle",), ("idle",)]
     text = dict(files(settled))["conftest.py"]

@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.findings import Findings, Message
-from pytest_hricdv.extra.draft.plain_text import CONVERTING
-from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.found.findings import Findings, Message
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.plain_classes import CONVERTING
+from pytest_hricdv.extra.draft.writing.project import files
 from tests.extra.draft import plain_robots
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.findings import Findings
-from pytest_hricdv.extra.draft.first_runs import run
-from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.first_runs.session import run
+from pytest_hricdv.extra.draft.found.findings import Findings
 from pytest_hricdv.extra.draft.recorded import with_recordings
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files
 from tests.extra.recordings.bags import Entry, write_mcap
 
 BAR = '''

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.__main__ import main
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.project import files
-from pytest_hricdv.extra.draft.ros_draft import ros_findings
-from pytest_hricdv.extra.draft.ros_executable import executable
+from pytest_hricdv.extra.draft.node_analysis import ros_findings
+from pytest_hricdv.extra.draft.ros.executable import executable
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from tests.extra.draft import ros_robots
 

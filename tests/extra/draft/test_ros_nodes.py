@@ -6,7 +6,7 @@ import pytest
 
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.findings import Findings
+from pytest_hricdv.extra.draft.found.findings import Findings
 from tests.extra.draft import ros_robots
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.drafted import Draft
-from pytest_hricdv.extra.draft.findings import Findings, Message
-from pytest_hricdv.extra.draft.project import files
+from pytest_hricdv.extra.draft.found.findings import Findings, Message
+from pytest_hricdv.extra.draft.writing.drafted import Draft
+from pytest_hricdv.extra.draft.writing.project import files
 from tests.extra.draft import handled_robots
 
 

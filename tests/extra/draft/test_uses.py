@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.port import Operation
+from pytest_hricdv.extra.draft.found.port import Operation
 
 CODE = """
 NEAR_M = 0.5

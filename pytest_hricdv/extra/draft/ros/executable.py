@@ -1,0 +1,125 @@
+"""Where the Python code of an executable of ROS 2 is: of `ros2 run PACKAGE EXECUTABLE`, or of a file."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.extra.draft.reading.sources import DraftError, Sources, find
+from pytest_hricdv.extra.draft.ros.nodes import NODES
+from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, packages_around, sources_in
+
+_FOLDERS = ("scripts", "nodes", "bin", "src", "")
+"""Of a package that CMake builds, where its programs of Python are by custom; "" is the package itself."""
+
+
+@dataclass(frozen=True)
+class Executable:
+    """A node that a testbench can start.
+
+    Args:
+        asked: as it was asked for.
+        entry: "package.module:function", or a class of nodes.
+        sources: its module, and what this imports of the code beside it.
+        packages: packages of the workspace, by name: their interface files are of use.
+    """
+
+    asked: str
+    entry: str
+    sources: Sources
+    packages: Mapping[str, SourcePackage]
+
+
+def executable(asked: str, start: Path, near: Path | None = None) -> Executable:
+    """Find the code of "PACKAGE EXECUTABLE", or of a file "PATH.py", "PATH.py:FUNCTION".
+
+    Args:
+        start: the folder of the workspace or package: where sources are looked for.
+        near: a further folder around which packages are, as that of a launch file.
+
+    Raises:
+        DraftError: there is no such package or executable, or it is not Python.
+    """
+    words = asked.split()
+    if len(words) == 1 and words[0].partition(":")[0].endswith(".py"):
+        return _of_file(asked, words[0], start)
+    if len(words) != 2:
+        raise DraftError(
+            f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as of `ros2 run`, or the path of a file *.py'
+        )
+    package, name = words
+    packages = workspace(start, *([] if near is None else [near]))
+    scripts = console_scripts(package, packages)
+    if scripts is None:
+        raise DraftError(
+            f"--ros2: package {package!r} is neither installed nor in {start}"
+            f"{nearest(package, list(packages))}; run it in the folder of your workspace, "
+            "or give the path of the node's file"
+        )
+    if name in scripts:
+        return _of_script(asked, scripts[name], packages.get(package), start, packages)
+    if package in packages:
+        for file in _programs(packages[package].folder, package, name):
+            return _of_file(asked, str(file), start)
+    raise DraftError(
+        f"--ros2: package {package!r} has no executable {name!r} of Python{nearest(name, list(scripts))}; "
+        + (f"it has {', '.join(sorted(scripts))}" if scripts else "give the path of the node's file, if it is Python")
+    )
+
+
+def workspace(*folders: Path) -> dict[str, SourcePackage]:
+    """Packages around folders and in them, by name."""
+    packages: dict[str, SourcePackage] = {}
+    for folder in folders:
+        for package in (*packages_around(folder / "package.xml").values(), *sources_in(folder)):
+            packages.setdefault(package.name, package)
+    return packages
+
+
+def _programs(folder: Path, package: str, name: str) -> list[Path]:
+    """Files of Python that CMake installs as a program of this name."""
+    stem = name.removesuffix(".py")
+    files = [folder / part / f"{stem}.py" for part in (*_FOLDERS, package)]
+    return [file for file in files if file.is_file()]
+
+
+def _of_script(
+    asked: str, entry: str, package: SourcePackage | None, start: Path, packages: Mapping[str, SourcePackage]
+) -> Executable:
+    module, _, function = entry.partition(":")
+    root = start
+    if package is not None:
+        is_below = not (package.folder / module.partition(".")[0]).exists() and (package.folder / "src").is_dir()
+        root = package.folder / "src" if is_below else package.folder
+    try:
+        sources = find(module, root)
+    except DraftError as error:
+        raise DraftError(f"--ros2={asked!r}: its entry is {entry}; {str(error).replace('--from=', '')}") from None
+    own = sources.by_name.get(module)
+    if own is not None and sources.definition(own, function) is None:
+        raise DraftError(
+            f"--ros2={asked!r}: {own.file} has no {function!r}, which is its entry{nearest(function, list(own.scope))}"
+        )
+    return Executable(asked, entry, sources, packages)
+
+
+def _of_file(asked: str, path: str, start: Path) -> Executable:
+    name, _, function = path.partition(":")
+    file = (start / name).expanduser().resolve()
+    if not file.is_file():
+        raise DraftError(f"--ros2={asked!r}: there is no file {file}")
+    sources = find(str(file), start)
+    module = next((module for module in sources.modules if (sources.root / module.file) == file), None)
+    if module is None:
+        raise DraftError(f"--ros2={asked!r}: {file} cannot be read: {sources.problems[0].text}")
+    if not function:
+        classes = [s.node.name for s in sources.classes if s.module is module and isinstance(s.node, ast.ClassDef)
+                   and any(base in NODES for base in sources.bases(s))]  # fmt: skip
+        function = "main" if "main" in module.scope else classes[-1] if classes else ""
+    if not function or sources.definition(module, function) is None:
+        lacks = function or "function main, and no class of a node"
+        raise DraftError(f"--ros2={asked!r}: {module.file} has no {lacks}; say PATH.py:FUNCTION")
+    return Executable(asked, f"{module.name}:{function}", sources, packages_around(file, [start]))

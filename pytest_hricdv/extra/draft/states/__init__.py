@@ -1,0 +1,1 @@
+"""State machines of the code, one module for each way to write them."""
