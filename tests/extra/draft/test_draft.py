@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -100,6 +101,47 @@ def test_no_disturbance_takes_a_state_away(name: str, topic: str, tmp_path: Path
     assert texts["conftest.py"].count(": Lost(") == len(draft.findings.messages) - 1
     is_looked_at = name == "CLASSES"
     assert ("The state is looked at each 0.1 s" in texts["requirements.toml"]) is is_looked_at
+
+
+ENDS = """
+import time
+from dataclasses import dataclass
+from queue import Queue
+
+
+@dataclass(frozen=True)
+class Order:
+    what: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    text: str
+
+
+def work(orders: "Queue[Order]", answers: "Queue[Answer]") -> None:
+    order = orders.get()
+    if order.what == "fetch":
+        answers.put(Answer("here it is"))
+    elif order.what == "leave":
+        time.sleep(0.1)
+"""
+
+
+def test_nobody_speaks_to_a_robot_that_has_ended_while_a_deadline_is_open(tmp_path: Path) -> None:
+    """An order that is not answered keeps the run going: what was said to nobody counted as not answered, too."""
+    (tmp_path / "robot_code.py").write_text(ENDS, encoding="utf-8")
+    init = [sys.executable, "-m", "pytest_hricdv", "init", "draft", "--from", "robot_code", "--no-run"]
+    subprocess.run(init, cwd=tmp_path, capture_output=True, check=True)
+    said = ("order_leave in_time", "order_fetch in_time", "order_leave twice")
+    (tmp_path / "draft" / "ends.txt").write_text("\n".join(said) + "\n", encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "--hri-suite=ends.txt", "--hri-audit=off"]
+    subprocess.run(command, cwd=tmp_path / "draft", capture_output=True, check=False)  # an order is not answered
+    report = json.loads((tmp_path / "draft" / "hri-report" / "report.json").read_text(encoding="utf-8"))
+    (test,) = report["tests"]
+    assert test["ended"] == "the robot has ended its work"
+    assert test["sim_s"] > 60.0  # the first order's deadline was open until then
+    assert sum("\torder\t" in line for line in test["timeline"]["messages"]) == 1
 
 
 @pytest.mark.slow

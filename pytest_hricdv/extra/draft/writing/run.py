@@ -113,6 +113,8 @@ def _person(draft: Draft) -> list[str]:
         "        run.kernel.sleep(LOOKS_EACH_S)",
         "        for action in run.actions():",
         '            run.kernel.sleep(float(action.parameters.get("after_s", 0.0)))',
+        "            if run.ending is not None:",
+        "                return  # the robot has ended: only what was asked before is waited for",
         '            what, _, how = action.command.rpartition(" ")',
     ]
     branches: list[list[str]] = []
@@ -161,7 +163,8 @@ def _person(draft: Draft) -> list[str]:
             "                bus.publish(said(what, action.parameters))",
             '                if how == "twice":',
             '                    run.kernel.sleep(float(action.parameters["again_s"]))',
-            "                    bus.publish(said(what, action.parameters))",
+            "                    if run.ending is None:",
+            "                        bus.publish(said(what, action.parameters))",
         ]
         branches.append(branch)
     lines += [line for branch in branches for line in branch]
