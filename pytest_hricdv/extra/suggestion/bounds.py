@@ -14,14 +14,13 @@ from pytest_hricdv.extra.suggestion.candidate import (
     is_quantity,
     number,
 )
+from pytest_hricdv.extra.suggestion.contents import contents, equality, held_contents
 from pytest_hricdv.extra.suggestion.occurrences import signal_conditions, state_conditions
 from pytest_hricdv.extra.suggestion.views import Condition, Runs
+from pytest_hricdv.runtime.plain import Value
 
 TIGHTER = 0.6
 """A bound while something holds says more than the bound at all times where it is tighter by this factor (chosen)."""
-
-MOST_CONTENTS = 12
-"""With more, what an array has is no choice of the code (chosen)."""
 
 LONG_S = 0.5
 """What holds for less time than that, in all runs, bounds nothing (chosen)."""
@@ -39,10 +38,10 @@ def bounds(runs: Runs) -> Iterator[Candidate]:
         for member, kind in fields.items():
             if kind is not float or runs.author(topic) == "person":
                 continue
-            if is_quantity(member):
+            if member.endswith(CHECKSUM):
+                yield from _of_contents(runs, topic, member, contents(runs, topic, member))
+            elif is_quantity(member):
                 yield from _of_field(runs, topic, member)
-            elif member.endswith(CHECKSUM):
-                yield from _of_content(runs, topic, member)
 
 
 def _seconds(condition: Condition) -> float:
@@ -116,6 +115,10 @@ def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
     values = [float(message.fields[member]) for run in runs.messages[topic] for message in run]
     if len(values) < LEAST_SUPPORT:
         return
+    choices = [float(value) for value in held_contents(runs, topic, member)]
+    if any(later != earlier + 1 for earlier, later in pairwise(choices)):
+        yield from _of_contents(runs, topic, member, choices)
+        return
     name, least, most = f"{topic}.{member}", min(values), max(values)
     whole = all(value == int(value) for value in values)
     if least == most:
@@ -135,17 +138,18 @@ def _of_field(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
     yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), seen, 0.5)
 
 
-def _of_content(runs: Runs, topic: str, member: str) -> Iterator[Candidate]:
-    """The contents that an array has, by their checksums: where there are few, the code makes no others."""
-    values = [int(message.fields[member]) for run in runs.messages[topic] for message in run]
-    contents = sorted({*values})
-    if len(values) < LEAST_SUPPORT or len(contents) > MOST_CONTENTS:
+def _of_contents(runs: Runs, topic: str, member: str, values: Sequence[Value]) -> Iterator[Candidate]:
+    """The few things that a field says: the code makes no others."""
+    if not values:
         return
     name = f"{topic}.{member}"
-    text = " | ".join(f"{name} == {content}" for content in contents)
-    several = f"one of {len(contents)} contents" if len(contents) > 1 else "one content"
-    title = f"{name.removesuffix(CHECKSUM)} has {several}, by its checksum"
-    yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), len(values), "", 0.5)
+    text = " | ".join(equality(name, value) for value in values)
+    title = f"{name} is {' or '.join(number(float(value)) for value in values)}"
+    if member.endswith(CHECKSUM):
+        several = f"one of {len(values)} contents" if len(values) > 1 else "one content"
+        title = f"{name.removesuffix(CHECKSUM)} has {several}, by its checksum"
+    support = sum(map(len, runs.messages[topic]))
+    yield Candidate("bound", title, f"on({topic})", text, frozenset({topic}), support, "", 0.5)
 
 
 def _capital(text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,6 +22,9 @@ MESSAGE_BONUS = 0.15
 
 _WEIGHTS = {"relation": 1.0, "absence": 0.9, "response": 0.8, "at event": 0.8, "precedence": 0.7, "bound": 0.6}
 """What a form is worth to people who read many (chosen)."""
+
+_OF_MESSAGES = re.compile(r"\bon\(|\brise\(!?\w+\.\w")
+"""A message that comes, or that says something else than before."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,7 @@ class Candidate:
         # A bound is about a number, and most are of signals.
         edge = self.form != "bound" and ("> 0" in self.antecedent or "> 0" in self.response)
         discount = STATE_DISCOUNT * self.of_state + EDGE_DISCOUNT * edge
-        discount += SIGNALS_DISCOUNT * (self.form != "bound" and "on(" not in self.formula)
+        discount += SIGNALS_DISCOUNT * (self.form != "bound" and _OF_MESSAGES.search(self.formula) is None)
         discount -= MESSAGE_BONUS * self.antecedent.startswith("on(")
         return _WEIGHTS[self.form] * self.surprise - discount
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.extra.suggestion.absences import absences
 from pytest_hricdv.extra.suggestion.bounds import bounds
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate
+from pytest_hricdv.extra.suggestion.contents import MOST_A_RUN
 from pytest_hricdv.extra.suggestion.guards import guards
 from pytest_hricdv.extra.suggestion.occurrences import events_of
 from pytest_hricdv.extra.suggestion.orders import precedences, successions
@@ -18,9 +19,6 @@ from pytest_hricdv.monitor import Requirement, RequirementError, parse_formula
 
 MOST_EVENTS = 60
 """So many events are looked at, in pairs, at most: the broad ones first, then the most frequent (chosen)."""
-
-MOST_A_RUN = 200
-"""What happens more often in a run is noise of a number, and no event (chosen)."""
 
 MOST_OF_MESSAGE, MOST_OF_SOME, MOST_OF_OTHER = 14, 9, 5
 """So many candidates of a message that arrives, of some messages of a topic, and of another antecedent, are judged

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from pytest_hricdv.extra.suggestion.candidate import between, number
+from pytest_hricdv.extra.suggestion.contents import content_events
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage
 from pytest_hricdv.extra.suggestion.views import Author, Condition, Event, Runs, edges, spans_where
 
@@ -25,7 +26,13 @@ LEAST_GAP = 0.15
 def events_of(runs: Runs) -> list[Event]:
     """All events that happened at least once; of one author's that always coincide, the first."""
     made: dict[tuple[bool, str, tuple[tuple[float, ...], ...]], Event] = {}
-    for event in (*_messages(runs), *_changes(runs), *_with_signals(runs), *_at_places(runs)):
+    for event in (
+        *_messages(runs),
+        *_changes(runs),
+        *_with_signals(runs),
+        *_at_places(runs),
+        *content_events(runs),
+    ):
         if event.count:
             made.setdefault((event.is_state, event.author, event.times), event)
     return [*made.values()]

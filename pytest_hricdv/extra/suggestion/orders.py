@@ -38,8 +38,7 @@ def _may_cause(cause: Event, event: Event) -> bool:
     """Whether one may be the reason of the other: another thing, or another value of the same message."""
     if cause.subject != event.subject:
         return True
-    is_message = cause.text.startswith("on(") and event.text.startswith("on(")
-    return is_message and cause.narrow and event.narrow and not _overlap(cause, event)
+    return cause.is_message and event.is_message and cause.narrow and event.narrow and not _overlap(cause, event)
 
 
 def _overlap(one: Event, other: Event) -> bool:

@@ -41,6 +41,11 @@ class Event:
     is_state: bool = False
     words: str = ""
 
+    @property
+    def is_message(self) -> bool:
+        """Whether it is that a message comes, or a message that says something else than before."""
+        return self.text.startswith(("on(", f"rise({self.subject}.", f"rise(!{self.subject}."))
+
     @cached_property
     def count(self) -> int:
         """How often it happened in all runs."""
