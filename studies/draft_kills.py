@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,29 +39,44 @@ def kills(code: CodeBase, folder: Path, faults: int, switches: bool) -> Iterator
     target = folder / f"draft-of-{code.key}"
     made = [sys.executable, "-m", "pytest_hricdv", "init", str(target), *code.asked]
     subprocess.run(made, cwd=code.folder, check=True, capture_output=True)
-    suggested = _report(target, f"--hri-suite={SUITES}", "--hri-audit=off", "--hri-suggest",
-                        f"--hri-suggest-most={MOST}", f"--hri-suggest-faults={faults}")  # fmt: skip
-    accepted = _accept(target, suggested)
-    yield f"{code.key}: {accepted} suggestions accepted"
-    report = _report(target, f"--hri-suite={SUITES}", "--hri-audit=off", "--hri-mutate",
-                     f"--hri-mutate-faults={faults}")  # fmt: skip
-    mutants = report["mutation"]["mutants"] if report.get("mutation") else []
-    noticed = sum(mutant["status"] == "killed" for mutant in mutants)
-    note(code, {"faults": [noticed, len(mutants)]})
-    yield f"{code.key}: {noticed} of {len(mutants)} faults noticed ({100 * noticed / max(1, len(mutants)):.0f} %)"
-    left = Counter((mutant["status"], mutant["operator"]) for mutant in mutants if mutant["status"] != "killed")
+    alone = _mutation(_report(target, "--hri-suggest", f"--hri-suggest-most={MOST}", f"--hri-suggest-faults={faults}",
+                              "--hri-mutate", f"--hri-mutate-faults={faults}"))  # fmt: skip
+    yield f"{code.key}: {_accept(target, _read(target))} suggestions accepted"
+    # Faults are drawn in one order, so the first ones are those that suggestions were ranked by.
+    every = _mutation(_report(target, "--hri-mutate", f"--hri-mutate-faults={2 * faults}"))
+    ranking = [mutant for mutant in every if mutant["id"] in {other["id"] for other in alone}]
+    others = [mutant for mutant in every if mutant not in ranking]
+    note(code, {"faults": _noticed(others), "ranking_faults": _noticed(ranking), "alone": _noticed(alone)})
+    for which, mutants in (("the draft alone", alone), ("ranked by them", ranking), ("other faults", others)):
+        noticed, drawn = _noticed(mutants)
+        yield f"{code.key}, {which}: {noticed} of {drawn} faults noticed ({100 * noticed / max(1, drawn):.0f} %)"
+    left = Counter((mutant["status"], mutant["operator"]) for mutant in every if mutant["status"] != "killed")
     for (status, operator), count in left.most_common():
         yield f"{code.key}:   {status}, {operator}: {count}"
     for switch in code.switches if switches else ():
-        found = _report(target, f"--hri-suite={SUITES}", environment={code.switch: switch})
+        found = _report(target, environment={code.switch: switch})
         failed = sum(test["outcome"] == "failed" for test in found["tests"])
         yield f"{code.key}: published fault {switch}: {'noticed' if failed else 'not noticed'} ({failed} tests fail)"
 
 
+def _mutation(report: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The faults that were tried."""
+    return list(report["mutation"]["mutants"]) if report.get("mutation") else []
+
+
+def _noticed(mutants: Sequence[Mapping[str, Any]]) -> list[int]:
+    """How many are noticed, and of how many."""
+    return [sum(mutant["status"] == "killed" for mutant in mutants), len(mutants)]
+
+
 def _report(folder: Path, *options: str, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
     """The report of a session of a draft."""
-    command = [sys.executable, "-m", "pytest", "-q", *options]
+    command = [sys.executable, "-m", "pytest", "-q", f"--hri-suite={SUITES}", "--hri-audit=off", *options]
     subprocess.run(command, cwd=folder, capture_output=True, check=False, env={**os.environ, **(environment or {})})
+    return _read(folder)
+
+
+def _read(folder: Path) -> dict[str, Any]:
     report: dict[str, Any] = json.loads((folder / "hri-report" / "report.json").read_text(encoding="utf-8"))
     return report
 
