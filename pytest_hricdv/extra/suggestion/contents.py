@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from pytest_hricdv.extra.suggestion.candidate import CHECKSUM, LEAST_SUPPORT, is_quantity, number
+from pytest_hricdv.extra.suggestion.candidate import CHECKSUM, LEAST_SUPPORT, Candidate, is_quantity, number
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage
 from pytest_hricdv.extra.suggestion.views import Event, Runs
 from pytest_hricdv.runtime.plain import Value
@@ -20,6 +20,10 @@ MOST_A_RUN = 200
 
 MOST_CONTENTS = 12
 """With more, what a field says is no choice of the code (chosen)."""
+
+MOST_STEPS = 24
+MOST_OF_STEPS = 0.5
+"""With more changes from one to another, or a larger part of all, that there are no others says little (chosen)."""
 
 LEAST_REPEATED = 5
 """What is chosen is said again, so many times on the average until something else is said (chosen)."""
@@ -44,23 +48,27 @@ def held_contents(runs: Runs, topic: str, member: str) -> list[Value]:
     return contents(runs, topic, member) if is_stream else []
 
 
-def content_events(runs: Runs) -> Iterator[Event]:
-    """When each stream that no person sends begins to say each of its contents."""
+def _held_fields(runs: Runs) -> Iterator[tuple[str, str, list[Value]]]:
+    """Topic, field and contents of each stream that no person sends, and that says several things."""
     for topic, fields in runs.vocabulary.messages.items():
-        author = runs.author(topic)
-        if author == "person":
-            continue
         for member, kind in fields.items():
-            if kind is float and not is_quantity(member) and not member.endswith(CHECKSUM):
-                continue
-            values = held_contents(runs, topic, member)
-            if len(values) < 2:
-                continue
-            name = f"{topic}.{member}"
-            for value in values:
-                times = tuple(_begins(messages, member, value) for messages in runs.messages[topic])
-                text, title = f"rise({equality(name, value)})", f"begin of {words(name, value)}"
-                yield Event(text, topic, author, times, narrow=True, is_state=runs.state == name, words=title)
+            is_told_apart = kind is not float or is_quantity(member) or member.endswith(CHECKSUM)
+            if (
+                is_told_apart
+                and runs.author(topic) != "person"
+                and len(values := held_contents(runs, topic, member)) > 1
+            ):
+                yield topic, member, values
+
+
+def content_events(runs: Runs) -> Iterator[Event]:
+    """When each stream begins to say each of its contents."""
+    for topic, member, values in _held_fields(runs):
+        name, author = f"{topic}.{member}", runs.author(topic)
+        for value in values:
+            times = tuple(_begins(messages, member, value) for messages in runs.messages[topic])
+            text, title = f"rise({equality(name, value)})", f"begin of {words(name, value)}"
+            yield Event(text, topic, author, times, narrow=True, is_state=runs.state == name, words=title)
 
 
 def _begins(messages: Sequence[StoredMessage], member: str, value: Value) -> tuple[float, ...]:
@@ -68,6 +76,35 @@ def _begins(messages: Sequence[StoredMessage], member: str, value: Value) -> tup
     settled = {message.time_s: message.fields[member] == value for message in messages}
     before = (False, *settled.values())
     return tuple(time_s for (time_s, now), then in zip(settled.items(), before, strict=False) if now and not then)
+
+
+def changes(runs: Runs) -> Iterator[Candidate]:
+    """From what to what each stream changes: from forward to reverse by way of neutral only."""
+    for topic, member, values in _held_fields(runs):
+        pairs = Counter(pair for messages in runs.messages[topic] for pair in _steps(messages, member))
+        possible = len(values) * (len(values) - 1)
+        if len(values) < 3 or len(pairs) > min(MOST_STEPS, MOST_OF_STEPS * possible):
+            continue
+        name, several = f"{topic}.{member}", min(LEAST_SUPPORT, len(runs.runs))
+        if min(pairs.values()) < several or not {value for pair in pairs for value in pair} <= {*values}:
+            continue
+        steps = [f"{equality(f'last({name})', a)} & {equality(name, b)}" for a, b in sorted(pairs)]
+        listed = ", ".join(f"{_short(a)} to {_short(b)}" for a, b in sorted(pairs))
+        title = f"{name} changes in {len(pairs)} of {possible} ways only: {listed}"
+        if member.endswith(CHECKSUM):
+            title = f"{name.removesuffix(CHECKSUM)} changes in {len(pairs)} of {possible} ways only, by its checksum"
+        yield Candidate(
+            "precedence", title, f"on({topic}) & {name} != last({name})", " | ".join(steps), frozenset({topic}),
+            pairs.total(), "", 1.0 - len(pairs) / possible, of_state=runs.state == name,
+        )  # fmt: skip
+
+
+def _steps(messages: Sequence[StoredMessage], member: str) -> Iterator[tuple[Value, Value]]:
+    """The changes of a field as they are judged: at each instant, of its last message and the one before that."""
+    for place, (before, message) in enumerate(pairwise(messages), 2):
+        is_last = place == len(messages) or messages[place].time_s > message.time_s
+        if is_last and message.fields[member] != before.fields[member]:
+            yield before.fields[member], message.fields[member]
 
 
 def equality(name: str, value: Value) -> str:
@@ -89,4 +126,8 @@ def words(name: str, value: Value) -> str:
         return f"{'' if value else 'no '}{name}"
     if name.endswith(CHECKSUM):
         return f"{name.removesuffix(CHECKSUM)} with checksum {int(value)}"
-    return f"{name} {value if isinstance(value, str) else number(float(value))}"
+    return f"{name} {_short(value)}"
+
+
+def _short(value: Value) -> str:
+    return value if isinstance(value, str) else number(float(value))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.extra.suggestion.absences import absences
 from pytest_hricdv.extra.suggestion.bounds import bounds
 from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate
-from pytest_hricdv.extra.suggestion.contents import MOST_A_RUN
+from pytest_hricdv.extra.suggestion.contents import MOST_A_RUN, changes
 from pytest_hricdv.extra.suggestion.guards import guards
 from pytest_hricdv.extra.suggestion.occurrences import events_of
 from pytest_hricdv.extra.suggestion.orders import precedences, successions
@@ -44,6 +44,7 @@ def candidates(runs: Runs) -> list[Parsed]:
         *responses(runs, events),
         *precedences(runs, events),
         *successions(runs),
+        *changes(runs),
         *guards(runs, events),
         *relations(runs, events),
         *absences(runs, events),

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate, product
 
-from pytest_hricdv.extra.suggestion.contents import content_events, contents, held_contents
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pytest_hricdv.extra.suggestion.contents import _steps, changes, content_events, contents, held_contents
 from pytest_hricdv.extra.suggestion.mining import candidates
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage, StoredRun
 from pytest_hricdv.extra.suggestion.views import Runs
-from pytest_hricdv.monitor import Vocabulary
+from pytest_hricdv.monitor import Requirement, Vocabulary, evaluate, parse_formula
 
 VOCABULARY = Vocabulary(messages={"drive": {"turn": float, "is_on": bool, "gear": str}, "order": {}, "done": {}})
 
@@ -46,6 +50,29 @@ def test_it_says_nothing_else_and_each_in_its_time() -> None:
         formula.startswith("always(rise(drive.turn == 0.3333333333333333) -> eventually[2.7:3.3](rise(drive.turn"
                            " == -0.3)") for formula in made
     )  # fmt: skip
+
+
+def test_it_changes_as_it_did_only() -> None:
+    assert (
+        'always(on(drive) & drive.gear != last(drive.gear) -> last(drive.gear) == "D" & drive.gear == "R" | '
+        'last(drive.gear) == "N" & drive.gear == "D" | last(drive.gear) == "R" & drive.gear == "N")'
+    ) in {candidate.formula for candidate in changes(runs())}
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2)), min_size=2, max_size=30))
+def test_changes_are_those_that_a_monitor_judges(steps: list[tuple[int, int]]) -> None:
+    """Several messages may come at one instant."""
+    times = accumulate(step for step, _ in steps)
+    log = StoredRun(test="one", end_s=100.0, messages=tuple(
+        StoredMessage(float(time_s), "robot", "drive", {"turn": float(value), "is_on": False, "gear": "N"})
+        for time_s, (_, value) in zip(times, steps, strict=True)
+    ))  # fmt: skip
+    seen = {*_steps(log.messages, "turn")}
+    for pair in product((0.0, 1.0, 2.0), repeat=2):
+        if pair[0] != pair[1]:
+            text = f"always(on(drive) & last(drive.turn) == {pair[0]} -> drive.turn != {pair[1]})"
+            [verdict] = evaluate([Requirement("R", "", "", text, parse_formula(text, VOCABULARY))], log.log())
+            assert (verdict.verdict == "Failed") == (pair in seen), pair
 
 
 def test_a_measured_number_and_one_of_a_single_run_are_no_choice_of_the_code() -> None:
