@@ -7,7 +7,8 @@ much that could happen.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pytest_hricdv.extra.suggestion.candidate import Candidate
@@ -64,14 +65,27 @@ def ranked(rated: Sequence[Rated], taken: int = 0, known: Sequence[Rated] = ()) 
     """
     left = sorted(rated, key=lambda one: (-one.candidate.worth, len(one.candidate.formula), one.candidate.formula))
     shown: list[Rated] = []
-    noticed = taken
+    times = Counter(_numbers(taken))
     while left:
-        best = max(left, key=lambda one: ((one.faults & ~noticed).bit_count(), bool(one.new), one.candidate.worth))
+        best = max(left, key=lambda one: (_gain(one.faults, times), bool(one.new), one.candidate.worth))
         left.remove(best)
-        if (best.faults & ~noticed) or not _is_redundant(best, [*known, *shown]):
+        if any(not times[number] for number in _numbers(best.faults)) or not _is_redundant(best, [*known, *shown]):
             shown.append(best)
-            noticed |= best.faults
+            times.update(_numbers(best.faults))
     return shown
+
+
+def _gain(faults: int, times: Mapping[int, int]) -> float:
+    """How much it is worth to notice these faults: one that is noticed so many times already counts half for each.
+
+    The seeded faults stand for others. What notices five of a kind will notice a sixth, though others notice the five.
+    """
+    return sum(0.5 ** times[number] for number in _numbers(faults))
+
+
+def _numbers(faults: int) -> Iterator[int]:
+    """The numbers of faults that are written as bits."""
+    return (number for number in range(faults.bit_length()) if faults >> number & 1)
 
 
 def _is_redundant(one: Rated, shown: Sequence[Rated]) -> bool:

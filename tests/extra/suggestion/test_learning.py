@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from msgspec import structs
 
+from pytest_hricdv.extra.suggestion.candidate import Candidate
+from pytest_hricdv.extra.suggestion.checking import Tally
 from pytest_hricdv.extra.suggestion.learning import Evidence, learnt, unmoved
-from pytest_hricdv.extra.suggestion.mining import candidates
+from pytest_hricdv.extra.suggestion.mining import candidates, parsed
+from pytest_hricdv.extra.suggestion.ranking import Rated, ranked
 from pytest_hricdv.extra.suggestion.views import Runs
 from pytest_hricdv.monitor import Vocabulary, evaluate
 from tests.extra.suggestion.runs import run, serving, some_runs, views
@@ -104,3 +107,21 @@ def test_what_still_waits_at_the_end_of_a_run_is_told_and_what_is_refuted_by_goi
     assert left.refuted == found.refuted + 1
     assert served not in left.rated
     assert len(left.rated) == len(found.rated) - 1
+
+
+def test_what_notices_many_faults_of_a_kind_comes_before_what_notices_one_more() -> None:
+    """Others may notice them too: seeded faults stand for those that are not seeded."""
+    vocabulary = Vocabulary(messages={topic: {} for topic in "abcdef"})
+
+    def rated(topics: str, faults: int) -> Rated:
+        first, second = topics
+        candidate = Candidate(
+            "response", topics, f"on({first})", f"eventually[0:1](on({second}))", frozenset(topics), 9
+        )
+        made = parsed(candidate, Runs.of([], vocabulary))
+        assert made is not None
+        return Rated(made, Tally(), faults, faults, 0)
+
+    many, again, single = rated("ab", 0b00001111), rated("cd", 0b00001110), rated("ef", 0b00010000)
+    assert [one.candidate.title for one in ranked([single, again, many])] == ["ab", "cd", "ef"]
+    assert [one.candidate.title for one in ranked([single, again, many], taken=0b1110)] == ["ab", "ef", "cd"]
