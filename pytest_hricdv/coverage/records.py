@@ -130,7 +130,8 @@ class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     antecedent was triggered: `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent
     never held. `outside` counts the failed tests with a violation outside of the condition under which violations of
     the requirement are known. `unused` are the alternatives of its response by which it held in no test, if one
-    triggered it.
+    triggered it. `overtaken` counts the messages, by topic, that it did not see, as another one came at the same
+    instant.
     """
 
     passed: Count
@@ -143,6 +144,7 @@ class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     pending: Count
     outside: Count = 0
     unused: Names = ()
+    overtaken: Mapping[str, Count] = {}
 
 
 # Over all kinds of coverage

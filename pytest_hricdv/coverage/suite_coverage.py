@@ -194,6 +194,7 @@ def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
         pending=sum(result.pending for result in results),
         outside=sum(result.outside for result in results),
         unused=unused_alternatives(results),
+        overtaken=dict(sum((Counter(result.overtaken) for result in results), Counter())),
     )
 
 

@@ -14,23 +14,25 @@ from pytest_hricdv.monitor.formula import PastFormula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.monitor.log import Log
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
+from pytest_hricdv.monitor.overtaken import crowded, overtaken
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Verdict
 from pytest_hricdv.monitor.vocabulary import Kind
 
 
 def explained(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], log: Log) -> tuple[Verdict, ...]:
-    """The verdicts; those of requirements that were never triggered have their nearest miss.
+    """The verdicts with what they did not see, and with the nearest miss of requirements that were never triggered.
 
     Args:
         verdicts: on the logged run.
         requirements: of the verdicts, in the same order.
         log: the run.
     """
-    return tuple(
-        replace(verdict, nearest_miss=nearest_miss(requirement.formula.antecedent, log)) if verdict.vacuous else verdict
-        for verdict, requirement in zip(verdicts, requirements, strict=True)
-    )
+    instants, made = crowded(log), []
+    for verdict, requirement in zip(verdicts, requirements, strict=True):
+        miss = nearest_miss(requirement.formula.antecedent, log) if verdict.vacuous else verdict.nearest_miss
+        made.append(replace(verdict, nearest_miss=miss, overtaken=overtaken(requirement.formula, instants)))
+    return tuple(made)
 
 
 def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ...]:

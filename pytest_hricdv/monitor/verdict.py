@@ -101,6 +101,8 @@ class RequirementResult(PlainRecord, frozen=True, kw_only=True):
         margin_time_s: when the margin first occurred (s); UNSET where no run came to an end, as is `nearest_miss`.
         nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explained`).
         unused: if it was triggered: the alternatives `f`, `g` of a response `f | g` by which it never held.
+        overtaken: topic -> how many of its messages it did not see, as another one came at the same instant (added by
+            `logged.explained`).
     """
 
     verdict: Outcome
@@ -114,6 +116,7 @@ class RequirementResult(PlainRecord, frozen=True, kw_only=True):
     margin_time_s: Number | UnsetType | None = UNSET
     nearest_miss: NearestMiss | UnsetType | None = UNSET
     unused: Names = ()
+    overtaken: Mapping[str, Count] = {}
 
     @property
     def outside(self) -> bool:

@@ -7,6 +7,9 @@ from pytest_hricdv.report import totals
 from pytest_hricdv.report.formatting import LABEL_COLUMNS, Line, Style, fit, labelled, listing, pad, plural, width, wrap
 from pytest_hricdv.results.model import Report, SuiteResult
 
+_MAX_OVERTAKEN = 3
+"""Of topics (chosen: mostly one has several messages at one instant, and the report has all)."""
+
 _MAX_UNUSED = 3
 """Alternatives that a requirement never needed; chosen: formulas with more are rare, and the report has them."""
 
@@ -36,6 +39,7 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief
     yield from _unchecked([row for row in rows if not (brief and row.may_be_nc)], columns)
     yield from _pending(rows, columns)
     yield from _known(rows, columns)
+    yield from _overtaken(rows, columns)
     if totals.is_whole(report, suite) and not brief:
         yield from _unused(rows, columns)
 
@@ -101,6 +105,20 @@ def _unused(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Lin
         yield from labelled("never decisive", shown, columns, "warn")
     if len(unused) > _MAX_UNUSED:
         yield from labelled("never decisive", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
+
+
+def _overtaken(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+    """Messages that requirements ask for and did not see, in whatever number of tests."""
+    texts = [
+        f"{row.name}: {plural(count, 'message')} {topic}, with another one at the same instant, of which the last is "
+        f"judged; last({topic}.FIELD) is the one before"
+        for row in rows
+        for topic, count in row.overtaken.items()
+    ]
+    for text in texts[:_MAX_OVERTAKEN]:
+        yield from labelled("not seen", text, columns, "warn")
+    if len(texts) > _MAX_OVERTAKEN:
+        yield from labelled("not seen", f"{len(texts) - _MAX_OVERTAKEN} more: see the report", columns, "warn")
 
 
 def _verdict_style(row: totals.RequirementRow) -> Style:

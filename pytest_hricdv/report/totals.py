@@ -41,6 +41,7 @@ class RequirementRow:
     `known_reason` is why its violation is known, with its condition; empty if it is not, or if the run is strict.
     `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
     this suite need trigger it; empty if one must. `unused` are the alternatives of its response that never decided.
+    `overtaken` are the messages that it did not see, by topic, as another one came at the same instant.
     `margin` is the least over the suite's tests, in its unit; `margin_test` is the test that had it.
     """
 
@@ -56,6 +57,7 @@ class RequirementRow:
     outside: int
     may_be_nc: str
     unused: tuple[str, ...]
+    overtaken: Mapping[str, int]
     margin: float | None
     margin_test: str
     unit: str
@@ -217,6 +219,7 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 known_reason=known_reason(report, name),
                 outside=tally.outside,
                 unused=tally.unused,
+                overtaken=tally.overtaken,
                 may_be_nc=may_be_nc(report, name, frozenset({suite.name})),
                 margin=margin,
                 margin_test=test,
