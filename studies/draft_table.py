@@ -19,7 +19,8 @@ PAGE = ROOT / "docs" / "draft.md"
 NOTED = ROOT / "studies" / "code_bases" / "measured.json"
 COMMAND = "python -m studies.drafts"
 FOUND = ("code", *(f"{kind}: found, right, declared" for kind in KINDS))
-EFFORT = ("code", "draft", "first green run after", "lines added or removed", "own requirement", "faults noticed")
+EFFORT = ("code", "draft", "first green run after", "lines added or removed", "own requirement")
+FAULTS = ("code", "noticed by the draft alone", "with ten suggestions, which they ranked", "of as many others")
 
 Noted = dict[str, dict[str, Any]]
 """Key of a code base -> its name, and what was measured."""
@@ -46,13 +47,23 @@ def write_page(path: Path = PAGE) -> str:
 
 
 def tables(measured: Noted) -> str:
-    """The tables: what is found, and how long it takes to a requirement of one's own; a dash is not measured."""
+    """The tables: what is found, how long it takes to a requirement of one's own, and which faults are noticed.
+
+    A dash is not measured.
+    """
     found = [[figures["name"], *(figures["found"][kind] for kind in KINDS)]
              for figures in measured.values() if "found" in figures]  # fmt: skip
     effort = [[figures["name"], *_effort(figures)] for figures in measured.values()]
     parts = [table(FOUND, found)]
     if any(cell != "-" for row in effort for cell in row[1:]):
         parts.append(table(EFFORT, effort))
+    faults = [
+        [figures["name"], *_faults(figures)]
+        for figures in measured.values()
+        if {"alone", "ranking_faults", "faults"} & {*figures}
+    ]
+    if faults:
+        parts.append(table(FAULTS, faults))
     return "\n\n".join(parts)
 
 
@@ -61,5 +72,9 @@ def _effort(figures: Mapping[str, Any]) -> Iterator[str]:
     yield f"{figures['green_s']} s" if "green_s" in figures else "-"
     yield str(figures["edited_lines"]) if "edited_lines" in figures else "-"
     yield figures.get("own", "-")
-    noticed, of = figures.get("faults", (0, 0))
-    yield f"{noticed} of {of} ({100 * noticed / of:.0f} %)" if of else "-"
+
+
+def _faults(figures: Mapping[str, Any]) -> Iterator[str]:
+    for which in ("alone", "ranking_faults", "faults"):
+        noticed, of = figures.get(which, (0, 0))
+        yield f"{noticed} of {of} ({100 * noticed / of:.0f} %)" if of else "-"
