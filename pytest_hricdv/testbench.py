@@ -6,10 +6,9 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any
 
 from pytest_hricdv.coupling.hears import Hears
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
@@ -25,12 +24,13 @@ from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+from pytest_hricdv.message_types import compared_fields
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.parts import faces
 from pytest_hricdv.run import Ending, Run, TestbenchError
-from pytest_hricdv.runtime import fields_of, text_of, topic_of
+from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.body import Body
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -269,11 +269,8 @@ class Testbench:
         for message in self.messages:
             topic = topic_of(message)
             topics[topic] = {}
-            hints = get_type_hints(message)
-            for name in fields_of(message) or ():
-                kind, texts = _field_type(hints.get(name))
-                if kind is not None:
-                    topics[topic][name] = kind
+            for name, kind, texts in compared_fields(message):
+                topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts
         for part in faces("execution", "EXECUTION"):
@@ -282,18 +279,3 @@ class Testbench:
                     raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")
                 topics[name] = fields
         return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
-
-
-_KINDS: tuple[Kind, ...] = (bool, float, str)
-
-
-def _field_type(hint: object) -> tuple[Kind | None, tuple[str, ...]]:
-    """The type that requirements see of a field, None if they cannot compare it; all its texts, if its type says so."""
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return str, tuple(map(text_of, hint))
-    if get_origin(hint) is Literal:
-        values = tuple(text_of(value) if isinstance(value, Enum) else value for value in get_args(hint))
-        types = {type(value) for value in values}
-        hint = types.pop() if len(types) == 1 else None
-        return (str, values) if hint is str else _field_type(hint)
-    return float if hint is int else next((kind for kind in _KINDS if hint is kind), None), ()

@@ -62,8 +62,9 @@ class MonitorFeed:
         if kinds is None:
             return  # a topic of ROS 2 that the testbench does not declare, so no requirement names it
         for name, kind in kinds.items():
-            if not (_is_of(kind, fields[name]) or (kind is not str and isinstance(fields[name], int))):
-                raise TypeError(f"{topic}.{name} is {fields[name]!r} at {time_s:.6f} s: declared as {kind.__name__}")
+            value = fields.get(name)
+            if value is None or not (_is_of(kind, value) or (kind is not str and isinstance(value, int))):
+                raise TypeError(f"{topic}.{name} is {value!r} at {time_s:.6f} s: declared as {kind.__name__}")
         self._monitors.message(time_s, topic, {name: kind(fields[name]) for name, kind in kinds.items()})
 
     def signal(self, time_s: float, name: str, value: float | bool | str) -> None:

@@ -9,13 +9,13 @@ import re
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from enum import Enum
 from functools import partial
 from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.runtime.kernel import Kernel, Node
 from pytest_hricdv.runtime.message_class import fields_of
-from pytest_hricdv.runtime.plain import Value, plain
+from pytest_hricdv.runtime.message_fields import recorded
+from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.runtime.record import Recorder
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -26,11 +26,6 @@ M = TypeVar("M")
 def topic_of(kind: type[object]) -> str:
     """The topic's name: the class name in snake case (`HumanReady` -> `human_ready`)."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kind.__name__).lower()
-
-
-def text_of(member: Enum) -> str:
-    """How a member of an enumeration is recorded: by its value if this is a text, else by its name."""
-    return member.value if isinstance(member.value, str) else member.name
 
 
 class Subscription(Generic[M]):
@@ -151,9 +146,7 @@ class Bus:
     def publish(self, sender: str, message: object) -> None:
         """Deliver and record a message, unless a fault awaits it. Raises TypeError for a kind that was not declared."""
         kind = self._declared(type(message))
-        fields: dict[str, Value] = {}
-        for name in self._fields[kind]:
-            fields[name] = self._recorded(message, name)
+        fields = self._recorded(message)
         self.kernel.last_messages[sender] = message
         self.carry(sender, topic_of(kind), fields, partial(self._deliver, message), partial(self.has_subscribers, kind))
 
@@ -212,14 +205,13 @@ class Bus:
     def _record(self, message: Carried) -> None:
         self.recorder.message(self.kernel.now_s, message.sender, message.topic, message.fields, message.source)
 
-    def _recorded(self, message: object, name: str) -> Value:
-        """The value of a field as the record has it."""
-        value = getattr(message, name)
-        recorded = text_of(value) if isinstance(value, Enum) else plain(value)
-        if recorded is None:
-            where = f"message {type(message).__name__} at {self.kernel.now_s:.6f} s: {name} is {value!r}"
-            raise TypeError(f"{where}: expected a number, a bool or a text")
-        return recorded
+    def _recorded(self, message: object) -> dict[str, Value]:
+        """The fields of a message as the record has them."""
+        try:
+            return recorded(message, self._fields[type(message)])
+        except TypeError as error:
+            where = f"message {type(message).__name__} at {self.kernel.now_s:.6f} s"
+            raise TypeError(f"{where}: {error}") from None
 
     def disturb(self, topic: str, fault: MessageFault) -> None:
         """Let a fault happen to the next message of a topic; several faults await one message each, in order.

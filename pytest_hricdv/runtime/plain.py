@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from enum import Enum
+
 Value = float | bool | int | str
 
 _PLAIN = (bool, int, float, str)
@@ -14,3 +16,8 @@ def plain(value: object) -> Value | None:
     item = getattr(value, "item", None)
     scalar = item() if callable(item) and getattr(value, "shape", None) == () else None
     return scalar if isinstance(scalar, _PLAIN) else None
+
+
+def text_of(member: Enum) -> str:
+    """How a member of an enumeration is recorded: by its value if this is a text, else by its name."""
+    return member.value if isinstance(member.value, str) else member.name
