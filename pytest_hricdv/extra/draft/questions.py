@@ -18,7 +18,7 @@ def questions(findings: Findings) -> Iterator[Question]:
     if not findings.said and not any(endpoint.is_said for endpoint in findings.ros.endpoints):
         yield Question("Nothing was found that the code says: how does one see what it does?", "messages", None)
     for message in findings.messages:
-        for part in message.fields:
+        for part in message.leaves:
             if part.kind == "str" and not part.values and message.direction != "said":
                 text = f"Which texts can `{message.topic}.{part.name}` have? None is compared with it"
                 yield Question(text, f"{message.topic}.{part.name}", part.place)

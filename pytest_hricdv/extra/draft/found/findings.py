@@ -7,7 +7,7 @@ keeps the code from being run as it is a `Problem`. Both are sentences for peopl
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from pytest_hricdv.extra.draft.found.nodes import RosNodes
@@ -50,6 +50,9 @@ class MessageField:
         by_type: whether its type alone says which values it has (Literal, Enum): a testbench need not declare them.
         compared: numbers that the code compares it with.
         is_partial: whether the code makes it of texts, too, that are not known: `values` are some of them.
+        made_of: (module, name) of the class of the code that it is an instance of, or has instances of; else empty.
+        parts: the fields of this class.
+        empty: source text of none of them, where there may be none: `[]`, `()`, `None`.
     """
 
     name: str
@@ -62,6 +65,15 @@ class MessageField:
     by_type: bool = False
     compared: tuple[float, ...] = ()
     is_partial: bool = False
+    made_of: tuple[str, str] = ("", "")
+    parts: tuple[MessageField, ...] = ()
+    empty: str = ""
+
+    @property
+    def leaves(self) -> tuple[MessageField, ...]:
+        """The field and those in it, by their paths (`pickup.place`)."""
+        inner = [replace(leaf, name=f"{self.name}.{leaf.name}") for part in self.parts for leaf in part.leaves]
+        return (self, *inner)
 
 
 @dataclass(frozen=True)
@@ -96,6 +108,11 @@ class Message:
     how: How = "analysis"
     certainty: Certainty = "certain"
     paths: tuple[tuple[str | int, ...], ...] = ()
+
+    @property
+    def leaves(self) -> tuple[MessageField, ...]:
+        """Its fields, and those of the instances in them, by their paths."""
+        return tuple(leaf for part in self.fields for leaf in part.leaves)
 
 
 @dataclass(frozen=True)

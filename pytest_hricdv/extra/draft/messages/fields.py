@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from pytest_hricdv.extra.draft.found.findings import FoundValue, MessageField, Place
 from pytest_hricdv.extra.draft.messages.classes import MessageClasses
+from pytest_hricdv.extra.draft.messages.nested import within
 from pytest_hricdv.extra.draft.messages.speech import SUBSCRIBES, TAKES
 from pytest_hricdv.extra.draft.reading.classes import own_bases
 from pytest_hricdv.extra.draft.reading.constants import Member, Reference, UnknownValueError, evaluate, is_enum, members
@@ -31,6 +32,8 @@ class MessageFields:
 
     def __init__(self, sources: Sources, flow: ValueFlow, classes: MessageClasses) -> None:
         self._sources, self._flow, self._classes = sources, flow, classes
+        self._entered: list[ast.AST] = []
+        """Classes whose fields are being read: one that has instances of itself is not made for ever."""
 
     def fields(self, scope: Scope) -> tuple[MessageField, ...]:
         """The fields of a message class, those of its bases first, with their values."""
@@ -77,6 +80,15 @@ class MessageFields:
             )
             kind = "str" if chosen else "float"
             return MessageField(name, written, kind, place, chosen, "", default, by_type=True)
+        inner = within(self._sources, scope.module, statement.annotation)
+        if inner is not None and all(node is not inner.scope.node for node in self._entered):
+            self._entered.append(inner.scope.node)
+            within_it = self.fields(inner.scope)
+            self._entered.pop()
+            made_of = (inner.scope.module.name, inner.name)
+            return MessageField(
+                name, written, "", place, default=default, made_of=made_of, parts=within_it, empty=inner.empty
+            )
         unit = unit_of(name) if kind == "float" else ""
         return MessageField(name, written, kind, place, (), unit, default)
 

@@ -298,10 +298,18 @@ def _levels(part: MessageField) -> list[tuple[str, str, str, Place]]:
 def _thing(message: Message, has_others: bool) -> Thing:
     choices: list[list[tuple[str, str, str, Place]]] = []
     numbers = []
-    for part in message.fields:
-        if part.kind == "str":
-            texts = [(word(v.text), part.name, _source(part, v.text), v.place) for v in part.values]
-            texts += [("other", part.name, f'"{OTHER}"', part.values[0].place)] if has_others and is_open(part) else []
+    for part in message.leaves:
+        if part.empty:  # of many, one
+            options = [("with_" + word(part.name), part.name, "", part.place)]
+            choices.append([*options, ("no_" + word(part.name), part.name, part.empty, part.place)])
+        elif part.kind == "str":
+            owner = part.name.rpartition(".")[0]
+            texts = [(word(f"{owner}_{v.text}" if owner else v.text), part.name, _source(part, v.text), v.place)
+                     for v in part.values]  # fmt: skip
+            if has_others and is_open(part):
+                texts.append(
+                    (word(f"{owner}_other" if owner else "other"), part.name, f'"{OTHER}"', part.values[0].place)
+                )
             choices.append(texts or [("", part.name, '"text"', part.place)])
         elif part.kind == "bool":
             options = [("with_" + word(part.name), part.name, "True", part.place)]
@@ -311,7 +319,8 @@ def _thing(message: Message, has_others: bool) -> Thing:
             choices += [_levels(part)] if part.compared else []
     floats = {part.name for part in numbers}
     kinds: list[Kind] = []
-    for combination in _combined(choices):
+    for every in _combined(choices):
+        combination = _without_parts_of_nothing(every, {part.name for part in message.leaves if part.empty})
         name = "_".join(choice[0] for choice in combination if choice[0])
         values = tuple((choice[1], choice[2]) for choice in combination if choice[1] not in floats)
         ranges = tuple((choice[1], choice[2]) for choice in combination if choice[1] in floats)
@@ -322,6 +331,14 @@ def _thing(message: Message, has_others: bool) -> Thing:
             is_usual = is_known and all(part in usual for part in combination if part[1] in floats)
             kinds.append(Kind(name, values, place, ranges, is_usual))
     return Thing(message, word(message.topic), tuple(kinds), tuple(numbers))
+
+
+def _without_parts_of_nothing(
+    combination: tuple[tuple[str, str, str, Place], ...], optional: set[str]
+) -> tuple[tuple[str, str, str, Place], ...]:
+    """The choices that are left where something within the message is not there."""
+    absent = tuple(f"{path}." for _, path, source, _ in combination if path in optional and source)
+    return tuple(choice for choice in combination if not choice[1].startswith(absent))
 
 
 def _combined(choices: list[list[tuple[str, str, str, Place]]]) -> list[tuple[tuple[str, str, str, Place], ...]]:

@@ -39,7 +39,8 @@ def robot_lines(draft: Draft) -> list[str]:
     needs += [("ports", "Inbox")] if is_heard or any(channel.direction == "heard" for channel in channels) else []
     needs += message_classes(message for message in draft.plain if message.form not in OWN_CLASSES)
     needs += [("ports", "look") for message in draft.plain if message.form == "state"]
-    needs += [need for port in draft.ports if port.role in ("settings", "parameter") for need in port.needs]
+    handed_on = [port for port in draft.ports if port.role in ("settings", "parameter") and _is_handed(port)]
+    needs += [need for port in handed_on for need in port.needs]
     queues = [p for p in draft.ports if p.role == "queue" and p.direction != "said"]
     needs += message_classes(thing.message for port in queues for thing in _things_of(draft, port))
     needs += call_needs(draft)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+
+from pytest_hricdv.extra.draft.found.findings import MessageField
 from pytest_hricdv.extra.draft.reading.naming import word
-from pytest_hricdv.extra.draft.writing.drafted import Draft, Thing
+from pytest_hricdv.extra.draft.writing.drafted import Draft
 from pytest_hricdv.extra.draft.writing.model import UNTIL_QUIET, leaves, meanwhile
 from pytest_hricdv.extra.draft.writing.robot import robot_lines
 from pytest_hricdv.extra.draft.writing.source_text import import_lines, message_classes, tuple_text
@@ -25,7 +28,7 @@ def said_lines(draft: Draft) -> list[str]:
     ]
     for thing in draft.things:
         for command, kind in thing.commands:
-            arguments = ", ".join(_arguments(thing, dict(kind.values)))
+            arguments = ", ".join(_arguments(thing.message.fields, dict(kind.values)))
             lines += [
                 f'    if what == "{command}":',
                 f"        return {thing.message.name}({arguments})  # {kind.place}",
@@ -41,23 +44,30 @@ def said_lines(draft: Draft) -> list[str]:
 def _needs(draft: Draft) -> list[tuple[str, str]]:
     needs = message_classes(thing.message for thing in draft.things)
     for thing in draft.things:
-        needs += [(thing.message.module or "ports", part.type) for part in thing.message.fields
+        made = [part.made_of for part in thing.message.leaves if part.parts]
+        owners = {part.name: part.made_of[0] for part in thing.message.leaves if part.parts}
+        needs += made
+        needs += [(owners.get(part.name.rpartition(".")[0], thing.message.module or "ports"), part.type)
+                  for part in thing.message.leaves
                   if part.by_type and part.type.isidentifier() and part.kind == "str"
                   and any("_member(" in text for kind in thing.kinds for _, text in kind.values)]  # fmt: skip
     return needs
 
 
-def _arguments(thing: Thing, values: dict[str, str]) -> list[str]:
-    arguments = []
-    for part in thing.message.fields:
-        if part.name in values:
-            arguments.append(f"{part.name}={values[part.name]}")
+def _arguments(parts: Iterable[MessageField], values: Mapping[str, str], within: str = "") -> Iterator[str]:
+    """The fields of a message, or of what is within it at a path."""
+    for part in parts:
+        path = within + part.name
+        if part.parts and not values.get(path):
+            made = f"{part.made_of[1]}({', '.join(_arguments(part.parts, values, f'{path}.'))})"
+            yield f"{part.name}=" + {"[]": f"[{made}]", "()": f"({made},)"}.get(part.empty, made)
+        elif path in values:
+            yield f"{part.name}={values[path]}"
         elif part.kind == "float":
-            number = f'numbers["{part.name}"]'
-            arguments.append(f"{part.name}={f'round({number})' if part.type == 'int' else number}")
+            number = f'numbers["{path}"]'
+            yield f"{part.name}={f'round({number})' if part.type == 'int' else number}"
         elif not part.default:
-            arguments.append(f"{part.name}={_BLANKS.get(part.type.partition('[')[0], 'None')}")
-    return arguments
+            yield f"{part.name}={_BLANKS.get(part.type.partition('[')[0], 'None')}"
 
 
 def run_lines(draft: Draft) -> list[str]:
