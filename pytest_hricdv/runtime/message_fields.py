@@ -88,5 +88,5 @@ def _text(value: object) -> str | None:
 
 
 def _joined(bracket: str, texts: list[str | None], *, is_sorted: bool = False) -> str | None:
-    known = [text for text in texts if text is not None]
-    return bracket + ", ".join(sorted(known) if is_sorted else known) if len(known) == len(texts) else None
+    whole = [text for text in texts if text is not None]
+    return bracket + ", ".join(sorted(whole) if is_sorted else whole) if len(whole) == len(texts) else None
