@@ -127,14 +127,16 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.early_end import EarlyEnd
     from pytest_hricdv.session.exports import Exporting, read_targets
-    from pytest_hricdv.session.part import parts
+    from pytest_hricdv.session.feature import features
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
     from pytest_hricdv.session.reporting import Reporting
     from pytest_hricdv.session.terminal_summary import ShownFailures, SummarySection
 
     collection = context.collection
-    collection.generate_further = lambda suites: [suite for part in parts() for suite in part.generate(context, suites)]
+    collection.generate_further = lambda suites: [
+        suite for feature in features() for suite in feature.generate(context, suites)
+    ]
     gate_check = GateCheck(collection)
     aggregation = Aggregation(collection, context)
     config.pluginmanager.register(EarlyEnd(context, aggregation), "hricdv-early-end")

@@ -28,7 +28,7 @@ from pytest_hricdv.message_types import compared_fields
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.body import Body
@@ -70,7 +70,7 @@ __all__ = [
     "TestbenchError",
 ]
 
-PARTS: Mapping[str, str] = {
+FIELD_PURPOSES: Mapping[str, str] = {
     "name": "a name for reports",
     "model": "the BDI model (Model) that tests are generated from",
     "beliefs": "the belief space (BeliefSpace) that steers the model",
@@ -273,7 +273,7 @@ class Testbench:
                 topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts
-        for part in faces("execution", "EXECUTION"):
+        for part in offers("execution", "EXECUTION"):
             for name, fields in part.topics(self).items():
                 if name in topics:
                     raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")

@@ -20,13 +20,12 @@ from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.online.declaration import Online
-from pytest_hricdv.parts import PARTS as INSTALLED_PARTS
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import FEATURES, offers
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_class import FORMS
 from pytest_hricdv.runtime.virtual import KINDS
-from pytest_hricdv.testbench import ENDS, PARTS, Testbench
+from pytest_hricdv.testbench import ENDS, FIELD_PURPOSES, Testbench
 
 NEEDED_PARTS = {"conformance": "oracle", "ros2": "ros2"}
 """What a testbench declares -> the optional part without which it would be passed over in silence."""
@@ -44,10 +43,10 @@ def checked(candidate: object, where: str) -> Testbench:
         )
     _check_kinds(candidate, where)
     for name, part in NEEDED_PARTS.items():
-        if getattr(candidate, name) is not None and part not in INSTALLED_PARTS:
+        if getattr(candidate, name) is not None and part not in FEATURES:
             raise TestbenchError(f"{where}: {name}=... needs the part {part!r} of the plugin, which was taken out")
     try:
-        for part in faces("execution", "EXECUTION"):
+        for part in offers("execution", "EXECUTION"):
             part.prepare(candidate)  # before the vocabulary: that imports the classes of messages, and with them rclpy
         topics = candidate.vocabulary().messages
         disturbance_faults = faults(candidate.disturbances, candidate.concretization.commands, topics)
@@ -71,20 +70,20 @@ def lacking(error: BaseException) -> str:
     """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
     if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
         return ""
-    return "".join(f"\n  {name}: {purpose}" for name, purpose in PARTS.items() if f"'{name}'" in str(error))
+    return "".join(f"\n  {name}: {purpose}" for name, purpose in FIELD_PURPOSES.items() if f"'{name}'" in str(error))
 
 
 def _check_kinds(testbench: Testbench, where: str) -> None:
     expected: Mapping[str, type[Any]] = {"model": Model, "beliefs": BeliefSpace, "concretization": Concretization}
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
-            raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {PARTS[name]}")
+            raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {FIELD_PURPOSES[name]}")
     if not isinstance(testbench.learning, QLearning):
         raise TestbenchError(f"{where}: learning is {testbench.learning!r}; expected constants of learning (QLearning)")
     if not isinstance(testbench.signals, Mapping):
-        raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {PARTS['signals']}")
+        raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {FIELD_PURPOSES['signals']}")
     if not isinstance(testbench.cross, Mapping):
-        raise TestbenchError(f"{where}: cross is {testbench.cross!r}; expected {PARTS['cross']}")
+        raise TestbenchError(f"{where}: cross is {testbench.cross!r}; expected {FIELD_PURPOSES['cross']}")
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
@@ -94,7 +93,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
         if not isinstance(part, kind | None):
             raise TestbenchError(f"{where}: {name} is {part!r}; expected {kind.__name__}(...) or None")
     if not callable(testbench.run):
-        raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {PARTS['run']}")
+        raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {FIELD_PURPOSES['run']}")
     patience_s = testbench.patience_s
     is_time = isinstance(patience_s, int | float) and not isinstance(patience_s, bool)
     if patience_s is not None and not (is_time and 0 < patience_s < math.inf):
@@ -103,7 +102,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
         if end not in ENDS:
             raise TestbenchError(f"{where}: may_end has {end!r}; expected of {', '.join(ENDS)}{nearest(end, ENDS)}")
     if isinstance(testbench.code, str) or not testbench.code:
-        raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {PARTS['code']}")
+        raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {FIELD_PURPOSES['code']}")
     for message in testbench.messages:
         if fields_of(message) is None:
             raise TestbenchError(f"{where}: message {message!r} is no class with fields; expected {FORMS}")
@@ -111,7 +110,9 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     if isinstance(testbench.requirements, tuple):
         for requirement in testbench.requirements:
             if not isinstance(requirement, Requirement):
-                raise TestbenchError(f"{where}: requirement {requirement!r} is none; expected {PARTS['requirements']}")
+                raise TestbenchError(
+                    f"{where}: requirement {requirement!r} is none; expected {FIELD_PURPOSES['requirements']}"
+                )
     else:
         paths["requirements"] = testbench.requirements
     for name, path in paths.items():

@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
-from pytest_hricdv.execution.execution_part import Follower, Watcher, execution_parts
+from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_parts
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest

@@ -1,1 +1,1 @@
-"""Optional parts, one folder a feature. Nothing below imports them: see `pytest_hricdv.parts`."""
+"""Optional parts, one folder a feature. Nothing below imports them: see `pytest_hricdv.registry`."""

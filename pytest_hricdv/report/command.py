@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 
 
 @dataclass(frozen=True)
@@ -28,4 +28,4 @@ class Command:
 
 def commands_of_parts() -> tuple[Command, ...]:
     """Those of all parts."""
-    return tuple(command for offered in faces("commands", "COMMANDS") for command in offered)
+    return tuple(command for offered in offers("commands", "COMMANDS") for command in offered)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.report import files
 from pytest_hricdv.results.assembling import rebuild
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError
@@ -47,7 +47,7 @@ def _rebuilt(folder: Path, path: Path, journal: Journal) -> tuple[Report, str]:
         report, problem = rebuild(journal)
     except ValueError as error:
         raise ReportError(f"{path}: no report can be made of it: {error}; run the suite again") from None
-    for of_part in faces("merging", "rebuilt"):
+    for of_part in offers("merging", "rebuilt"):
         report = of_part(report, journal.kept)
     files.write(report, folder)
     writer = JournalWriter(path, journal.size)

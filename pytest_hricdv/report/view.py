@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.report.formatting import Line
 from pytest_hricdv.results.model import Report, TestResult
 
@@ -174,4 +174,4 @@ class View:
 
 def views() -> tuple[View, ...]:
     """Of all parts, in the order in which they are shown."""
-    return faces("view", "VIEW")
+    return offers("view", "VIEW")

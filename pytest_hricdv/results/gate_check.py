@@ -6,7 +6,7 @@ import datetime
 from collections.abc import Iterable, Iterator, Mapping
 
 from pytest_hricdv.coverage.gaps import nearest_miss
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.results.baseline import Baseline
 from pytest_hricdv.results.baseline_diff import compare
 from pytest_hricdv.results.behaviour import BehaviourChanges
@@ -180,7 +180,7 @@ def _needless(report: Report, gates: Gates) -> Iterator[str]:
 
     That a suite checks a requirement which was generated to check all of them is no sign that others do.
     """
-    aimed = {name_aimed(report) for name_aimed in faces("records", "aimed_suite")}
+    aimed = {name_aimed(report) for name_aimed in offers("records", "aimed_suite")}
     untriggered, suites = _untriggered(report), {suite.name for suite in report.suites if suite.name not in aimed}
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:

@@ -19,7 +19,7 @@ from pytest_hricdv._base.message import InputError
 from pytest_hricdv.coverage.code_map import CoverageError
 from pytest_hricdv.coverage.records import CodeShare
 from pytest_hricdv.execution.outcome import OUTCOMES
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import declare_suite, derive
 from pytest_hricdv.results.generation import GenerationResult
@@ -80,7 +80,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         raise MergeError(f"the merged report is wrong: {error}") from None
     for section in report_sections():
         merged = section.put(merged, section.default)
-    for merge_part in faces("merging", "merge"):
+    for merge_part in offers("merging", "merge"):
         merged = merge_part(all_reports, merged)
     return merged
 

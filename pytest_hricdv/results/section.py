@@ -12,7 +12,7 @@ from typing import Any, Generic, Protocol, TypeVar, cast
 
 import msgspec
 
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 
 Value = TypeVar("Value")
 Extended = TypeVar("Extended", bound=msgspec.Struct)
@@ -105,12 +105,12 @@ class Share:
 
 def shares() -> tuple[Share, ...]:
     """Of all parts."""
-    return tuple(share for offered in faces("records", "SHARES") for share in offered)
+    return tuple(share for offered in offers("records", "SHARES") for share in offered)
 
 
 def further_engines(test: msgspec.Struct) -> tuple[str, ...]:
     """The physics engines that a test ran on, by its parts, beside the one in its result."""
-    return tuple(name for engines_of in faces("records", "further_engines") for name in engines_of(test))
+    return tuple(name for engines_of in offers("records", "further_engines") for name in engines_of(test))
 
 
 def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str] | None:
@@ -119,18 +119,18 @@ def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str]
     Args:
         suite: of the tests; empty for all.
     """
-    causes_of = next(iter(faces("records", "failure_causes")), None)
+    causes_of = next(iter(offers("records", "failure_causes")), None)
     return None if causes_of is None else cast("Mapping[str, str] | None", causes_of(report, suite))
 
 
 def report_sections() -> tuple[Section[Any], ...]:
     """Of all parts."""
-    return tuple(section for offered in faces("records", "SECTIONS") for section in offered)
+    return tuple(section for offered in offers("records", "SECTIONS") for section in offered)
 
 
 def test_sections() -> tuple[TestSection[Any], ...]:
     """Of all parts."""
-    return tuple(section for offered in faces("records", "TEST_SECTIONS") for section in offered)
+    return tuple(section for offered in offers("records", "TEST_SECTIONS") for section in offered)
 
 
 def extended(record: type[Extended], sections: Sequence[Section[Any] | TestSection[Any]]) -> type[Extended]:

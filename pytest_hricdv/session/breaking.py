@@ -53,7 +53,7 @@ class Now:
 
 @dataclass
 class Events:
-    """Numbers the events of a run, as requirements see them; a `Watcher` (see `execution.execution_part`).
+    """Numbers the events of a run, as requirements see them; a `Watcher` (see `execution.execution_feature`).
 
     Args:
         stop_at: the number of the event at which `stop` is called; 0: at none.

@@ -7,8 +7,8 @@ from pathlib import Path
 from pytest_hricdv._base.project_files import hashes, short_hash, versions
 from pytest_hricdv.results.model import SCHEMA
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.feature_options import part_options
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.replaying import Provenance
 
 

@@ -27,7 +27,7 @@ import pytest
 
 from pytest_hricdv.coverage.measurement import OwnMeasurement
 from pytest_hricdv.execution.case import formulas
-from pytest_hricdv.execution.execution_part import execution_parts
+from pytest_hricdv.execution.execution_feature import execution_parts
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
 from pytest_hricdv.execution.separate_process import ProcessError, started
 from pytest_hricdv.monitor import MonitorSet
@@ -35,9 +35,9 @@ from pytest_hricdv.results.codec import decode
 from pytest_hricdv.runtime.virtual.modules import STAND_INS
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of, worker_input
 from pytest_hricdv.session.engine_choice import engine_modules
+from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
 from pytest_hricdv.session.isolated_call import Answer, answer_of
-from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import arguments_of
 
@@ -229,8 +229,8 @@ class Isolation:
         text = getattr(report, ATTRIBUTE, None)
         if isinstance(text, str):
             result = decode(text)
-            for part in parts():
-                part.ran_elsewhere(self._context, result)
+            for feature in features():
+                feature.ran_elsewhere(self._context, result)
 
 
 def _keep_coverage() -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.results.gates import KINDS
+from pytest_hricdv.session.feature_options import part_options
 from pytest_hricdv.session.option_kinds import Flag, Option, Repeatable, Value
-from pytest_hricdv.session.part_options import part_options
 
 TESTS = (
     Value(

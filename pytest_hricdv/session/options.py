@@ -25,9 +25,9 @@ from pytest_hricdv.results.gates import (
     parse_exemptions,
     parse_threshold,
 )
+from pytest_hricdv.session.feature_options import part_options
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part_options import part_options
 from pytest_hricdv.session.usage import usage_error
 
 MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000

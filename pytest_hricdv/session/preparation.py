@@ -25,8 +25,8 @@ from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.engine_choice import import_engine
+from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.fingerprint import fingerprint
-from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.pytest_options import runs_tests
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
@@ -59,7 +59,7 @@ class Preparation:
         named = self.collection.config.args_source == pytest.Config.ArgsSource.ARGS
         return [
             terminal.header(names, self.options.seed, None if named else tests, self.collection.testbench.name),
-            *(line for part in parts() for line in part.header(self.context)),
+            *(line for feature in features() for line in feature.header(self.context)),
         ]
 
     def _replay_header(self) -> list[str]:
@@ -74,8 +74,8 @@ class Preparation:
         _ = self.context.known_while
         _ = self.context.code
         self._check_replays()
-        for part in parts():
-            part.check(self.context)
+        for feature in features():
+            feature.check(self.context)
         running = runs_tests(self.collection.config)
         if running:
             self._import_required()

@@ -31,7 +31,7 @@ from pytest_hricdv.results.model import ModelSource, Report, RerunOptions, TestR
 from pytest_hricdv.results.origin import ReportOrigin, origin_of_session
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
-from pytest_hricdv.session.part import Part, PartSession, parts
+from pytest_hricdv.session.feature import Feature, FeatureSession, features
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.run_context import RunContext
@@ -48,7 +48,7 @@ class Reporting:
         self.report: Report | None = None
         self._gate_check = gates
         self._missing = ""
-        self.session = PartSession(context, aggregation, context.signals)
+        self.session = FeatureSession(context, aggregation, context.signals)
         self._began = time.perf_counter()
         self._began_at = datetime.datetime.now(datetime.UTC)
 
@@ -150,8 +150,8 @@ class Reporting:
         is_judged = not (stopped or session.interrupted)  # a loop that was interrupted has generated another suite
         self._declare()
         session.results = self.aggregation.results()
-        for part in parts():
-            session.results = part.after_tests(session, session.results, stopped=stopped)
+        for feature in features():
+            session.results = feature.after_tests(session, session.results, stopped=stopped)
         session.problems += self.aggregation.each_worker.differences()
         session.warnings += [*self.aggregation.notes(), *self._untested_beliefs()]
         replaced = wrong_answers()
@@ -159,17 +159,17 @@ class Reporting:
         if self.context.failures.problem:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
-        report = report if stopped else self._extended(report, Part.built)
+        report = report if stopped else self._extended(report, Feature.built)
         report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         report = self._judged(report) if is_judged else report
         session.is_whole = self._is_whole and not (stopped or session.interrupted)
-        self.report = self._written(self._extended(report, Part.judged))
+        self.report = self._written(self._extended(report, Feature.judged))
         journaling.end(is_whole=session.is_whole)
 
-    def _extended(self, report: Report, step: Callable[[Part[Any], PartSession, Report], Report]) -> Report:
-        """The report with what each part adds to it at a step, a method of `Part`."""
-        for part in parts():
-            report = getattr(part, step.__name__)(self.session, report)
+    def _extended(self, report: Report, step: Callable[[Feature[Any], FeatureSession, Report], Report]) -> Report:
+        """The report with what each part adds to it at a step, a method of `Feature`."""
+        for feature in features():
+            report = getattr(feature, step.__name__)(self.session, report)
         return report
 
     def _written(self, report: Report) -> Report:

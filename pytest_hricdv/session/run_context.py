@@ -15,7 +15,7 @@ from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choos
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.coverage.settings import CoverageSettings
 from pytest_hricdv.execution.case import RunSettings, part_criteria
-from pytest_hricdv.execution.execution_part import execution_parts
+from pytest_hricdv.execution.execution_feature import execution_parts
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,

@@ -24,8 +24,8 @@ from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
+from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.following import IMPORTS
-from pytest_hricdv.session.part import parts
 from pytest_hricdv.session.pytest_report import (
     cut_texts,
     end_of,
@@ -148,8 +148,8 @@ class Running:
         """
         finished = result
         try:
-            for part in parts():
-                finished = part.finished(self.context, case, finished, report)
+            for feature in features():
+                finished = feature.finished(self.context, case, finished, report)
         except FAIL.Exception as error:
             report.outcome, report.longrepr = "failed", f"{error}: while the result of the test was written, or filmed"
             return replace(result, outcome="failed", failure=report.longrepr)
@@ -169,8 +169,8 @@ class Running:
             settings = self.context.run_settings.measured_by(self._used)
             with RunLog() as self._log:
                 run = execute(settings, case.concrete, f"hricdv|{nodeid}", begun=self._begun)
-            for part in parts():
-                run = part.ran(self.context, case.concrete, run)
+            for feature in features():
+                run = feature.ran(self.context, case.concrete, run)
             return run
         except (Exception, SystemExit) as error:
             refuse_failed_import(error, item)
@@ -207,7 +207,7 @@ class Running:
         """Judges a run, and ends its test unless it passed."""
         built = self._result(case, nodeid)
         mismatch = replay_mismatch(built.replayed)
-        differences = [difference for part in parts() for difference in part.discrepancies(built)]
+        differences = [difference for feature in features() for difference in feature.discrepancies(built)]
         judgement = judge_run(result, self.context.known_violations, differences=differences, mismatch=mismatch)
         case.judgement = judgement
 
@@ -256,8 +256,8 @@ class Running:
                 unmeasured=why_unmeasured(run, self._used),
             )
             if run is not None:
-                for part in parts():
-                    result = part.described(self.context, run, result)
+                for feature in features():
+                    result = feature.described(self.context, run, result)
             file = self.collection.replays.get(case.abstract.id)
             if file is not None:
                 result = replace(result, replay=file.name, replayed=self.context.provenance.compared(file, result))

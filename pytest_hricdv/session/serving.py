@@ -17,7 +17,7 @@ from typing import IO, TYPE_CHECKING, NoReturn
 import msgspec
 import pytest
 
-from pytest_hricdv.execution.execution_part import execution_parts
+from pytest_hricdv.execution.execution_feature import execution_parts
 from pytest_hricdv.session.identity import identity
 
 try:

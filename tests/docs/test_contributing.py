@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from pytest_hricdv.parts import PARTS
+from pytest_hricdv.registry import FEATURES
 from studies.site.pages import ROOT
 
 GUIDE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -12,9 +12,9 @@ GUIDE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 def test_each_face_of_a_part_has_its_row() -> None:
     rows = re.findall(r"^\| `(\w+)\.py` \| `(\w+)", GUIDE, re.MULTILINE)
-    assert {face for face, _ in rows} == {face for faces in PARTS.values() for face in faces}
+    assert {face for face, _ in rows} == {face for faces in FEATURES.values() for face in faces}
     for face, name in rows:
-        offered = [f"pytest_hricdv/extra/{part}/{face}.py" for part, faces in PARTS.items() if face in faces]
+        offered = [f"pytest_hricdv/extra/{part}/{face}.py" for part, faces in FEATURES.items() if face in faces]
         if name.isupper():
             assert any(f"\n{name} = " in (ROOT / path).read_text(encoding="utf-8") for path in offered), (face, name)
 

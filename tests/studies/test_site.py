@@ -118,6 +118,6 @@ def test_the_lexers_know_all_that_our_models_have(path: Path) -> None:
 def test_a_name_is_followed_home() -> None:
     assert home("pytest_hricdv.testbench", "Run")[0] == "pytest_hricdv.run"
     assert docstring("pytest_hricdv.monitor", "Value").startswith("A value of a signal")
-    assert docstring("pytest_hricdv.testbench", "PARTS") == ""
+    assert docstring("pytest_hricdv.testbench", "FIELD_PURPOSES") == ""
     with pytest.raises(LookupError, match="nor imports Runn"):
         home("pytest_hricdv.run", "Runn")

@@ -19,8 +19,8 @@ from pytest_hricdv.results.building import UNCHECKED
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.aggregation import TestTimes
+from pytest_hricdv.session.feature import FeatureSession
 from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
-from pytest_hricdv.session.part import PartSession
 from pytest_hricdv.session.serving import arguments_of
 
 EXPERIMENTS_S = 120.0
@@ -47,7 +47,7 @@ class Auditing:
         begin: what the session was like before its first test.
     """
 
-    def __init__(self, session: PartSession, number: int | None, begin: Begin) -> None:
+    def __init__(self, session: FeatureSession, number: int | None, begin: Begin) -> None:
         self._session = session
         self._number = number
         self._config = session.context.collection.config

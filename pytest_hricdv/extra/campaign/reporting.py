@@ -16,7 +16,7 @@ from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignResult, DifferingRun, LostRun
 from pytest_hricdv.extra.campaign.statistics import Statistics
 from pytest_hricdv.extra.campaign.store import Store
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.report import files
 from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.consistency import check_report
@@ -63,7 +63,7 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
         differing=tuple(_differing(store, plan)),
     )
     report = structs.replace(report, campaign=campaign)
-    for associated in faces("merging", "associated"):
+    for associated in offers("merging", "associated"):
         report = associated(report, is_of_all_runs=campaign.is_listed and not campaign.lost)
     return report, problem
 

@@ -42,7 +42,7 @@ from pytest_hricdv.extra.closing.targets import impossible_points, target_points
 from pytest_hricdv.extra.closing.violation_way import ViolationWay
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
-from pytest_hricdv.extra.cluster.part import PART as CLUSTER
+from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
 from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans

@@ -18,7 +18,7 @@ from typing import Any
 import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, execute
-from pytest_hricdv.execution.execution_part import Watcher
+from pytest_hricdv.execution.execution_feature import Watcher
 from pytest_hricdv.extra.closing.fork_runner import ForkRunner
 from pytest_hricdv.extra.closing.observation import Observation, observe
 from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of

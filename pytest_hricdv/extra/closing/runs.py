@@ -20,7 +20,7 @@ from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
-from pytest_hricdv.extra.cluster.part import PART as CLUSTER
+from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
 from pytest_hricdv.extra.cluster.service import Answer
 from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.abstract import AbstractTest

@@ -13,7 +13,7 @@ import msgspec
 
 from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
-from pytest_hricdv.extra.cluster.part import PART as CLUSTER
+from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
 from pytest_hricdv.extra.cluster.service import Service
 from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from

@@ -37,7 +37,7 @@ from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
-from pytest_hricdv.session.part import PartSession
+from pytest_hricdv.session.feature import FeatureSession
 
 NAME = "diagnosis"
 """Of this part, in journals."""
@@ -79,7 +79,7 @@ def _disturbances(test: TestResult) -> tuple[str, ...]:
     return tuple(dict.fromkeys(line.removeprefix(PREFIX) for line in test.abstract if line.startswith(PREFIX)))
 
 
-def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -> Report:
+def diagnosed(session: FeatureSession, report: Report, options: DiagnosisOptions) -> Report:
     """The report with its causes, after experiments."""
     subject = Subject.of(report)
     if not subject.failures:
@@ -113,7 +113,7 @@ def diagnosed(session: PartSession, report: Report, options: DiagnosisOptions) -
 
 
 def _by_now(
-    session: PartSession,
+    session: FeatureSession,
     subject: Subject,
     experiments: Experiments,
     decisions: Decisions,
@@ -140,7 +140,7 @@ def _by_now(
     return made, basis
 
 
-def _keep_minimal(session: PartSession, experiments: Experiments, decisions: Decisions) -> None:
+def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: Decisions) -> None:
     """Write replay files of tests that were shrunk."""
     chosen = session.aggregation.chosen
     for name, minimal in decisions.minimal.items():
@@ -163,7 +163,7 @@ def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: Decis
     return replace(cause, minimal=lines, minimal_of=subject.tests[name].id, is_shrunk=True, replay=replay)
 
 
-def _keep(session: PartSession, causes: tuple[Cause, ...], basis: Diagnosis) -> None:
+def _keep(session: FeatureSession, causes: tuple[Cause, ...], basis: Diagnosis) -> None:
     """So that a report that is rebuilt has them."""
     session.aggregation.journaling.keep(NAME, CAUSES.name, msgspec.json.encode((causes, basis)))
 
@@ -194,7 +194,7 @@ class Located:
 
 
 def _located(
-    session: PartSession, subject: Subject, experiments: Experiments, groups: tuple[Group, ...]
+    session: FeatureSession, subject: Subject, experiments: Experiments, groups: tuple[Group, ...]
 ) -> tuple[tuple[Group, ...], list[Located]]:
     """The causes, and where each is; those that one repair mends are one.
 

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.diagnosis.runs import RunChanged
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import TestResult
-from pytest_hricdv.session.part import PartSession
+from pytest_hricdv.session.feature import FeatureSession
 
 MOST_PLACES = 5
 """So many of the most suspicious statements are shown."""
@@ -42,7 +42,7 @@ class Locating:
         run: runs a test with a repair.
     """
 
-    session: PartSession
+    session: FeatureSession
     experiments: Experiments
     spectra: Spectra
     tests: Mapping[str, TestResult]

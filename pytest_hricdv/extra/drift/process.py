@@ -11,8 +11,8 @@ from pathlib import Path
 from pytest_hricdv._base.atomic_file import write_text
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.drift.command import RECORDING
+from pytest_hricdv.extra.drift.feature import FEATURE
 from pytest_hricdv.extra.drift.looking import looked
-from pytest_hricdv.extra.drift.part import PART
 from pytest_hricdv.extra.drift.proposal import difference, proposed
 from pytest_hricdv.extra.drift.recorded import refined, seen_in, text_drifts
 from pytest_hricdv.extra.recordings.observed import Observed
@@ -29,13 +29,13 @@ SUITE = "pseudorandom"
 def compare(context: RunContext, *, write: bool, say: Callable[[str], None], recordings: Sequence[Path] = ()) -> int:
     """Tell the drift, and the change of the conftest file; returns the exit status: 1 where there is drift."""
     tests, of_tests = _tests(context)
-    drift_seen = looked(context, tests, PART.settings(context.options).known)
+    drift_seen = looked(context, tests, FEATURE.settings(context.options).known)
     for text in (of_tests, *drift_seen.problems, *drift_seen.outdated):
         if text:
             say(text)
     recorded = _recorded(context, recordings, say)
     if recorded is not None:
-        known = PART.settings(context.options).known
+        known = FEATURE.settings(context.options).known
         texts = text_drifts(recorded, context.collection.testbench)
         drift_seen.new.extend(drift for drift in texts if drift.key not in known)
     for drift in drift_seen.new:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pytest_hricdv.execution.execution_part import ExecutionPart, Follower
+from pytest_hricdv.execution.execution_feature import ExecutionFeature, Follower
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Requirement
 from pytest_hricdv.testbench import Testbench
@@ -12,7 +12,7 @@ from pytest_hricdv.testbench import Testbench
 _MONITOR = "pytest_hricdv.extra.oracle.conformance_monitor"
 
 
-class OracleExecution(ExecutionPart):
+class OracleExecution(ExecutionFeature):
     """The agent that each run of a testbench is compared with, where it declares one."""
 
     preloaded = (_MONITOR,)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.execution.execution_part import ExecutionPart
+from pytest_hricdv.execution.execution_feature import ExecutionFeature
 from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.monitor.vocabulary import Kind
 from pytest_hricdv.testbench import Testbench
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.extra.ros2.system import Ros2Overlay
 
 
-class Ros2Execution(ExecutionPart):
+class Ros2Execution(ExecutionFeature):
     """The ROS 2 system of a testbench, where it declares one."""
 
     def prepare(self, testbench: Testbench) -> None:

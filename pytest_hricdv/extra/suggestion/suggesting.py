@@ -22,7 +22,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng, shuffled
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
-from pytest_hricdv.session.part import PartSession
+from pytest_hricdv.session.feature import FeatureSession
 
 FOLDER = "suggestions"
 """Of stored runs, in the folder of the report."""
@@ -37,7 +37,7 @@ LEAST_TESTS = 3
 """Of fewer runs nothing can be learnt."""
 
 
-def suggested(session: PartSession, report: Report, settings: SuggestionOptions) -> Report:
+def suggested(session: FeatureSession, report: Report, settings: SuggestionOptions) -> Report:
     """The report with the suggestions; where none can be made, the session's problems say why."""
     tests = sorted(
         (result for result in session.results if result.outcome in AS_DECLARED),
@@ -70,7 +70,7 @@ class Suggesting:
         tests: the results to learn of, in the order in which they were drawn.
     """
 
-    session: PartSession
+    session: FeatureSession
     settings: SuggestionOptions
     tests: Sequence[TestResult]
     _notes: list[str] = field(default_factory=list, init=False)

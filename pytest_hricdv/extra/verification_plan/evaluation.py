@@ -7,7 +7,7 @@ from itertools import takewhile
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.verification_plan.records import STATES, PlanPart, PlanState
+from pytest_hricdv.extra.verification_plan.records import STATES, PlanFeature, PlanState
 from pytest_hricdv.results.derivation import code_covered
 from pytest_hricdv.results.model import Report
 
@@ -15,14 +15,14 @@ Finding = tuple[PlanState, str]
 """What one wish of a goal came to, and what is missing for it."""
 
 
-def evaluated(plan: Sequence[PlanPart], report: Report) -> tuple[PlanPart, ...]:
+def evaluated(plan: Sequence[PlanFeature], report: Report) -> tuple[PlanFeature, ...]:
     """The plan with the state of each goal, and what it lacks.
 
     Args:
         plan: its parts, in the order of the file; earlier states in them have no effect.
         report: of a session, or merged.
     """
-    done: list[PlanPart] = []
+    done: list[PlanFeature] = []
     for part in reversed(plan):  # what a section has is known before it
         depth = part.depth
         inside = list(takewhile(lambda other, depth=depth: other.depth > depth, reversed(done)))  # type: ignore[misc]
@@ -30,20 +30,20 @@ def evaluated(plan: Sequence[PlanPart], report: Report) -> tuple[PlanPart, ...]:
     return tuple(reversed(done))
 
 
-def _goal(goal: PlanPart, report: Report) -> PlanPart:
+def _goal(goal: PlanFeature, report: Report) -> PlanFeature:
     findings = list(_findings(goal, report))
     state = max((state for state, _ in findings), key=STATES.index, default="open")
     missing = tuple(text for _, text in findings if text)
     return replace(goal, state=state, missing=missing, goals=1, met=int(state in ("met", "waived")))
 
 
-def _section(section: PlanPart, inside: Sequence[PlanPart]) -> PlanPart:
+def _section(section: PlanFeature, inside: Sequence[PlanFeature]) -> PlanFeature:
     goals = [part for part in inside if part.is_goal]
     state = max((part.state for part in goals), key=STATES.index, default="open")
     return replace(section, state=state, goals=len(goals), met=sum(goal.met for goal in goals))
 
 
-def _findings(goal: PlanPart, report: Report) -> Iterator[Finding]:
+def _findings(goal: PlanFeature, report: Report) -> Iterator[Finding]:
     for name in goal.requirements:
         yield _of_requirement(name, goal.triggers, report)
     for kind, wanted in (("statements", goal.statements), ("branches", goal.branches)):

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
 from pytest_hricdv._base.message import InputError, quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.extra.verification_plan.records import PlanPart
+from pytest_hricdv.extra.verification_plan.records import PlanFeature
 
 _TEXTS = ("title", "owner", "text")
 _LISTS = ("requirements", "files")
@@ -36,7 +36,7 @@ class Subjects:
     agents: Collection[str]
 
 
-def load_plan(path: Path, subjects: Subjects) -> tuple[PlanPart, ...]:
+def load_plan(path: Path, subjects: Subjects) -> tuple[PlanFeature, ...]:
     """The plan of a file; its first part is a section with the file's title, which has all others.
 
     Raises:
@@ -61,7 +61,7 @@ class _Reader:
     text: str
     subjects: Subjects
 
-    def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanPart]:
+    def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanFeature]:
         """A section, which has tables, with what is in it; or a goal."""
         if depth > _DEEPEST:
             raise self._error(name, f"sections are nested too deeply; expected at most {_DEEPEST}")
@@ -73,7 +73,7 @@ class _Reader:
                 owner = "a goal" if is_goal else "a section, whose goals are its tables"
                 raise self._error(name, f"{quoted(key)} is no key of {owner}{nearest(key, allowed)}")
         texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
-        part = PlanPart(
+        part = PlanFeature(
             name=name,
             title=texts.get("title", name.rpartition(".")[2] or self.path.stem),
             owner=texts.get("owner", ""),
@@ -84,7 +84,7 @@ class _Reader:
         for key, value in tables.items():
             yield from self.parts(f"{name}.{key}" if name else key, value, depth + 1)
 
-    def _goal(self, part: PlanPart, table: Mapping[str, Any]) -> PlanPart:
+    def _goal(self, part: PlanFeature, table: Mapping[str, Any]) -> PlanFeature:
         name = part.name
         if not any(key in table for key in (*_SHARES, *_PERCENTS, "requirements")):
             raise self._error(name, "a goal without anything to show; expected requirements, statements, cross ...")

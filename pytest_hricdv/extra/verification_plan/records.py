@@ -16,7 +16,7 @@ PlanState = Literal["met", "waived", "open", "not checked", "failed"]
 STATES: tuple[PlanState, ...] = ("met", "waived", "open", "not checked", "failed")
 
 
-class PlanPart(PlainRecord, frozen=True, kw_only=True):
+class PlanFeature(PlainRecord, frozen=True, kw_only=True):
     """A goal of a plan, or a section, whose parts follow it with greater depth. The first part is the plan itself.
 
     Args:
@@ -57,12 +57,12 @@ class PlanPart(PlainRecord, frozen=True, kw_only=True):
     goals: Count = 0
     met: Count = 0
 
-    def wanted(self) -> PlanPart:
+    def wanted(self) -> PlanFeature:
         """It without what it came to."""
         return replace(self, state="open", missing=(), goals=0, met=0)
 
 
-PLAN: Section[tuple[PlanPart, ...]] = Section("plan", tuple[PlanPart, ...], ())
+PLAN: Section[tuple[PlanFeature, ...]] = Section("plan", tuple[PlanFeature, ...], ())
 """The parts of the verification plan, and how far they are; in a merged report, where all had the same one."""
 
 SECTIONS = (PLAN,)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.extra.verification_plan.records import PLAN, PlanPart, PlanState
+from pytest_hricdv.extra.verification_plan.records import PLAN, PlanFeature, PlanState
 from pytest_hricdv.report.formatting import Line, Style, plural
 from pytest_hricdv.report.view import PageSection, SheetTable, View
 from pytest_hricdv.results.model import Report
@@ -58,7 +58,7 @@ class PlanView(View):
 VIEW = PlanView()
 
 
-def _owned(report: Report) -> Iterator[tuple[PlanPart, str]]:
+def _owned(report: Report) -> Iterator[tuple[PlanFeature, str]]:
     """The parts of the plan, each with who answers for it, or for its section."""
     owners = [""]
     for number, part in enumerate(PLAN.of(report)):
@@ -67,10 +67,10 @@ def _owned(report: Report) -> Iterator[tuple[PlanPart, str]]:
             yield part, owners[-1]
 
 
-def _lacking(part: PlanPart) -> str:
+def _lacking(part: PlanFeature) -> str:
     """What a goal lacks; of a section, how many of its goals are met."""
     return "; ".join(part.missing) if part.is_goal else f"section: {part.met} of {plural(part.goals, 'goal')} met"
 
 
-def _headline(whole: PlanPart) -> str:
+def _headline(whole: PlanFeature) -> str:
     return f"plan: {whole.met} of {plural(whole.goals, 'goal')} met ({whole.title})"

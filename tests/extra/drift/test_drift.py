@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.extra.drift.drifting import Drift, drifts, findings_of, split
-from pytest_hricdv.extra.drift.part import PART
+from pytest_hricdv.extra.drift.feature import FEATURE
 from pytest_hricdv.extra.drift.proposal import difference, proposed
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.option_reader import OptionReader
@@ -237,4 +237,4 @@ def test_known_drift_of_no_kind_is_refused() -> None:
     with pytest.raises(
         pytest.UsageError, match="expected 'KIND NAME: reason', as 'parameter settle_s: fixed by the hardware'"
     ):
-        PART.read(cast("OptionReader", Reader()))
+        FEATURE.read(cast("OptionReader", Reader()))

@@ -215,7 +215,7 @@ def test_what_cannot_be_filmed_is_refused_before_the_run(lamps: pytest.Pytester,
 
 
 def test_without_pillow_the_extra_is_named(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv.extra.film.part.find_spec", lambda name: None)
+    monkeypatch.setattr("pytest_hricdv.extra.film.feature.find_spec", lambda name: None)
     result = filmed.runpytest_inprocess("--hri-suite=by-hand", "--hri-film")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert '--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"' in result.stderr.str()

@@ -95,7 +95,7 @@ def test_units_are_in_the_schemas(lamps: pytest.Pytester) -> None:
 
 
 def test_without_its_library_it_says_what_to_install(lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_hricdv.extra.traces.part.find_spec", lambda name: None)
+    monkeypatch.setattr("pytest_hricdv.extra.traces.feature.find_spec", lambda name: None)
     result = lamps.runpytest_inprocess(*ASKED, "-p", "no:xdist", "--hri-mcap")
     result.stderr.fnmatch_lines(['ERROR: --hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"'])
 

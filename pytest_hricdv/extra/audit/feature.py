@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class AuditOptions:
 BEGIN: pytest.StashKey[Begin] = pytest.StashKey()
 
 
-class AuditPart(Part[AuditOptions]):
+class AuditFeature(Feature[AuditOptions]):
     """Runs some tests again, alone in a fresh process."""
 
     name = "audit"
@@ -63,7 +63,7 @@ class AuditPart(Part[AuditOptions]):
 
             context.stash[BEGIN] = Begin(dict(os.environ), tuple(sys.path))
 
-    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+    def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """The results, with those marked that came otherwise when they ran again."""
         settings, context = self.settings(session.options), session.context
         begin = context.stash.get(BEGIN, None)
@@ -74,4 +74,4 @@ class AuditPart(Part[AuditOptions]):
         return Auditing(session, settings.tests, begin).audit(results)
 
 
-PART = AuditPart()
+FEATURE = AuditFeature()

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.session.feature import Feature
+from pytest_hricdv.session.feature_options import HasParts
 from pytest_hricdv.session.option_kinds import Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part
-from pytest_hricdv.session.part_options import HasParts
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult, RunSettings
@@ -28,7 +28,7 @@ BOTH = "both"
 _ON_SECOND: pytest.StashKey[RunSettings] = pytest.StashKey()
 
 
-class EnginesPart(Part[str]):
+class EnginesFeature(Feature[str]):
     """Runs tests on the engine that was asked for, or on two; its setting is the name of one, `BOTH`, or empty."""
 
     name = "engines"
@@ -129,4 +129,4 @@ def _on_second(testbench: Testbench) -> Testbench:
     return dataclasses.replace(testbench, engine=tuple(testbench.engines)[1])
 
 
-PART = EnginesPart()
+FEATURE = EnginesFeature()

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.input_file import MalformedError
 from pytest_hricdv._base.message import visible
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 
 if TYPE_CHECKING:
     from pytest_hricdv.results.model import Report
 
 
-class TrendPart(Part[Path]):
+class TrendFeature(Feature[Path]):
     """Keeps a history of sessions."""
 
     name = "trend"
@@ -27,7 +27,7 @@ class TrendPart(Part[Path]):
         """The file of the history."""
         return reader.file("history")
 
-    def judged(self, session: PartSession, report: Report) -> Report:
+    def judged(self, session: FeatureSession, report: Report) -> Report:
         """Add the session to the history, and earlier ones of the same suites and options to its report.
 
         A session that did not run whole suites is kept in the file, and compared with nothing.
@@ -51,4 +51,4 @@ class TrendPart(Part[Path]):
         return records.HISTORY.put(report, entries)
 
 
-PART = TrendPart()
+FEATURE = TrendFeature()

@@ -9,7 +9,7 @@ from pytest_hricdv.declarations.ros2_system import Middleware
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
 from pytest_hricdv.monitor.vocabulary import Kind
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.testbench import Testbench
 
@@ -29,7 +29,7 @@ class Follower(Watcher, Protocol):
         """The run ended at `time_s` (s of simulated time): the verdict."""
 
 
-class ExecutionPart:
+class ExecutionFeature:
     """The face `EXECUTION` of a part; by default it does nothing.
 
     Its module is loaded with the first testbench, whatever this declares: what is heavy is imported by the methods.
@@ -76,6 +76,6 @@ class ExecutionPart:
         return None
 
 
-def execution_parts() -> tuple[ExecutionPart, ...]:
+def execution_parts() -> tuple[ExecutionFeature, ...]:
     """All that take part in execution."""
-    return faces("execution", "EXECUTION")
+    return offers("execution", "EXECUTION")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from pytest_hricdv.parts import faces
+from pytest_hricdv.registry import offers
 from pytest_hricdv.session.option_kinds import Option
 from pytest_hricdv.session.option_reader import OptionReader
 
@@ -23,7 +23,7 @@ class HasParts(Protocol):
         """Part -> its settings."""
 
 
-class PartOptions(Generic[Settings]):
+class FeatureOptions(Generic[Settings]):
     """The options of a part; by default there are none.
 
     Attributes:
@@ -68,6 +68,6 @@ def suites_of_parts() -> frozenset[str]:
     return frozenset(name for part in part_options() for name in part.suites)
 
 
-def part_options() -> tuple[PartOptions[Any], ...]:
+def part_options() -> tuple[FeatureOptions[Any], ...]:
     """Of all parts."""
-    return faces("part", "PART")
+    return offers("feature", "FEATURE")

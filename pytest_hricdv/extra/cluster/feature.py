@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option_kinds import Flag, Repeatable, Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class ClusterOptions:
     send_hidden: tuple[str, ...] = ()
 
 
-class ClusterPart(Part[ClusterOptions]):
+class ClusterFeature(Feature[ClusterOptions]):
     """Workers of Dask distributed."""
 
     name = "cluster"
@@ -49,4 +49,4 @@ class ClusterPart(Part[ClusterOptions]):
         return ClusterOptions(reader.text("cluster"), reader.flag("send_code"), reader.texts("send_hidden"))
 
 
-PART = ClusterPart()
+FEATURE = ClusterFeature()

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_hricdv.parts import faces
-from pytest_hricdv.session.part_options import PartOptions, Settings
+from pytest_hricdv.registry import offers
+from pytest_hricdv.session.feature_options import FeatureOptions, Settings
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult, HriCase
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class PartSession:
+class FeatureSession:
     """A session, as parts see it where all results meet.
 
     Args:
@@ -74,8 +74,8 @@ class PartSession:
         self.context.collection.say(text)
 
 
-class Part(PartOptions[Settings]):
-    """The face `PART` of a part; by default it has no options and does nothing.
+class Feature(FeatureOptions[Settings]):
+    """What a feature does in a session, its `FEATURE`; by default it has no options and does nothing.
 
     Its module is loaded with pytest itself, also in projects that do not use the plugin: what is heavy is imported by
     the methods.
@@ -119,7 +119,7 @@ class Part(PartOptions[Settings]):
     def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
         """Where tests run, after each one whose run, with all of the above, was in a process of its own."""
 
-    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+    def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """After the last test: the results, with what the part adds.
 
         Args:
@@ -127,15 +127,15 @@ class Part(PartOptions[Settings]):
         """
         return results
 
-    def built(self, session: PartSession, report: Report) -> Report:
+    def built(self, session: FeatureSession, report: Report) -> Report:
         """The report of a session that came to its end, before it is judged by its gates."""
         return report
 
-    def judged(self, session: PartSession, report: Report) -> Report:
+    def judged(self, session: FeatureSession, report: Report) -> Report:
         """The report, after it was judged."""
         return report
 
 
-def parts() -> tuple[Part[Any], ...]:
+def features() -> tuple[Feature[Any], ...]:
     """All that take part in sessions."""
-    return faces("part", "PART")
+    return offers("feature", "FEATURE")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.session.part import Part
+from pytest_hricdv.session.feature import Feature
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 
-class Ros2Part(Part[None]):
+class Ros2Feature(Feature[None]):
     """Has no options."""
 
     name = "ros2"
@@ -26,4 +26,4 @@ class Ros2Part(Part[None]):
         return NOTES.put(result, run.notes)
 
 
-PART = Ros2Part()
+FEATURE = Ros2Feature()

@@ -7,9 +7,9 @@ import os
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.mutation.options import MutationOptions
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Flag, Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ KIND = "mutants"
 """Of a threshold: the share of mutants that the tests notice."""
 
 
-class MutationPart(Part[MutationOptions]):
+class MutationFeature(Feature[MutationOptions]):
     """Puts faults into the code under test, one at a time, to see which of them the tests notice."""
 
     name = "mutation"
@@ -68,7 +68,7 @@ class MutationPart(Part[MutationOptions]):
         if importlib.util.find_spec("mutmut") is None:
             raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
-    def built(self, session: PartSession, report: Report) -> Report:
+    def built(self, session: FeatureSession, report: Report) -> Report:
         """Try the mutants, if asked to."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:
@@ -96,4 +96,4 @@ class MutationPart(Part[MutationOptions]):
         return MUTATION.put(report, result)
 
 
-PART = MutationPart()
+FEATURE = MutationFeature()

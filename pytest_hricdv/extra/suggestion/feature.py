@@ -6,9 +6,9 @@ import os
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Flag, Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 
-class SuggestionPart(Part[SuggestionOptions]):
+class SuggestionFeature(Feature[SuggestionOptions]):
     """Suggests requirements that all runs satisfied."""
 
     name = "suggestion"
@@ -63,7 +63,7 @@ class SuggestionPart(Part[SuggestionOptions]):
         if self.settings(context.options).asked and not hasattr(os, "fork"):
             raise usage_error("--hri-suggest: this system cannot fork processes; use Linux or macOS")
 
-    def built(self, session: PartSession, report: Report) -> Report:
+    def built(self, session: FeatureSession, report: Report) -> Report:
         """The report with the suggestions, if asked for."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:
@@ -73,5 +73,5 @@ class SuggestionPart(Part[SuggestionOptions]):
         return suggested(session, report, settings)
 
 
-PART = SuggestionPart()
+FEATURE = SuggestionFeature()
 """How requirements are suggested."""

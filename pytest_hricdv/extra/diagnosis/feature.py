@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
@@ -24,7 +24,7 @@ STOPPED = "no causes: the session ended before its last test (-x, --maxfail, Ctr
 """Of a session in which tests have failed."""
 
 
-class DiagnosisPart(Part[DiagnosisOptions]):
+class DiagnosisFeature(Feature[DiagnosisOptions]):
     """Says what failing tests fail for."""
 
     name = "diagnosis"
@@ -42,7 +42,7 @@ class DiagnosisPart(Part[DiagnosisOptions]):
         """How many runs a diagnosis may take."""
         return DiagnosisOptions(reader.integer("diagnose", None, least=0))
 
-    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+    def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """Of a session that ended before its last test, that nobody has looked for causes."""
         if stopped and self.settings(session.options).runs != 0 and any(test.fails for test in results):
             session.warnings.append(STOPPED)
@@ -78,7 +78,7 @@ class DiagnosisPart(Part[DiagnosisOptions]):
             context.stash[_TRACING] = LineTracing(context.run_settings, context.code)
         return context.stash[_TRACING]
 
-    def built(self, session: PartSession, report: Report) -> Report:
+    def built(self, session: FeatureSession, report: Report) -> Report:
         """The report with the causes of its failures."""
         settings = self.settings(session.options)
         if session.interrupted or settings.runs == 0 or not any(test.fails for test in report.tests):
@@ -87,7 +87,7 @@ class DiagnosisPart(Part[DiagnosisOptions]):
 
         return diagnosed(session, report, settings)
 
-    def judged(self, session: PartSession, report: Report) -> Report:
+    def judged(self, session: FeatureSession, report: Report) -> Report:
         """Of known violations whose entry names causes: that one is new, or gone. It takes no run."""
         entries = session.options.known_violations
         is_whole = session.is_whole and session.options.shard is None
@@ -99,4 +99,4 @@ class DiagnosisPart(Part[DiagnosisOptions]):
         return report
 
 
-PART = DiagnosisPart()
+FEATURE = DiagnosisFeature()

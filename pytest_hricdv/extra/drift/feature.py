@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.drift.options import DriftOptions
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Flag, Repeatable
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ KINDS = ("message", "value", "state", "transition", "gone", "parameter")
 """Of drift: the first word of what it is called."""
 
 
-class DriftPart(Part[DriftOptions]):
+class DriftFeature(Feature[DriftOptions]):
     """Compares the code under test with what the testbench declares of it, and with what the tests reached."""
 
     name = "drift"
@@ -49,7 +49,7 @@ class DriftPart(Part[DriftOptions]):
             known[key.strip()] = reason.strip()
         return DriftOptions(reader.flag("fail_on_drift"), known)
 
-    def judged(self, session: PartSession, report: Report) -> Report:
+    def judged(self, session: FeatureSession, report: Report) -> Report:
         """Look for drift, where it is to fail the session; the session's problems have it."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.fails:
@@ -71,5 +71,5 @@ class DriftPart(Part[DriftOptions]):
 MOST_SHOWN = 5
 """So many are listed where a session fails (chosen); the command lists all."""
 
-PART = DriftPart()
+FEATURE = DriftFeature()
 """Whether code and testbench have drifted apart."""

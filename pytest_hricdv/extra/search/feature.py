@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.search.options import BUDGET, SearchOptions
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Flag, Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.search.post_session import PostSession
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.results.model import TestResult
 
 
-class SearchPart(Part[SearchOptions]):
+class SearchFeature(Feature[SearchOptions]):
     """Shrinks the shortest failing tests, and searches for violations near the smallest margins."""
 
     name = "search"
@@ -45,7 +45,7 @@ class SearchPart(Part[SearchOptions]):
             search=reader.integer("search", 0, least=1) or 0,
         )
 
-    def after_tests(self, session: PartSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
+    def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
         """Shrink and search, if asked to."""
         settings = self.settings(session.options)
         if session.interrupted or not (settings.shrink or settings.search):
@@ -64,9 +64,9 @@ class SearchPart(Part[SearchOptions]):
         return results
 
 
-def _searched(session: PartSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
+def _searched(session: FeatureSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
     """Searches, on a cluster where one is named."""
-    from pytest_hricdv.extra.cluster.part import PART as CLUSTER
+    from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
 
     if not CLUSTER.settings(session.options).address:
         return after.search(results)
@@ -88,4 +88,4 @@ def _searched(session: PartSession, after: PostSession, results: list[TestResult
         return {}
 
 
-PART = SearchPart()
+FEATURE = SearchFeature()

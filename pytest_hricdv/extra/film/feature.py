@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv.session.feature import Feature
+from pytest_hricdv.session.feature_options import HasParts
 from pytest_hricdv.session.option_kinds import Flag
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part
-from pytest_hricdv.session.part_options import HasParts
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _FILMING: pytest.StashKey[Filming] = pytest.StashKey()
 
 
-class FilmPart(Part[bool]):
+class FilmFeature(Feature[bool]):
     """Films failing tests; its setting is whether it does."""
 
     name = "film"
@@ -84,4 +84,4 @@ class FilmPart(Part[bool]):
         return context.stash[_FILMING]
 
 
-PART = FilmPart()
+FEATURE = FilmFeature()

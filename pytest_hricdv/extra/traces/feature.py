@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Literal
 
 import pytest
 
+from pytest_hricdv.session.feature import Feature
+from pytest_hricdv.session.feature_options import HasParts
 from pytest_hricdv.session.option_kinds import Flag
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part
-from pytest_hricdv.session.part_options import HasParts
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ Traced = Literal["", "failing", "all"]
 _WRITER: pytest.StashKey[TraceWriter] = pytest.StashKey()
 
 
-class TracesPart(Part[Traced]):
+class TracesFeature(Feature[Traced]):
     """Writes runs as MCAP files, into the folder of the report."""
 
     name = "traces"
@@ -60,4 +60,4 @@ class TracesPart(Part[Traced]):
         return TRACE.put(result, writer.trace(case.result, result))
 
 
-PART = TracesPart()
+FEATURE = TracesFeature()

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.closing.options import NAME, ClosingOptions
+from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option_kinds import Flag, Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 
-class ClosingPart(Part[ClosingOptions]):
+class ClosingFeature(Feature[ClosingOptions]):
     """Generates tests while it runs them, until nothing is open."""
 
     name = "closing"
@@ -79,4 +79,4 @@ def _names(text: str) -> list[str]:
     return [name for name in (part.strip() for part in text.split(",")) if name]
 
 
-PART = ClosingPart()
+FEATURE = ClosingFeature()

@@ -5,18 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option_kinds import Value
 from pytest_hricdv.session.option_reader import OptionReader
-from pytest_hricdv.session.part import Part, PartSession
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.extra.verification_plan.records import PlanPart
+    from pytest_hricdv.extra.verification_plan.records import PlanFeature
     from pytest_hricdv.results.model import Report
     from pytest_hricdv.session.run_context import RunContext
 
 
-class VerificationPlanPart(Part[Path]):
+class VerificationPlanFeature(Feature[Path]):
     """Says how far the goals of a verification plan are."""
 
     name = "verification_plan"
@@ -32,7 +32,7 @@ class VerificationPlanPart(Part[Path]):
         """Whether the plan can be read, and names what there is."""
         self._plan(context)
 
-    def judged(self, session: PartSession, report: Report) -> Report:
+    def judged(self, session: FeatureSession, report: Report) -> Report:
         """The plan, with how far it is."""
         if self.settings(session.options) is None:
             return report
@@ -41,7 +41,7 @@ class VerificationPlanPart(Part[Path]):
 
         return PLAN.put(report, evaluated(self._plan(session.context), report))
 
-    def _plan(self, context: RunContext) -> tuple[PlanPart, ...]:
+    def _plan(self, context: RunContext) -> tuple[PlanFeature, ...]:
         path = self.settings(context.options)
         if path is None:
             return ()
@@ -55,4 +55,4 @@ class VerificationPlanPart(Part[Path]):
             raise usage_error(f"--hri-plan: {error}") from None
 
 
-PART = VerificationPlanPart()
+FEATURE = VerificationPlanFeature()

@@ -1,0 +1,64 @@
+"""The optional features: each is a folder of `pytest_hricdv.extra`, and this list is the only place that names them.
+
+A feature offers the core some names, each in the module of that role, or in `feature.py` where it has no such module:
+
+- `feature`: `FEATURE`, what it does in a session: options, checks, work on each result and after the tests
+  (`session.feature.Feature`);
+- `execution`: `EXECUTION`, what it adds to runs: criteria, a middleware (`execution.execution_feature`);
+- `records`: `SECTIONS` and `TEST_SECTIONS`, the keys that it adds to `report.json` (`results.section`);
+- `merging`: `merge(reports, merged)` for its keys of a merged report, `rebuilt(report, kept)` for those of a report
+  that is rebuilt from a journal, and `associated(report, is_of_all_runs=...)` for those of a campaign;
+- `view`: `VIEW`, what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
+- `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`).
+
+Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
+folder, its line here, and its tests.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+FEATURES = MappingProxyType(
+    {
+        "mutation": ("feature", "records", "view"),
+        "suggestion": ("feature", "records", "view"),
+        "engines": ("feature", "records", "view"),
+        "draft": (),  # commands of `python -m pytest_hricdv` only
+        "recordings": (),  # read for drafts
+        "drift": ("feature",),
+        "closing": ("feature", "records", "merging", "view"),
+        "campaign": ("records", "view"),
+        "verification_plan": ("feature", "records", "merging", "view"),
+        "cluster": ("feature",),
+        "diagnosis": ("feature", "records", "merging", "view", "commands"),
+        "audit": ("feature", "records", "view"),  # before what follows failures up: some are none
+        "search": ("feature", "records", "merging", "view"),
+        "trend": ("feature", "records", "view"),
+        "film": ("feature", "records", "view"),
+        "traces": ("feature", "records", "view"),
+        "oracle": ("execution",),
+        "ros2": ("execution", "feature", "records", "view"),
+    }
+)
+"""Feature -> its modules by role, in the order in which sections follow each other in the terminal and on the page."""
+
+
+@cache
+def offers(role: str, name: str) -> tuple[Any, ...]:
+    """What features offer under a name, in the order of the list; a feature without that name offers nothing.
+
+    Args:
+        role: `feature`, `execution`, `records`, `merging`, `view` or `commands`: the module that has the name, where
+            the feature has such a module; otherwise its module `feature` may have it.
+        name: of an attribute of that module.
+    """
+    found = []
+    for feature, roles in FEATURES.items():
+        module = role if role in roles else "feature"
+        if module in roles:
+            found.append(import_module(f"pytest_hricdv.extra.{feature}.{module}"))
+    return tuple(getattr(module, name) for module in found if hasattr(module, name))
