@@ -15,6 +15,7 @@ from functools import cache
 from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.reachability import explored, reachable
 from pytest_hricdv.execution.case import RunSettings, execute
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.experience import Experience
@@ -28,7 +29,6 @@ from pytest_hricdv.extra.closing.online_way import OnlineWay
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.targets import target_points
 from pytest_hricdv.extra.closing.way import Way
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import TURN_WAIT_S
 from pytest_hricdv.generate.concrete import concretize

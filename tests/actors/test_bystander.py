@@ -9,8 +9,8 @@ import pytest
 
 from pytest_hricdv.declarations.bystander import Whole
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
-from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.shrink import shrink
+from pytest_hricdv.experiments.budget import Budget
+from pytest_hricdv.experiments.shrink import shrink
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from functools import cache
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
+from pytest_hricdv.experiments.budget import Budget
+from pytest_hricdv.experiments.shrink import shrink
 from pytest_hricdv.extra.closing.pool import with_disturbances
-from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.shrink import shrink
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import actor_of
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from, concretize

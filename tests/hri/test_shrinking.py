@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.shrink import failure_signature, has_signature, shrink
+from pytest_hricdv.experiments.budget import Budget
+from pytest_hricdv.experiments.failure_signature import failure_signature, has_signature
+from pytest_hricdv.experiments.shrink import shrink
 from pytest_hricdv.generate.concrete import ConcreteTest
 from tests.hri import bench
 

@@ -19,6 +19,7 @@ from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability, explored, reachable, sampled
 from pytest_hricdv.execution.separate_process import ProcessError
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing import online_way
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
@@ -43,7 +44,6 @@ from pytest_hricdv.extra.closing.violation_way import ViolationWay
 from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.actors import TURN_WAIT_S

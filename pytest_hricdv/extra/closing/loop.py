@@ -16,12 +16,12 @@ from random import Random
 from typing import Protocol
 
 from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.bandit import Bandit, Reward
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import ClosingEnd
 from pytest_hricdv.extra.closing.way import Proposal, Way
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
 from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.online.chooser import Weight

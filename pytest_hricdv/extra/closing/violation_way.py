@@ -1,6 +1,6 @@
 """The way `violations`: varies the parameters of the runs that came nearest to violating a requirement.
 
-It is the search of `pytest_hricdv.extra.search`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of
+It is the search of `pytest_hricdv.experiments`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of
 the loop, and a generation at a time; parameters that have changed no margin so far change more seldom. It aims at the
 requirements that are not violated, those first that came nearest; and at alternatives of a response that never were
 decisive, of which no distance is known: there it varies widely.
@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from random import Random
 
 from pytest_hricdv.coverage.closure import Point
+from pytest_hricdv.experiments.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.relevance import Parameter, Relevance
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.extra.closing.way import Proposal
-from pytest_hricdv.extra.search.evolution_strategy import FIRST_WIDTH, PATIENCE, mutate, next_width
 from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, values_of
 

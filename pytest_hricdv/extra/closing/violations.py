@@ -18,8 +18,8 @@ from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.outcome import is_declared
+from pytest_hricdv.experiments.failure_signature import failure_signature
 from pytest_hricdv.extra.closing.records import ViolationKind
-from pytest_hricdv.extra.search.shrink import failure_signature
 from pytest_hricdv.monitor import Criterion
 
 NEW, KNOWN, FAULT = "violation", "known violation", "fault"

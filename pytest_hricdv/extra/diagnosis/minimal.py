@@ -10,9 +10,9 @@ import os
 from dataclasses import dataclass
 
 from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.experiments.budget import Budget
+from pytest_hricdv.experiments.shrink import shrink
 from pytest_hricdv.extra.diagnosis.runs import Ran, Run, forked
-from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.shrink import shrink
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session.replaying import Rerunning, named

@@ -10,8 +10,8 @@ from typing import Literal
 from msgspec.structs import replace
 
 from pytest_hricdv.execution.case import HriCase
-from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.evolution_strategy import Evaluation, SearchOutcome, search_violation
+from pytest_hricdv.experiments.budget import Budget
+from pytest_hricdv.experiments.evolution_strategy import Evaluation, SearchOutcome, search_violation
 from pytest_hricdv.extra.search.records import SearchResult
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import make_rng

@@ -14,6 +14,7 @@ from random import Random
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.experience import Experience
@@ -23,7 +24,6 @@ from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
 from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import AbstractTest
 from tests.extra.closing import handover
 

@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import GENERATION, STALLED, Loop, OnlineWeights, searched
 from pytest_hricdv.extra.closing.nearness import nearest_runs, violation_estimate
@@ -17,7 +18,6 @@ from pytest_hricdv.extra.closing.relevance import Relevance
 from pytest_hricdv.extra.closing.violation_way import NAME, ViolationWay, never_decisive
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.extra.closing.way import Proposal
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.concrete import Concretization, concretize
 from pytest_hricdv.generate.sampler import Range

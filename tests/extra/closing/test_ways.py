@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from msgspec.structs import replace
 
+from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
 from pytest_hricdv.extra.closing.experience import Experience
@@ -14,7 +15,6 @@ from pytest_hricdv.extra.closing.loop import Loop
 from pytest_hricdv.extra.closing.model_way import ModelWay
 from pytest_hricdv.extra.closing.pool import PlannedInteraction, Pool
 from pytest_hricdv.extra.closing.way import Way
-from pytest_hricdv.extra.search import Budget
 from pytest_hricdv.generate.abstract import identify
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.rng import make_rng

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from random import Random
 
-from pytest_hricdv.extra.search import Budget, BudgetSpentError, Ended
+from pytest_hricdv.experiments.budget import Budget, BudgetSpentError, Ended
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, Parameters
 from pytest_hricdv.generate.rng import pick, random_index, weighted
 from pytest_hricdv.generate.sampler import Chance, Range, Sampler

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.extra.search.shrink import FailureSignature, failure_signature, has_signature
+from pytest_hricdv.experiments.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict, Vocabulary, parse_formula
 
 VOCABULARY = Vocabulary(signals={"moving": bool, "speed": float, "near": bool, "mode": str}, messages={"done": {}})

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.search import Budget
-from pytest_hricdv.extra.search.shrink import Shrunk, shrink, shrink_candidates
+from pytest_hricdv.experiments.budget import Budget
+from pytest_hricdv.experiments.shrink import Shrunk, shrink, shrink_candidates
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Chance, Constant, Range
 

@@ -1,0 +1,124 @@
+"""What tells failures apart: the parts of a requirement that a violation made false."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+
+from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violation
+from pytest_hricdv.monitor.analysis import conjuncts
+from pytest_hricdv.monitor.formula import (
+    And,
+    Arithmetic,
+    BooleanName,
+    Comparison,
+    Count,
+    Eventually,
+    FloatName,
+    Negative,
+    Not,
+    Number,
+    Or,
+    PastFormula,
+    Term,
+    Text,
+    TextComparison,
+    TextTerm,
+    TimeBetween,
+    TimeSince,
+)
+
+_RELATIONS: Mapping[str, Callable[[float, float], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+_ARITHMETIC: Mapping[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+#: The texts of the conjuncts that were false.
+FailureSignature = tuple[str, ...]
+
+
+def failure_signature(requirement: Criterion, verdict: Verdict, violation: Violation) -> FailureSignature:
+    """The conjuncts of the requirement's condition that were false when it was violated.
+
+    They are evaluated on the values of the violation. A conjunct that depends on more than these (on an event or on
+    the past) counts as false only if no other one is. A missed deadline has the whole condition as its signature. A
+    verdict of what is no requirement has its own signature.
+    """
+    if not isinstance(requirement, Requirement):
+        return verdict.signature
+    response = requirement.formula.response
+    parts = tuple(conjuncts(response.condition))
+    if isinstance(response, Eventually):
+        return tuple(str(part) for part in parts)
+    truths = [_evaluate(part, violation.values) for part in parts]
+    false = tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is False)
+    return false or tuple(str(part) for part, truth in zip(parts, truths, strict=True) if truth is None)
+
+
+def has_signature(
+    requirement: Criterion, signature: FailureSignature, verdict: Verdict, *, outside: bool = False
+) -> bool:
+    """Whether the verdict is a failure with a violation of this signature that is, or is not, `Violation.outside`."""
+    violations = (violation for violation in verdict.violations if violation.outside == outside)
+    return verdict.verdict == "Failed" and any(
+        failure_signature(requirement, verdict, violation) == signature for violation in violations
+    )
+
+
+def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
+    """Whether the formula holds; None if the values alone do not determine it."""
+    match formula:
+        case BooleanName():
+            value = values.get(formula.name)
+            return None if value is None else bool(value)
+        case Comparison(for_s=0):
+            left, right = _number(formula.left, values), _number(formula.right, values)
+            return None if left is None or right is None else _RELATIONS[formula.relation](left, right)
+        case TextComparison(for_s=0):
+            texts = _text(formula.left, values), _text(formula.right, values)
+            return None not in texts and (texts[0] == texts[1]) == (formula.relation == "==")
+        case Not():
+            inner = _evaluate(formula.operand, values)
+            return None if inner is None else not inner
+        case And() | Or():
+            sides = {_evaluate(operand, values) for operand in formula.operands}
+            dominant = isinstance(formula, Or)
+            return dominant if dominant in sides else None if None in sides else not dominant
+        case _:
+            return None
+
+
+def _number(term: Term, values: Mapping[str, Value]) -> float | None:
+    match term:
+        case Number():
+            return term.value
+        case FloatName():
+            value = values.get(term.name)
+            return None if value is None else float(value)
+        case Count() | TimeBetween():
+            value = values.get(str(term))
+            return None if value is None else float(value)
+        case TimeSince():
+            return None
+        case Negative():
+            inner = _number(term.operand, values)
+            return None if inner is None else -inner
+        case Arithmetic():
+            left, right = _number(term.left, values), _number(term.right, values)
+            if left is None or right is None or (term.operator == "/" and right == 0):
+                return None
+            return _ARITHMETIC[term.operator](left, right)
+
+
+def _text(term: TextTerm, values: Mapping[str, Value]) -> Value | None:
+    return term.value if isinstance(term, Text) else values.get(term.name)
