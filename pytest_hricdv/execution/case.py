@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution import faults
-from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_parts
+from pytest_hricdv.execution.execution_feature import Follower, Watcher, execution_features
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.outcome import Judgement
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -188,7 +188,7 @@ def execute(
     recorder = Recorder()
     monitors = MonitorSet(formulas(settings.requirements))
     followers = tuple(
-        follower for part in execution_parts() for follower in part.followers(settings.requirements, test)
+        follower for feature in execution_features() for follower in feature.followers(settings.requirements, test)
     )
     vocabulary = testbench.vocabulary()
     watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
@@ -215,7 +215,7 @@ def execute(
     )
     kernel.virtual = frozenset(testbench.virtual)
     modules = VirtualModules(testbench.code)
-    run.middleware = next(filter(None, (part.middleware(testbench) for part in execution_parts())), None)
+    run.middleware = next(filter(None, (feature.middleware(testbench) for feature in execution_features())), None)
     if run.middleware is not None:
         modules = run.middleware.modules
         kernel.virtual |= run.middleware.virtual
@@ -274,10 +274,10 @@ def part_criteria(testbench: Testbench) -> tuple[Criterion, ...]:
     """What runs of a testbench are judged by beside its requirements: optional parts add it.
 
     Raises:
-        InputError: what the testbench declares for a part is wrong.
+        InputError: what the testbench declares for a feature is wrong.
         RequirementError: a condition in it does not parse.
     """
-    return tuple(criterion for part in execution_parts() for criterion in part.criteria(testbench))
+    return tuple(criterion for feature in execution_features() for criterion in feature.criteria(testbench))
 
 
 def formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:

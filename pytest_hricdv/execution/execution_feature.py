@@ -1,4 +1,4 @@
-"""What an optional part does for the execution of tests."""
+"""What a feature does for the execution of tests."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Follower(Watcher, Protocol):
 
 
 class ExecutionFeature:
-    """The face `EXECUTION` of a part; by default it does nothing.
+    """What a feature does for runs, its `EXECUTION`; by default it does nothing.
 
     Its module is loaded with the first testbench, whatever this declares: what is heavy is imported by the methods.
 
@@ -68,14 +68,14 @@ class ExecutionFeature:
         return ()
 
     def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
-        """For one run: what judges it by those of the criteria that are the part's, a verdict for each one."""
+        """For one run: what judges it by those of the criteria that are the feature's, a verdict for each one."""
         return ()
 
     def middleware(self, testbench: Testbench) -> Middleware | None:
-        """For one run: what the code under test runs on; None where that is the bus, or another part has it."""
+        """For one run: what the code under test runs on; None where that is the bus, or another feature has it."""
         return None
 
 
-def execution_parts() -> tuple[ExecutionFeature, ...]:
+def execution_features() -> tuple[ExecutionFeature, ...]:
     """All that take part in execution."""
     return offers("execution", "EXECUTION")

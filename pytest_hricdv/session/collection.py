@@ -20,8 +20,8 @@ from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.engine_choice import on_installed_engine
-from pytest_hricdv.session.feature_options import part_options
 from pytest_hricdv.session.following import of_testbench
+from pytest_hricdv.session.option import feature_options
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
@@ -92,8 +92,8 @@ class Collection:
             testbench = checked(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
             testbench = testbench.simulated(self.options.fidelity) if self.options.fidelity else testbench
             testbench = on_installed_engine(testbench)
-            for part in part_options():
-                testbench = part.configured(testbench, self.options)
+            for feature in feature_options():
+                testbench = feature.configure(testbench, self.options)
             return testbench
         except TestbenchError as error:
             raise usage_error(str(error)) from None

@@ -1,4 +1,4 @@
-"""What an optional part does in a session."""
+"""What a feature does in a session."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_hricdv.registry import offers
-from pytest_hricdv.session.feature_options import FeatureOptions, Settings
+from pytest_hricdv.session.option import FeatureOptions, Settings
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult, HriCase
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class FeatureSession:
-    """A session, as parts see it where all results meet.
+    """A session, as features see it where all results meet.
 
     Args:
         context: what runs are judged and measured with.
@@ -34,7 +34,7 @@ class FeatureSession:
         signals: handles Ctrl-C.
         results: of the tests, once the last one has ended.
         is_whole: all tests of the suites, or of the shard, were selected and run.
-        interrupted: at Ctrl-C: nothing long is begun any more. A part sets it that was interrupted.
+        interrupted: at Ctrl-C: nothing long is begun any more. An interrupted feature sets it.
         problems: what went wrong, a sentence each; they fail the session.
         warnings: what is said without failing it, a sentence each.
         sections: key -> value, of the report that is being made.
@@ -100,38 +100,40 @@ class Feature(FeatureOptions[Settings]):
         """
         return ()
 
-    def ran(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
-        """Where tests run, after each run: what it gave, with what the part adds."""
+    def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
+        """Where tests run, after each run: what it gave, with what the feature adds."""
         return run
 
-    def described(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
-        """The result that a report has of a run, before this is judged, with what the part adds."""
+    def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
+        """The result that a report has of a run, before this is judged, with what the feature adds."""
         return result
 
     def discrepancies(self, result: TestResult) -> Iterable[Discrepancy]:
-        """What came out otherwise when the part ran the test again, for the judge."""
+        """What came out otherwise when the feature ran the test again, for the judge."""
         return ()
 
-    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
-        """Where tests run, after each one: its result, with what the part adds."""
+    def after_test(
+        self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
+    ) -> TestResult:
+        """Where tests run, after each one: its result, with what the feature adds."""
         return result
 
-    def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
+    def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Where tests run, after each one whose run, with all of the above, was in a process of its own."""
 
     def after_tests(self, session: FeatureSession, results: list[TestResult], *, stopped: bool) -> list[TestResult]:
-        """After the last test: the results, with what the part adds.
+        """After the last test: the results, with what the feature adds.
 
         Args:
             stopped: the session ended before its last test.
         """
         return results
 
-    def built(self, session: FeatureSession, report: Report) -> Report:
+    def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """The report of a session that came to its end, before it is judged by its gates."""
         return report
 
-    def judged(self, session: FeatureSession, report: Report) -> Report:
+    def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """The report, after it was judged."""
         return report
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from pytest_hricdv._base.project_files import hashes, short_hash, versions
 from pytest_hricdv.results.model import SCHEMA
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.feature_options import part_options
+from pytest_hricdv.session.option import feature_options
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.replaying import Provenance
 
@@ -49,5 +49,5 @@ def _options(options: Options) -> dict[str, str]:
         "--hri-no-cov": "" if options.coverage else "set",
         "--hri-strict": "set" if options.strict else "",
         "known violations": ", ".join(sorted(known_violations)),
-        **{name: value for part in part_options() for name, value in part.fingerprint(options).items()},
+        **{name: value for feature in feature_options() for name, value in feature.fingerprint(options).items()},
     }

@@ -27,7 +27,7 @@ import pytest
 
 from pytest_hricdv.coverage.measurement import OwnMeasurement
 from pytest_hricdv.execution.case import formulas
-from pytest_hricdv.execution.execution_feature import execution_parts
+from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
 from pytest_hricdv.execution.separate_process import ProcessError, started
 from pytest_hricdv.monitor import MonitorSet
@@ -140,7 +140,7 @@ class Isolation:
         self._is_prepared = True
         context, testbench = self._context, self._context.collection.testbench
         _ = context.run_settings, context.measurement, context.provenance, context.texts
-        plugins = (module for part in execution_parts() for module in part.preloaded)
+        plugins = (module for feature in execution_features() for module in feature.preloaded)
         for name in (*testbench.requires, *engine_modules(testbench), *STAND_INS, *plugins):
             importlib.import_module(name)
         if isinstance(context.measurement, OwnMeasurement):
@@ -230,7 +230,7 @@ class Isolation:
         if isinstance(text, str):
             result = decode(text)
             for feature in features():
-                feature.ran_elsewhere(self._context, result)
+                feature.after_isolated_test(self._context, result)
 
 
 def _keep_coverage() -> None:

@@ -6,8 +6,7 @@ import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.results.gates import KINDS
-from pytest_hricdv.session.feature_options import part_options
-from pytest_hricdv.session.option_kinds import Flag, Option, Repeatable, Value
+from pytest_hricdv.session.option import Flag, Option, Repeatable, Value, feature_options
 
 TESTS = (
     Value(
@@ -69,7 +68,7 @@ GATES = (
         "fail-under",
         "KIND=PCT",
         "fail when a suite covers less; KIND is one of "
-        + ", ".join((*KINDS, *(kind for part in part_options() for kind in part.kinds))),
+        + ", ".join((*KINDS, *(kind for feature in feature_options() for kind in feature.kinds))),
         "one KIND=PCT a line; checked when the whole suite is selected",
     ),
     Repeatable(
@@ -139,9 +138,9 @@ TESTPATHS = "hri_testpaths"
 
 
 def all_options() -> tuple[Option, ...]:
-    """In the order in which --help shows them, with those of the optional parts."""
-    of_parts = (option for part in part_options() for option in part.options)
-    return (*TESTS, *LEARNING, *GATES, *AFTER_THE_TESTS, *of_parts, *OUTPUT, *EXPORTS)
+    """In the order in which --help shows them, with those of the features."""
+    of_features = (option for feature in feature_options() for option in feature.options)
+    return (*TESTS, *LEARNING, *GATES, *AFTER_THE_TESTS, *of_features, *OUTPUT, *EXPORTS)
 
 
 def add_options(parser: pytest.Parser) -> None:

@@ -25,9 +25,8 @@ from pytest_hricdv.results.gates import (
     parse_exemptions,
     parse_threshold,
 )
-from pytest_hricdv.session.feature_options import part_options
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import OptionReader, feature_options
 from pytest_hricdv.session.usage import usage_error
 
 MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
@@ -92,8 +91,8 @@ class Options:
     """The day on which the session began (UTC)."""
     again: tuple[str, ...] = ()
     """Options of the command line, besides suite and seed, that decide which tests are generated and which fail."""
-    parts: Mapping[str, Any] = field(default_factory=dict)
-    """Optional part -> its settings."""
+    features: Mapping[str, Any] = field(default_factory=dict)
+    """Feature -> its settings."""
 
 
 def read_options(config: pytest.Config) -> Options:
@@ -104,8 +103,8 @@ def read_options(config: pytest.Config) -> Options:
         raise usage_error("--hri-update-baseline: say which file, with --hri-baseline=FILE or hri_baseline")
     if not baseline and _fail_on_change(reader):
         raise usage_error("--hri-fail-on-change: compared with what? give --hri-baseline=FILE or hri_baseline")
-    asking = [part for part in part_options() if part.asks_for_suites(reader)]
-    suites = "" if replay else reader.text("suite") or ",".join(name for part in asking for name in part.suites)
+    asking = [feature for feature in feature_options() if feature.asks_for_suites(reader)]
+    suites = "" if replay else reader.text("suite") or ",".join(name for feature in asking for name in feature.suites)
     return Options(
         suites=suites,
         suite_named=bool(replay or asking) or config.getoption("hri_suite") is not None,
@@ -138,7 +137,7 @@ def read_options(config: pytest.Config) -> Options:
         no_waivers=reader.flag("no_waivers"),
         replay=replay,
         replay_anyway=bool(config.getoption("hri_replay_anyway")),
-        parts={part.name: part.read(reader) for part in part_options()},
+        features={feature.name: feature.read(reader) for feature in feature_options()},
         learning=read_learning(config),
         stop_at=_stop_at(config),
         again=_again(config),
@@ -170,7 +169,7 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     learned = read_learning(config).again
     anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
     drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
-    further = (option for part in part_options() for option in part.again(OptionReader(config)))
+    further = (option for feature in feature_options() for option in feature.rerun_options(OptionReader(config)))
     return (*drawn, *further, *learned, *known_violations, *strict, *anyway)
 
 

@@ -159,15 +159,15 @@ class Reporting:
         if self.context.failures.problem:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
-        report = report if stopped else self._extended(report, Feature.built)
+        report = report if stopped else self._extended(report, Feature.extend_report)
         report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
         report = self._judged(report) if is_judged else report
         session.is_whole = self._is_whole and not (stopped or session.interrupted)
-        self.report = self._written(self._extended(report, Feature.judged))
+        self.report = self._written(self._extended(report, Feature.after_gates))
         journaling.end(is_whole=session.is_whole)
 
     def _extended(self, report: Report, step: Callable[[Feature[Any], FeatureSession, Report], Report]) -> Report:
-        """The report with what each part adds to it at a step, a method of `Feature`."""
+        """The report with what each feature adds to it at a step, a method of `Feature`."""
         for feature in features():
             report = getattr(feature, step.__name__)(self.session, report)
         return report

@@ -15,7 +15,7 @@ from pytest_hricdv.coverage.measurement import Measurement, NoMeasurement, choos
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.coverage.settings import CoverageSettings
 from pytest_hricdv.execution.case import RunSettings, part_criteria
-from pytest_hricdv.execution.execution_feature import execution_parts
+from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.monitor import (
     Criterion,
     FormulaSource,
@@ -133,7 +133,9 @@ class RunContext:
     @cached_property
     def _chosen(self) -> Measurement:
         by_test = getattr(self.collection.config.option, "cov_context", None) == "test"
-        before = [name for part in execution_parts() for name in part.before_imports(self.collection.testbench)]
+        before = [
+            name for feature in execution_features() for name in feature.before_imports(self.collection.testbench)
+        ]
         imports = self.collection.config.stash.get(IMPORTS, None)
         return choose(self.code, contexts_by_test=by_test, before=tuple(before), imports=imports)
 

@@ -149,7 +149,7 @@ class Running:
         finished = result
         try:
             for feature in features():
-                finished = feature.finished(self.context, case, finished, report)
+                finished = feature.after_test(self.context, case, finished, report)
         except FAIL.Exception as error:
             report.outcome, report.longrepr = "failed", f"{error}: while the result of the test was written, or filmed"
             return replace(result, outcome="failed", failure=report.longrepr)
@@ -170,7 +170,7 @@ class Running:
             with RunLog() as self._log:
                 run = execute(settings, case.concrete, f"hricdv|{nodeid}", begun=self._begun)
             for feature in features():
-                run = feature.ran(self.context, case.concrete, run)
+                run = feature.after_run(self.context, case.concrete, run)
             return run
         except (Exception, SystemExit) as error:
             refuse_failed_import(error, item)
@@ -257,7 +257,7 @@ class Running:
             )
             if run is not None:
                 for feature in features():
-                    result = feature.described(self.context, run, result)
+                    result = feature.describe(self.context, run, result)
             file = self.collection.replays.get(case.abstract.id)
             if file is not None:
                 result = replace(result, replay=file.name, replayed=self.context.provenance.compared(file, result))

@@ -17,7 +17,7 @@ from typing import IO, TYPE_CHECKING, NoReturn
 import msgspec
 import pytest
 
-from pytest_hricdv.execution.execution_feature import execution_parts
+from pytest_hricdv.execution.execution_feature import execution_features
 from pytest_hricdv.session.identity import identity
 
 try:
@@ -68,7 +68,7 @@ def session() -> Iterator[tuple[IO[bytes], Callable[[bytes], None]]]:
 
 def preload() -> None:
     """Import what configuring pytest will import."""
-    for name in (*PRELOADED, *(module for part in execution_parts() for module in part.preloaded)):
+    for name in (*PRELOADED, *(module for feature in execution_features() for module in feature.preloaded)):
         importlib.import_module(name)
 
 

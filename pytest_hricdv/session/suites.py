@@ -19,8 +19,8 @@ from pytest_hricdv.generate.methods import ALL, ByHand, select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
 from pytest_hricdv.results.building import GeneratedSuite
-from pytest_hricdv.session.feature_options import suites_of_parts
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
+from pytest_hricdv.session.option import feature_suites
 from pytest_hricdv.session.options import MAX_TESTS, Options
 from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
@@ -31,7 +31,7 @@ CACHE_FOLDER = "hricdv"
 def _of_methods(suites: str) -> str:
     """The suites that were asked for, without those that optional parts generate of the others."""
     names = [name.strip() for name in suites.split(",")]
-    of_parts = suites_of_parts()
+    of_parts = feature_suites()
     return ",".join(name for name in names if name not in of_parts) if of_parts.intersection(names) else suites
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.session.option_kinds import Flag, Repeatable
+from pytest_hricdv.session.option import Flag, Repeatable
 from pytest_hricdv.session.option_table import TESTPATHS, all_options
 from pytest_hricdv.session.usage import usage_error
 

@@ -1,4 +1,4 @@
-"""The audit as a part of a session: what it was like at its begin, and runs after the last test."""
+"""The audit in a session: what it was like at its begin, and runs after the last test."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import OptionReader, Value
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:

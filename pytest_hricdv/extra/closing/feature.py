@@ -1,4 +1,4 @@
-"""The closing loop as a part of a session: its options, and the suite that it generates, given the others."""
+"""The closing loop in a session: its options, and the suite that it generates, given the others."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.closing.options import NAME, ClosingOptions
 from pytest_hricdv.session.feature import Feature
-from pytest_hricdv.session.option_kinds import Flag, Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, OptionReader, Value
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ class ClosingFeature(Feature[ClosingOptions]):
             raise usage_error(f"--hri-sampling and the suite {NAME}: the closing loop chooses parameters itself")
         return options
 
-    def again(self, reader: OptionReader) -> Iterator[str]:
+    def rerun_options(self, reader: OptionReader) -> Iterator[str]:
         """The budget, and the ways left out."""
         if reader.named("close"):
             yield "--hri-close"

@@ -1,12 +1,11 @@
-"""A cluster as a part of a session: its options. What runs tests on it are the closing loop and searches."""
+"""A cluster in a session: its options. What runs tests on it are the closing loop and searches."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from pytest_hricdv.session.feature import Feature
-from pytest_hricdv.session.option_kinds import Flag, Repeatable, Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, OptionReader, Repeatable, Value
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Diagnosis as a part of a session: its option, and what it does after the last test where tests failed."""
+"""Diagnosis in a session: its option, and what it does after the last test where tests failed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ import pytest
 
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
@@ -48,7 +47,9 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
             session.warnings.append(STOPPED)
         return results
 
-    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+    def after_test(
+        self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
+    ) -> TestResult:
         """The result with the lines that its run executed, if it failed: its duration is taken already."""
         if not self._traces(context) or case.result is None or not result.fails:
             return result
@@ -57,7 +58,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
 
         return result if debugger() else LINES.put(result, self._tracing(context).trace(case.result))
 
-    def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
+    def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Counts its traced run among those of this process."""
         if not self._traces(context) or not result.fails:
             return
@@ -78,7 +79,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
             context.stash[_TRACING] = LineTracing(context.run_settings, context.code)
         return context.stash[_TRACING]
 
-    def built(self, session: FeatureSession, report: Report) -> Report:
+    def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """The report with the causes of its failures."""
         settings = self.settings(session.options)
         if session.interrupted or settings.runs == 0 or not any(test.fails for test in report.tests):
@@ -87,7 +88,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
 
         return diagnosed(session, report, settings)
 
-    def judged(self, session: FeatureSession, report: Report) -> Report:
+    def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """Of known violations whose entry names causes: that one is new, or gone. It takes no run."""
         entries = session.options.known_violations
         is_whole = session.is_whole and session.options.shard is None

@@ -1,4 +1,4 @@
-"""Drift as a part of a session: its options, and what it looks for after the last test."""
+"""Drift in a session: its options, and what it looks for after the last test."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.drift.options import DriftOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Flag, Repeatable
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, OptionReader, Repeatable
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ class DriftFeature(Feature[DriftOptions]):
             known[key.strip()] = reason.strip()
         return DriftOptions(reader.flag("fail_on_drift"), known)
 
-    def judged(self, session: FeatureSession, report: Report) -> Report:
+    def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """Look for drift, where it is to fail the session; the session's problems have it."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.fails:

@@ -1,4 +1,4 @@
-"""The choice of a physics engine as a part of a session, and tests that run on two, which check each other."""
+"""The choice of a physics engine in a session, and tests that run on two, which check each other."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ import pytest
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.session.feature import Feature
-from pytest_hricdv.session.feature_options import HasParts
-from pytest_hricdv.session.option_kinds import Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import HasFeatures, OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult, RunSettings
@@ -45,16 +43,16 @@ class EnginesFeature(Feature[str]):
         """What was asked for; whether the testbench has it is seen when there is one."""
         return reader.text("engine")
 
-    def again(self, reader: OptionReader) -> Iterable[str]:
+    def rerun_options(self, reader: OptionReader) -> Iterable[str]:
         """The engine, if the command line names one."""
         engine = reader.named("engine")
         return () if engine is None else (f"--hri-engine={engine}",)
 
-    def fingerprint(self, options: HasParts) -> Mapping[str, str]:
+    def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
         """Runs on another engine are other runs."""
         return {"--hri-engine": self.settings(options)}
 
-    def configured(self, testbench: Testbench, options: HasParts) -> Testbench:
+    def configure(self, testbench: Testbench, options: HasFeatures) -> Testbench:
         """The testbench on the engine that was asked for; of both, on the first one."""
         asked = self.settings(options)
         if not asked:
@@ -96,7 +94,7 @@ class EnginesFeature(Feature[str]):
         for on_one in (testbench, _on_second(testbench)):
             import_engine(on_one)
 
-    def ran(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
+    def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
         """The run, beside that on the second engine where engines check each other."""
         if self.settings(context.options) != BOTH:
             return run
@@ -107,7 +105,7 @@ class EnginesFeature(Feature[str]):
             context.stash[_ON_SECOND] = dataclasses.replace(context.run_settings, testbench=second)
         return dataclasses.replace(run, beside=execute(context.stash[_ON_SECOND], test))
 
-    def described(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
+    def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """The result, with how the run went on the second engine."""
         if run.beside is None:
             return result

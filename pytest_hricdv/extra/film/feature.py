@@ -1,4 +1,4 @@
-"""Films as a part of a session: tests that fail are filmed where they ran."""
+"""Films in a session: tests that fail are filmed where they ran."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.session.feature import Feature
-from pytest_hricdv.session.feature_options import HasParts
-from pytest_hricdv.session.option_kinds import Flag
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -35,7 +33,7 @@ class FilmFeature(Feature[bool]):
         """Whether failing tests are filmed."""
         return reader.flag("film")
 
-    def fingerprint(self, options: HasParts) -> Mapping[str, str]:
+    def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
         """A result names its film."""
         return {"--hri-film": "set" if self.settings(options) else ""}
 
@@ -52,7 +50,9 @@ class FilmFeature(Feature[bool]):
         if find_spec("PIL") is None:
             raise usage_error('--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"')
 
-    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+    def after_test(
+        self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
+    ) -> TestResult:
         """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
         if not self.settings(context.options) or case.result is None or not result.leaves_evidence:
             return result
@@ -65,7 +65,7 @@ class FilmFeature(Feature[bool]):
         report.sections.append(("film", film_text(film, Path(folder))))
         return FILM.put(result, film)
 
-    def ran_elsewhere(self, context: RunContext, result: TestResult) -> None:
+    def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Counts its film among those of this process."""
         if not self.settings(context.options):
             return

@@ -1,4 +1,4 @@
-"""Mutation as a part of a session: its options, its checks, and its trials after the last test."""
+"""Mutation in a session: its options, its checks, and its trials after the last test."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.mutation.options import MutationOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Flag, Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, OptionReader, Value
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class MutationFeature(Feature[MutationOptions]):
         if importlib.util.find_spec("mutmut") is None:
             raise usage_error("--hri-mutate needs mutmut: pip install pytest-hricdv[mutation]")
 
-    def built(self, session: FeatureSession, report: Report) -> Report:
+    def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """Try the mutants, if asked to."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:

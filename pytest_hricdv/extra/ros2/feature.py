@@ -1,4 +1,4 @@
-"""ROS 2 as a part of a session: what is to be known of the graph of a run comes into its result."""
+"""ROS 2 in a session: what is to be known of the graph of a run comes into its result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Ros2Feature(Feature[None]):
 
     name = "ros2"
 
-    def described(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
+    def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """With the notes of the run."""
         if not run.notes:
             return result

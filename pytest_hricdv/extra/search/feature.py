@@ -1,4 +1,4 @@
-"""Shrinking and searching as a part of a session: their options, and what they do after the last test."""
+"""Shrinking and searching in a session: their options, and what they do after the last test."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.search.options import BUDGET, SearchOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Flag, Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.search.post_session import PostSession

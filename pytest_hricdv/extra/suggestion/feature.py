@@ -1,4 +1,4 @@
-"""Suggestions as a part of a session: its options, and what it does after the last test."""
+"""Suggestions in a session: its options, and what it does after the last test."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Flag, Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, OptionReader, Value
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ class SuggestionFeature(Feature[SuggestionOptions]):
         if self.settings(context.options).asked and not hasattr(os, "fork"):
             raise usage_error("--hri-suggest: this system cannot fork processes; use Linux or macOS")
 
-    def built(self, session: FeatureSession, report: Report) -> Report:
+    def extend_report(self, session: FeatureSession, report: Report) -> Report:
         """The report with the suggestions, if asked for."""
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:

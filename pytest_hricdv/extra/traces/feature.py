@@ -1,4 +1,4 @@
-"""Traces as a part of a session: whose runs are written as MCAP files, each where its test ran."""
+"""Traces in a session: whose runs are written as MCAP files, each where its test ran."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import pytest
 
 from pytest_hricdv.session.feature import Feature
-from pytest_hricdv.session.feature_options import HasParts
-from pytest_hricdv.session.option_kinds import Flag
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -39,7 +37,7 @@ class TracesFeature(Feature[Traced]):
         """Whose runs are written."""
         return "all" if reader.flag("mcap_all") else "failing" if reader.flag("mcap") else ""
 
-    def fingerprint(self, options: HasParts) -> Mapping[str, str]:
+    def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
         """A result names its files."""
         return {"--hri-mcap": self.settings(options)}
 
@@ -48,7 +46,9 @@ class TracesFeature(Feature[Traced]):
         if self.settings(context.options) and find_spec("mcap") is None:
             raise usage_error('--hri-mcap: mcap is not installed: pip install "pytest-hricdv[traces]"')
 
-    def finished(self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+    def after_test(
+        self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
+    ) -> TestResult:
         """The result with its MCAP file, if there is to be one."""
         traced = self.settings(context.options)
         if case.result is None or not (traced == "all" or (traced and result.leaves_evidence)):

@@ -1,4 +1,4 @@
-"""The trend as a part of a session: a line on it in the file of `--hri-history`, and earlier ones in its report."""
+"""The trend in a session: a line on it in the file of `--hri-history`, and earlier ones in its report."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from pytest_hricdv._base.input_file import MalformedError
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.results.model import Report
@@ -27,7 +26,7 @@ class TrendFeature(Feature[Path]):
         """The file of the history."""
         return reader.file("history")
 
-    def judged(self, session: FeatureSession, report: Report) -> Report:
+    def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """Add the session to the history, and earlier ones of the same suites and options to its report.
 
         A session that did not run whole suites is kept in the file, and compared with nothing.

@@ -1,4 +1,4 @@
-"""The verification plan as a part of a session."""
+"""The verification plan in a session."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option_kinds import Value
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import OptionReader, Value
 from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ class VerificationPlanFeature(Feature[Path]):
         """Whether the plan can be read, and names what there is."""
         self._plan(context)
 
-    def judged(self, session: FeatureSession, report: Report) -> Report:
+    def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """The plan, with how far it is."""
         if self.settings(session.options) is None:
             return report

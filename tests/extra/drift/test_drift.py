@@ -15,7 +15,7 @@ from pytest_hricdv.extra.drift.drifting import Drift, drifts, findings_of, split
 from pytest_hricdv.extra.drift.feature import FEATURE
 from pytest_hricdv.extra.drift.proposal import difference, proposed
 from pytest_hricdv.results.model import Report, TestResult
-from pytest_hricdv.session.option_reader import OptionReader
+from pytest_hricdv.session.option import OptionReader
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Range, Run, Testbench
 from tests.docs.page import blocks, write_files
 from tests.report import sample

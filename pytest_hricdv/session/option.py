@@ -1,0 +1,213 @@
+"""Options of pytest for this plugin: their kinds, how they are read, and those of a feature."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+
+import pytest
+
+from pytest_hricdv.registry import offers
+from pytest_hricdv.session.usage import usage_error
+
+if TYPE_CHECKING:
+    from pytest_hricdv.testbench import Testbench
+
+MAX_INTEGER = 2**63 - 1
+"""Of an option: seeds have 63 bits, and nothing else needs more."""
+
+Settings = TypeVar("Settings")
+
+
+@dataclass(frozen=True)
+class Value:
+    """An option `--hri-NAME` with one value; its ini key has the default."""
+
+    name: str
+    metavar: str
+    help: str
+    key: bool = True
+
+    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+        """Register option and key."""
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, help=self.help)
+        if self.ini:
+            parser.addini(self.ini, f"default of --hri-{self.name}", default="")
+
+    @property
+    def ini(self) -> str:
+        """Its key in the ini file; empty where it has none."""
+        return _ini_name(self.name) if self.key else ""
+
+
+@dataclass(frozen=True)
+class Flag:
+    """An option `--hri-NAME` without a value; its ini key, of the type bool, has the default."""
+
+    name: str
+    help: str
+    key: bool = True
+
+    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+        """Register option and key."""
+        group.addoption(f"--hri-{self.name}", action="store_true", default=None, help=self.help)
+        if self.ini:
+            parser.addini(self.ini, f"default of --hri-{self.name}", "bool", default=False)
+
+    @property
+    def ini(self) -> str:
+        """Its key in the ini file; empty where it has none."""
+        return _ini_name(self.name) if self.key else ""
+
+
+@dataclass(frozen=True)
+class Repeatable:
+    """An option `--hri-NAME` that may be given several times; its ini key has one entry a line.
+
+    Args:
+        key_help: of the ini key.
+        key: of the ini file, where it is not the option's name.
+    """
+
+    name: str
+    metavar: str
+    help: str
+    key_help: str
+    key: str = ""
+
+    def add(self, group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+        """Register option and key."""
+        group.addoption(f"--hri-{self.name}", metavar=self.metavar, action="append", help=f"{self.help}; repeatable")
+        parser.addini(self.ini, self.key_help, "linelist")
+
+    @property
+    def ini(self) -> str:
+        """Its key in the ini file."""
+        return self.key or _ini_name(self.name)
+
+
+def _ini_name(name: str) -> str:
+    return f"hri_{name.replace('-', '_')}"
+
+
+Option = Value | Flag | Repeatable
+
+
+@dataclass(frozen=True)
+class OptionReader:
+    """The options of a session. Names are those of the ini keys without `hri_`, as `mutate_tests`."""
+
+    config: pytest.Config
+
+    def named(self, name: str) -> object:
+        """What the command line has; None where it does not name the option."""
+        return self.config.getoption(f"hri_{name}")
+
+    def text(self, name: str) -> str:
+        """A text without spaces around it; empty where there is none."""
+        value = self.named(name)
+        return str(self.config.getini(f"hri_{name}") if value is None else value).strip()
+
+    def texts(self, name: str) -> tuple[str, ...]:
+        """Those of the ini file, one a line, and then those of the command line, of an option that is repeatable."""
+        value = self.named(name)
+        of_command = value if isinstance(value, list) else []
+        return tuple(str(text) for text in [*self.config.getini(f"hri_{name}"), *of_command])
+
+    def flag(self, name: str) -> bool:
+        """Whether a flag is set."""
+        value = self.named(name)
+        try:
+            return bool(self.config.getini(f"hri_{name}") if value is None else value)
+        except ValueError as error:  # before pytest 9.2, which says it as well as this
+            raise usage_error(f"{self.config.inipath}: hri_{name}: expected true or false; {error}") from None
+
+    def integer(self, name: str, default: int | None, least: int | None, most: int = MAX_INTEGER) -> int | None:
+        """A whole number.
+
+        Args:
+            default: where there is none.
+            least: the least one allowed; None: any that has 63 bits.
+            most: the greatest one allowed.
+
+        Raises:
+            pytest.UsageError: it is no whole number, or out of range.
+        """
+        text, option = self.text(name), f"--hri-{name.replace('_', '-')}"
+        if not text:
+            return default
+        try:
+            value = int(text if text.isascii() else "")
+        except ValueError:
+            raise usage_error(f"{option}={text}: expected a whole number") from None
+        least = -MAX_INTEGER if least is None else least
+        if not least <= value <= most:
+            expected = f"at least {least}" if value < least else f"at most {most}"
+            raise usage_error(f"{option}={text}: expected {expected}")
+        return value
+
+    def file(self, name: str) -> Path | None:
+        """A file as it is named, relative to where pytest was started; of the ini file, relative to that."""
+        folder = self.config.rootpath if self.named(name) is None else self.config.invocation_params.dir
+        text = self.text(name)
+        return folder / text if text else None
+
+
+class HasFeatures(Protocol):
+    """Options of a session, with those of the features."""
+
+    @property
+    def features(self) -> Mapping[str, Any]:
+        """Feature -> its settings."""
+
+
+class FeatureOptions(Generic[Settings]):
+    """The options of a feature; by default there are none.
+
+    Attributes:
+        name: of the feature's folder.
+        options: that it adds to pytest's.
+        kinds: of thresholds that it adds to `--hri-fail-under`.
+        suites: names of suites that it generates, given the others.
+    """
+
+    name = ""
+    options: Sequence[Option] = ()
+    kinds: tuple[str, ...] = ()
+    suites: tuple[str, ...] = ()
+
+    def read(self, reader: OptionReader) -> Settings | None:
+        """Its settings; None where there are none. Raises pytest.UsageError for an invalid one."""
+        return None
+
+    def asks_for_suites(self, reader: OptionReader) -> bool:
+        """Whether an option of it asks for its suites, which `--hri-suite` then need not name."""
+        return False
+
+    def settings(self, options: HasFeatures) -> Settings:
+        """What `read` returned."""
+        return cast("Settings", options.features[self.name])
+
+    def rerun_options(self, reader: OptionReader) -> Iterable[str]:
+        """Options of the command line that decide which tests are generated and which fail."""
+        return ()
+
+    def configure(self, testbench: Testbench, options: HasFeatures) -> Testbench:
+        """The testbench as its options have it. Raises TestbenchError where it cannot be that."""
+        return testbench
+
+    def fingerprint(self, options: HasFeatures) -> Mapping[str, str]:
+        """Settings that results depend on, by option: a session that is resumed must have the same."""
+        return {}
+
+
+def feature_suites() -> frozenset[str]:
+    """Names of all suites that features generate."""
+    return frozenset(name for feature in feature_options() for name in feature.suites)
+
+
+def feature_options() -> tuple[FeatureOptions[Any], ...]:
+    """Of all features."""
+    return offers("feature", "FEATURE")
