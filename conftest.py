@@ -257,7 +257,6 @@ def run(run: Run) -> Outcome:
     from controller import machine
     from controller.robot import Robot
     from controller.settings import Settings
-    from pytest_hricdv.disturbance import PREFIX
     from pytest_hricdv.testbench import Outcome
     from sim.script import check_script
     from sim.turns import ended_turns, observed_turns
@@ -265,7 +264,7 @@ def run(run: Run) -> Outcome:
 
     test = run.test
     # What is known is checked before the run; each action is taken when the person is free for it.
-    check_script([(act.command, act.parameters) for act in test.actions if not act.command.startswith(PREFIX)])
+    check_script([(act.command, act.parameters) for act in test.actions if act.disturbance is None])
     script = ((action.command, action.parameters) for action in run.actions())
     ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
     fidelity = run.fidelity or FIDELITY

@@ -20,15 +20,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.generate.abstract import disturbance_line
 from pytest_hricdv.generate.sampler import Sampler
 from pytest_hricdv.runtime import MessageFault
 
-__all__ = ["PREFIX", "MessageDisturbance"]
+__all__ = ["MessageDisturbance"]
 
 Parameters = Mapping[str, float]
-
-PREFIX = "disturb "
-"""How the line of a disturbance begins; its name follows."""
 
 _NAME = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)  # one word: it is the argument of a command line
 
@@ -131,7 +129,7 @@ Disturbances = Mapping[str, Disturbance | MessageDisturbance]
 
 def lines(disturbances: Disturbances) -> dict[str, Mapping[str, Sampler]]:
     """The command lines of disturbances, each with the ranges of its parameters."""
-    return {f"{PREFIX}{name}": disturbance.parameters for name, disturbance in disturbances.items()}
+    return {disturbance_line(name): disturbance.parameters for name, disturbance in disturbances.items()}
 
 
 def faults(disturbances: Disturbances, commands: Collection[str], topics: Collection[str]) -> Iterator[str]:
@@ -148,8 +146,8 @@ def faults(disturbances: Disturbances, commands: Collection[str], topics: Collec
     for name, disturbance in disturbances.items():
         if not isinstance(name, str) or not _NAME.match(name):
             yield f"disturbance {name!r}: expected a name of one word (letters, digits and '_')"
-        elif f"{PREFIX}{name}" in commands:
-            yield f"disturbance {name!r}: the concretization has the command '{PREFIX}{name}', too; rename one"
+        elif (line := disturbance_line(name)) in commands:
+            yield f"disturbance {name!r}: the concretization has the command '{line}', too; rename one"
         elif isinstance(disturbance, Disturbance | MessageDisturbance):
             yield from (f"disturbance {name!r}: {fault}" for fault in disturbance.faults(topics))
         else:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.bystander import Bystander
-from pytest_hricdv.disturbance import PREFIX, Disturbance, Disturbances, MessageDisturbance
+from pytest_hricdv.disturbance import Disturbance, Disturbances, MessageDisturbance
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.lanes import ActorTimes, Lanes, enacted
@@ -312,8 +312,8 @@ class Run:
 
     def _disturbance_of(self, action: ConcreteAction) -> Disturbance | MessageDisturbance | None:
         """The testbench's disturbance of that name; None for what a person does."""
-        prefix, name = action.command[: len(PREFIX)], action.command[len(PREFIX) :]
-        return self.disturbances.get(name) if prefix == PREFIX else None
+        name = action.disturbance
+        return None if name is None else self.disturbances.get(name)
 
     def _disturb(self, disturbance: Disturbance | MessageDisturbance, action: ConcreteAction) -> None:
         self.recorder.disturbance(self.kernel.now_s, "test", action.command, action.parameters)

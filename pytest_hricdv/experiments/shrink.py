@@ -16,7 +16,6 @@ from itertools import chain, pairwise
 from math import floor, log10
 from typing import TypeVar
 
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.experiments.budget import Budget, BudgetSpentError, Ended
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
@@ -181,7 +180,7 @@ def _turns(actions: Sequence[ConcreteAction]) -> list[Places]:
 
     Disturbances begin no part: those before the first command belong to the first part.
     """
-    first = next((action.command for action in actions if not action.command.startswith(PREFIX)), "")
+    first = next((action.command for action in actions if action.disturbance is None), "")
     starts = [0, *(place for place, action in enumerate(actions) if place and action.command == first)]
     return [range(start, end) for start, end in pairwise([*starts, len(actions)])]
 

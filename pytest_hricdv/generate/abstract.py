@@ -59,6 +59,7 @@ _VALUE = rf"(?:{_WORD}|[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)"
 # ASCII: else \w and \d take the letters and digits of all scripts, and two spellings of a number are two commands.
 _ACTION = re.compile(rf"\s*({_WORD})\s*(?:\(\s*({_VALUE})\s*(?:,\s*({_VALUE})\s*)?\))?\s*\Z", re.ASCII)
 _COMMAND = re.compile(rf"\s*(?:({_WORD})\s*:\s*)?({_WORD})(?:\s+({_VALUE})(?:\s*=\s*({_VALUE}))?)?\s*\Z", re.ASCII)
+_DISTURB = "disturb"
 SEED_LIMIT = 2**63  # signed 64-bit integers are the largest of TOML, SQLite and Arrow
 
 
@@ -186,6 +187,21 @@ def canonical_command(text: str) -> str:
         )
     actor, *parts = match.groups()
     return f"{actor}: {_spell(parts)}" if actor else _spell(parts)
+
+
+def disturbance_of(line: str) -> str | None:
+    """The name of the disturbance that a line of a test is; None for an action.
+
+    >>> disturbance_of("disturb leg_slips"), disturbance_of("tell leg")
+    ('leg_slips', None)
+    """
+    word, _, name = line.partition(" ")
+    return name if word == _DISTURB and name else None
+
+
+def disturbance_line(name: str) -> str:
+    """The line of a test at which a disturbance happens: `disturb NAME`."""
+    return f"{_DISTURB} {name}"
 
 
 def command_from_action(action: str, actor: str = "") -> str:

@@ -14,7 +14,7 @@ from pytest_hricdv._base.input_file import MalformedError, from_json
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, id_of_test
+from pytest_hricdv.generate.abstract import AbstractTest, canonical_command, content_digest, disturbance_of, id_of_test
 from pytest_hricdv.generate.actors import (
     PAUSE_S,
     TURN,
@@ -146,6 +146,11 @@ class ConcreteAction:
 
     command: str
     parameters: Parameters = field(default_factory=dict, hash=False)
+
+    @property
+    def disturbance(self) -> str | None:
+        """The name of the disturbance that happens here; None for what an actor does."""
+        return disturbance_of(self.command)
 
 
 @dataclass(frozen=True)

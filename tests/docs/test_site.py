@@ -45,5 +45,14 @@ def test_blocks_that_are_files_have_their_names_and_colours(site: Path) -> None:
 
 def test_each_public_name_is_in_the_index(site: Path) -> None:
     index = (site / "genindex.html").read_text(encoding="utf-8")
-    for name in ("Testbench", "Range", "HriCase", "CaseResult", "parse_pattern", "MultiAgentSystem", "PREFIX", "Value"):
+    for name in (
+        "Testbench",
+        "Range",
+        "HriCase",
+        "CaseResult",
+        "parse_pattern",
+        "MultiAgentSystem",
+        "MessageDisturbance",
+        "Value",
+    ):
         assert re.search(rf">\s*{name}\b", index), name

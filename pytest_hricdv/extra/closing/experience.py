@@ -7,13 +7,12 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.interactions import Effect, Outcome, PlannedInteraction, interactions_of
 from pytest_hricdv.extra.closing.missing_conditions import effect_distance
 from pytest_hricdv.extra.closing.outcome_model import OutcomeModel
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate.abstract import AbstractTest, disturbance_of
 
 AT_THE_START: Outcome = ("the start of a run",)
 """In place of a nominal outcome: a disturbance there may do something that it does nowhere else."""
@@ -157,8 +156,8 @@ def _places(lines: Sequence[str]) -> list[tuple[str, int]]:
     """The disturbances of a test, each with the number of commands before it."""
     places, place = [], 0
     for line in lines:
-        if line.startswith(PREFIX):
-            places.append((line.removeprefix(PREFIX), place))
+        if (name := disturbance_of(line)) is not None:
+            places.append((name, place))
         else:
             place += 1
     return places

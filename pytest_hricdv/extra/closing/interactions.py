@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from pytest_hricdv.coverage.cross_product import Bin
-from pytest_hricdv.disturbance import PREFIX
+from pytest_hricdv.generate.abstract import disturbance_line, disturbance_of
 from pytest_hricdv.generate.chosen_values import Values
 
 Planned = Callable[[Sequence[str]], Iterable[Bin]]
@@ -69,12 +69,12 @@ class Interaction(NamedTuple):
 
 def commands_of(lines: Sequence[str]) -> tuple[str, ...]:
     """The commands of a test without its disturbances."""
-    return tuple(line for line in lines if not line.startswith(PREFIX))
+    return tuple(line for line in lines if disturbance_of(line) is None)
 
 
 def is_disturbed(lines: Sequence[str]) -> bool:
     """Whether a test has a disturbance."""
-    return any(line.startswith(PREFIX) for line in lines)
+    return any(disturbance_of(line) is not None for line in lines)
 
 
 def starts_of(commands: Sequence[str], planned: Planned) -> tuple[int, ...]:
@@ -98,11 +98,11 @@ def combinations_of(lines: Sequence[str], values: Values, starts: Sequence[int])
     for row, line in enumerate(lines, 1):
         while number + 1 < len(starts) and place > starts[number + 1]:
             number += 1
-        if not line.startswith(PREFIX):
+        if (name := disturbance_of(line)) is None:
             place += 1
         elif starts:
             chosen = tuple(sorted(values.get(row, {}).items()))
-            interventions[number].append(Intervention(place - starts[number], line.removeprefix(PREFIX), chosen))
+            interventions[number].append(Intervention(place - starts[number], name, chosen))
     return tuple(map(tuple, interventions))
 
 
@@ -118,7 +118,7 @@ def disturbed(
     values: dict[int, dict[str, float]] = {}
     for place in range(len(commands) + 1):
         for intervention in at.get(place, ()):
-            lines.append(f"{PREFIX}{intervention.name}")
+            lines.append(disturbance_line(intervention.name))
             if intervention.values:
                 values[len(lines)] = dict(intervention.values)
         lines += commands[place : place + 1]

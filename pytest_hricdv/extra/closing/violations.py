@@ -15,11 +15,11 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import CrossProduct
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.execution.outcome import is_declared
 from pytest_hricdv.experiments.failure_signature import failure_signature
 from pytest_hricdv.extra.closing.records import ViolationKind
+from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.monitor import Criterion
 
 NEW, KNOWN, FAULT = "violation", "known violation", "fault"
@@ -76,7 +76,7 @@ def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross:
     """
     numbers_begun = result.begun[: bisect_right(result.acted_s, time_s)]
     begun = [lines[number] for number in numbers_begun]
-    commands = [line for line in begun if not line.startswith(PREFIX)]
+    commands = [line for line in begun if disturbance_of(line) is None]
     numbers = [len([*product.planned(commands)]) for product in cross.values() if product.planned is not None]
     number = max(numbers, default=0)
     return result.outcome.outcomes[number - 1] if 0 < number <= len(result.outcome.outcomes) else ""

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.extra.diagnosis.decisions import Decisions
 from pytest_hricdv.extra.diagnosis.experiments import Experiments, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
@@ -34,6 +33,7 @@ from pytest_hricdv.extra.diagnosis.records import (
 from pytest_hricdv.extra.diagnosis.runs import changed_runner, remembering, remembering_repairs, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.tracing import Trace
+from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
@@ -76,7 +76,7 @@ class Subject:
 
 
 def _disturbances(test: TestResult) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(line.removeprefix(PREFIX) for line in test.abstract if line.startswith(PREFIX)))
+    return tuple(dict.fromkeys(name for line in test.abstract if (name := disturbance_of(line)) is not None))
 
 
 def diagnosed(session: FeatureSession, report: Report, options: DiagnosisOptions) -> Report:

@@ -8,8 +8,8 @@ from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv._base import own_json as json
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.execution.outcome import is_declared
+from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.results.model import TestResult
 
 FAULT = "fault"
@@ -93,7 +93,7 @@ def _faults(test: TestResult, states: _States) -> Iterator[Failure]:
 def _disturbances(test: TestResult, time_s: float) -> tuple[str, ...]:
     # Of several actors, lines do not begin in the order in which the test has them.
     begun = [test.abstract[number] for began_s, number in test.begun if began_s <= time_s + _ROUNDED_S]
-    return tuple(dict.fromkeys(line.removeprefix(PREFIX) for line in begun if line.startswith(PREFIX)))
+    return tuple(dict.fromkeys(name for line in begun if (name := disturbance_of(line)) is not None))
 
 
 class _States:

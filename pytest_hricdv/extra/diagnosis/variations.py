@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pytest_hricdv.disturbance import PREFIX
 from pytest_hricdv.extra.diagnosis.runs import Ran
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, interleaving
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, Parameters, draw_action
@@ -61,13 +60,11 @@ def values(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
 
 def without(test: ConcreteTest, name: str) -> ConcreteTest:
     """The test without a disturbance, wherever it comes."""
-    return test.keeping(place for place, action in enumerate(test.actions) if action.command != PREFIX + name)
+    return test.keeping(place for place, action in enumerate(test.actions) if action.disturbance != name)
 
 
 def _without_disturbances(test: ConcreteTest) -> Iterator[Variation]:
-    commands = dict.fromkeys(action.command for action in test.actions if action.command.startswith(PREFIX))
-    for command in commands:
-        name = command.removeprefix(PREFIX)
+    for name in dict.fromkeys(action.disturbance for action in test.actions if action.disturbance is not None):
         yield Variation("disturbance", f"without the disturbance {name}", without(test, name))
 
 
@@ -102,7 +99,7 @@ def _spots(test: ConcreteTest) -> tuple[Spot, ...]:
     Turns are not among them: `_swapped` has all orders of neighbours.
     """
     actions = [*enumerate(test.actions)]
-    actions.sort(key=lambda entry: (not entry[1].command.startswith(PREFIX), entry[0]))
+    actions.sort(key=lambda entry: (entry[1].disturbance is None, entry[0]))
     listed: list[Spot] = [(place, name) for place, action in actions for name in sorted(action.parameters)]
     listed += [(None, name) for name in sorted(test.run)]
     return tuple(spot for spot in listed if spot[1] not in (TURN, TURN_WAIT_S))
@@ -150,7 +147,7 @@ def _other_commands(test: ConcreteTest, space: Concretization) -> Iterator[Varia
     """Commands that differ in their last word only, as `set_param gaze = 1` and `set_param gaze = 0` do."""
     for place, action in enumerate(test.actions):
         head, _, last = action.command.rpartition(" ")
-        if not head or action.command.startswith(PREFIX) or (actor_of(action.command) and head.endswith(":")):
+        if not head or action.disturbance is not None or (actor_of(action.command) and head.endswith(":")):
             continue
         for command in sorted(space.commands):
             if command.rpartition(" ")[0] == head and command.rpartition(" ")[2] != last:
@@ -164,7 +161,7 @@ def _other_commands(test: ConcreteTest, space: Concretization) -> Iterator[Varia
 
 def _without_actions(test: ConcreteTest) -> Iterator[Variation]:
     for place, action in enumerate(test.actions):
-        if not action.command.startswith(PREFIX):
+        if action.disturbance is None:
             kept = (other for other in range(len(test.actions)) if other != place)
             words = f"without the action {place + 1}, {action.command}"
             yield Variation("action", words, test.keeping(kept))

@@ -33,14 +33,13 @@ def pytest_hricdv_testbench(config: Any) -> Any:
 def run(run: Any) -> Any:
     """Runs one test: the nodes in the simulated workshop."""
     from controller.ports import TableDone
-    from pytest_hricdv.disturbance import PREFIX
     from pytest_hricdv.testbench import Outcome, RosNode
     from sim.script import check_script
     from sim.turns import ended_turns, observed_turns
     from sim.workshop import Workshop
 
     test = run.test
-    check_script([(each.command, each.parameters) for each in test.actions if not each.command.startswith(PREFIX)])
+    check_script([(each.command, each.parameters) for each in test.actions if each.disturbance is None])
     script = ((action.command, action.parameters) for action in run.actions())
     ports, outage_turn = (run.kernel, run.bus, run.recorder), int(test.run["outage_turn"])
     fidelity = run.fidelity or "dynamic"
