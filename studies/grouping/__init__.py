@@ -1,1 +1,1 @@
-"""How often diagnosis counts causes right, for docs/diagnosis.md: a planted fault is one cause, two at once are two."""
+"""Study: how often diagnosis groups failures correctly, with one and two faults (docs/studies/localization.md)."""

@@ -1,1 +1,1 @@
-"""How often diagnosis points at the fault: planted faults and mutants, in three testbenches, for docs/diagnosis.md."""
+"""Study: how often diagnosis points at planted faults and mutants (docs/studies/localization.md)."""

@@ -1,4 +1,4 @@
-"""How often diagnosis points at the fault: planted faults and mutants of three testbenches, for docs/diagnosis.md.
+"""Study: how often diagnosis points at planted faults and mutants (docs/studies/localization.md).
 
     python -m studies.localization [--projects NAME,...] [--mutants N] [--tests N] [--seed N] [--diagnose N]
                                    [--report DIR] [--again] [--write]
@@ -61,8 +61,8 @@ def main() -> None:
     print(text)
     if options.write:
         command = COMMAND if options.diagnose is None else f"{COMMAND} --diagnose {options.diagnose}"
-        page.replace_figures(options.docs / "diagnosis.md", command, text)
-        print(f"written: {options.docs / 'diagnosis.md'}")
+        page.replace_figures(options.docs / "studies" / "localization.md", command, text)
+        print(f"written: {options.docs / 'studies' / 'localization.md'}")
 
 
 def _said(fault: Measured) -> str:

@@ -15,27 +15,6 @@ from pytest_hricdv.extra.mutation.mutants import all_mutants, sample
 PLANTED = Path(__file__).with_name("planted.toml")
 
 
-REVERSED = {
-    "message dropped": ("call added",),
-    "wait skipped": ("call added",),
-    "reset forgotten": ("call added",),
-    "call dropped": ("call added",),
-    "assignment forgotten": ("call added",),
-    "call repeated": ("left out",),
-    "loop left early": ("left out",),
-    "returned early": ("left out",),
-    "condition negated": ("condition changed",),
-    "negation removed": ("condition changed",),
-    "another keyword": ("condition changed", "comparison changed"),
-    "another operator": ("condition changed", "comparison changed"),
-    "states swapped": ("value changed",),
-    "time or speed scaled": ("number changed",),
-    "number plus one": ("number changed",),
-    "off by one": ("number changed",),
-}
-"""Operator of a mutant -> kinds of repairs that would just undo it: they are left out where the mutant is tried."""
-
-
 class FaultError(Exception):
     """A planted fault that does not fit the code; the text says which."""
 

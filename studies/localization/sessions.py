@@ -5,17 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.diagnosis.repairs import OPERATORS
 from pytest_hricdv.report import files
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.serving import UNWARNED, limit_time, preload, silence
-from studies.localization.faults import REVERSED, Fault
+from studies.localization.faults import Fault
 from studies.localization.projects import Project
 from studies.session import FINISHED, SessionError
 
@@ -47,32 +45,32 @@ def ran(project: Project, folder: Path, fault: Fault | None, options: tuple[str,
     """
     shutil.rmtree(folder / REPORT, ignore_errors=True)
     if fault is None:
-        return _session(project, folder, options)
+        return _session(project, folder, options, is_faulty=False)
     path = folder / fault.file
     path.write_text(fault.text, encoding="utf-8")
     try:
-        return _session(project, folder, options, fault)
+        return _session(project, folder, options, is_faulty=True)
     finally:
         path.write_text(fault.before, encoding="utf-8")
 
 
-def _session(project: Project, folder: Path, options: tuple[str, ...], fault: Fault | None = None) -> Report | None:
+def _session(project: Project, folder: Path, options: tuple[str, ...], *, is_faulty: bool) -> Report | None:
     arguments = [*UNWARNED, "-q", "--tb=no", "--hri-audit=off", *project.options, f"--hri-report={REPORT}", *options]
     pid = os.fork()
     if pid == 0:
-        _run(folder, arguments, REVERSED.get(fault.kind, ()) if fault is not None else ())
+        _run(folder, arguments)
     _, status = os.waitpid(pid, 0)
     code = os.waitstatus_to_exitcode(status)
     try:
         report = load(folder / REPORT)
     except ReportError:
         report = None
-    if fault is None and (report is None or code not in FINISHED):
+    if not is_faulty and (report is None or code not in FINISHED):
         raise SessionError(f"{project.name}: pytest {' '.join(arguments)} in {folder} ended with {code}")
     return report
 
 
-def _run(folder: Path, arguments: list[str], left_out: Iterable[str]) -> None:
+def _run(folder: Path, arguments: list[str]) -> None:
     """In the fork: a session, and the end of the process."""
     code = 3
     try:
@@ -82,8 +80,6 @@ def _run(folder: Path, arguments: list[str], left_out: Iterable[str]) -> None:
         sys.dont_write_bytecode = True  # faulty code is not to be found by the next session
         files._page = lambda report: ("", {})  # nobody looks at the page, which takes as long as the tests
         limit_time(MOST_S)
-        for name in left_out:
-            del OPERATORS[name]
         code = int(pytest.main(arguments))
     finally:
         os._exit(code)

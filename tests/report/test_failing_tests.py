@@ -40,7 +40,6 @@ def report_of(*tests: TestResult) -> Report:
             minimal=("tell leg", "disturb hand_held_shut", "receivesignal", "tell humanReady"),
             replay=others[0].replay,
             places=(PLACE, PLACE),
-            hints=("repaired if `discard` returned before opening when the arm did not arrive: 17 of 17 pass",),
             decides="passes without the disturbance hand_held_shut: 2 of 2 tests were run without it",
         ),
         Cause(id="00000001", requirements=("R1",), tests=(first.id,), replay=first.replay),

@@ -43,8 +43,8 @@ def cause_lines(
     ]
     style: Style = "warn" if cause.is_known else "bad"
     shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
-    for sentence in (cause.decides, *cause.hints[:1]):
-        shown += [Line(text) for text in _sentence(f"  {sentence}", columns, "    ") if sentence]
+    if cause.decides:
+        shown += [Line(text) for text in _sentence(f"  {cause.decides}", columns, "    ")]
     shown += [Line(_shortest(cause, columns))]
     if command := replay_of(cause, options):
         shown.append(Line(f"  {visible(command)}", "dim"))

@@ -15,8 +15,6 @@ from pytest_hricdv.extra.diagnosis.decisions import Decisions
 from pytest_hricdv.extra.diagnosis.experiments import Experiments, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
-from pytest_hricdv.extra.diagnosis.hints import Hint
-from pytest_hricdv.extra.diagnosis.locating import MOST_PLACES, Locating, raised, share_of_first, words_of
 from pytest_hricdv.extra.diagnosis.minimal import kept
 from pytest_hricdv.extra.diagnosis.neighbour import showing
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
@@ -30,7 +28,7 @@ from pytest_hricdv.extra.diagnosis.records import (
     KindName,
     SuspiciousPlace,
 )
-from pytest_hricdv.extra.diagnosis.runs import changed_runner, remembering, remembering_repairs, runner
+from pytest_hricdv.extra.diagnosis.runs import remembering, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.abstract import disturbance_of
@@ -46,6 +44,9 @@ FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.
     tuple[tuple[Cause, ...], Diagnosis]
 )
 """Reads what a journal keeps: the causes, and what they rest on."""
+
+MOST_PLACES = 5
+"""So many of the most suspicious statements are shown."""
 
 FIRST_TESTS = 2
 """So many tests of each cause are run without its disturbance before it is looked for what decides: one may be odd."""
@@ -94,20 +95,17 @@ def diagnosed(session: FeatureSession, report: Report, options: DiagnosisOptions
     concrete = {name: case.concrete for name, case in cases.items()}
     run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
     run = remembering(run, session.aggregation.journaling, NAME)
-    experiments = Experiments(subject.groups, concrete, run, budget - options.for_repairs(budget))
+    experiments = Experiments(subject.groups, concrete, run, budget)
     spaces = {name: case.ranges for name, case in cases.items()}
     decisions = Decisions(experiments, spaces, showing(session.rerunning, session.context.code))
     groups = experiments.groups(enough=FIRST_TESTS)
-    located = [Located(ranked_places(subject, group, _traces(experiments, group))) for group in groups]
-    _keep(session, *_by_now(session, subject, experiments, decisions, groups, located))
+    _keep(session, *_by_now(session, subject, experiments, decisions, groups))
     decisions.decide(groups)
     _keep_minimal(session, experiments, decisions)
     groups = experiments.groups()
-    experiments.budget = budget
     _trace(experiments, groups)
-    groups, located = _located(session, subject, experiments, groups)
     session.interrupted |= experiments.ended == "interrupted"
-    causes, basis = _by_now(session, subject, experiments, decisions, groups, located)
+    causes, basis = _by_now(session, subject, experiments, decisions, groups)
     _keep(session, causes, basis)
     return DIAGNOSIS.put(CAUSES.put(report, causes), basis)
 
@@ -118,14 +116,22 @@ def _by_now(
     experiments: Experiments,
     decisions: Decisions,
     groups: Sequence[Group],
-    located: Sequence[Located],
 ) -> tuple[tuple[Cause, ...], Diagnosis]:
     """The causes by now, and what they rest on."""
     made = tuple(
         _with_minimal(
-            cause_of(subject, group, experiments.evidence, decisions.of(group), where), subject, group, decisions
+            cause_of(
+                subject,
+                group,
+                experiments.evidence,
+                decisions.of(group),
+                ranked_places(subject, group, _traces(experiments, group)),
+            ),
+            subject,
+            group,
+            decisions,
         )
-        for group, where in zip(groups, located, strict=True)
+        for group in groups
     )
     vocabulary = session.context.run_settings.testbench.vocabulary()
     basis = Diagnosis(
@@ -133,7 +139,6 @@ def _by_now(
         budget=experiments.budget,
         ended=experiments.ended,
         experiments=shown(experiments.evidence),
-        mended=tuple(experiments.mended),
         signals=_kinds(vocabulary.signals),
         messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
     )
@@ -185,47 +190,6 @@ def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
                 experiments.ended = "interrupted"
 
 
-@dataclass(frozen=True)
-class Located:
-    """Where in the code a cause is: statements, the most suspicious first, and repairs that mend its tests."""
-
-    ranked: Sequence[Suspect]
-    hints: Sequence[Hint] = ()
-
-
-def _located(
-    session: FeatureSession, subject: Subject, experiments: Experiments, groups: tuple[Group, ...]
-) -> tuple[tuple[Group, ...], list[Located]]:
-    """The causes, and where each is; those that one repair mends are one.
-
-    Repairs are tried of one after the other, each with its share of the runs that are left.
-    """
-    usual_s = {test.id: test.wall_s for test in subject.tests.values() if test.wall_s is not None}
-    run = changed_runner(session.rerunning, session.context.code, usual_s)
-    run = remembering_repairs(run, session.aggregation.journaling, NAME)
-    locating = Locating(session, experiments, subject.spectra, subject.tests, run)
-    located = []
-    open_groups = [group for group in groups if not group.is_known]
-    for group in groups:
-        ranked = ranked_places(subject, group, _traces(experiments, group))
-        hints: list[Hint] = []
-        if group in open_groups:
-            failing = [len(other.nodeids) for other in open_groups[open_groups.index(group) :]]
-            hints = locating.hints(group, ranked, share_of_first(experiments.budget - experiments.used, failing))
-        located.append(Located(raised(ranked, hints), hints))
-    experiments.mended += locating.joined(groups, [where.hints for where in located])
-    if not experiments.mended:
-        return groups, located
-    joined = experiments.grouping(experiments.evidence)
-    before = {failure: where for group, where in zip(groups, located, strict=True) for failure in group.failures}
-    return joined, [max((before[failure] for failure in group.failures), key=_hinted) for group in joined]
-
-
-def _hinted(located: Located) -> int:
-    """How many failing tests pass with its repairs."""
-    return max((hint.mended for hint in located.hints), default=0)
-
-
 def _traces(experiments: Experiments, group: Group) -> list[Trace]:
     """Of runs that failed for a cause, up to what failed first; of what is known only where nothing else failed."""
     first: dict[str, Failure] = {}
@@ -235,7 +199,9 @@ def _traces(experiments: Experiments, group: Group) -> list[Trace]:
     return [run.traces[requirement] for requirement, run in runs if run is not None and requirement in run.traces]
 
 
-def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, located: Located) -> Cause:
+def cause_of(
+    subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, ranked: Sequence[Suspect]
+) -> Cause:
     """What a report says of a group of failures.
 
     Args:
@@ -243,7 +209,7 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
         group: the failures.
         evidence: of experiments.
         decision: what decides; None where nobody tried.
-        located: where in the code it is.
+        ranked: statements of the code, the most suspicious first.
     """
     tests = sorted(
         (subject.tests[name] for name in group.nodeids), key=lambda test: (len(test.abstract), test.id, test.nodeid)
@@ -262,8 +228,7 @@ def cause_of(subject: Subject, group: Group, evidence: Evidence, decision: Decis
         minimal=_as_begun(shortest),
         minimal_of=shortest.id,
         replay=shortest.replay,
-        places=_places(subject, located.ranked),
-        hints=tuple(words_of(hint, len(group.nodeids)) for hint in located.hints),
+        places=_places(subject, ranked),
         decides=_decides(group, len(confirmed), decision),
         decision=decision,
         confirmed=len(confirmed),

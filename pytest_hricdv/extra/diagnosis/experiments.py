@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.diagnosis.failures import Failure
 from pytest_hricdv.extra.diagnosis.grouping import Change, Evidence, Group
-from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd, Experiment, Mended
+from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd, Experiment
 from pytest_hricdv.extra.diagnosis.runs import Ran, Run
 from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -30,8 +30,8 @@ def shown(evidence: Evidence) -> tuple[Experiment, ...]:
     )
 
 
-def evidence_of(experiments: Iterable[Experiment], mended: Iterable[Mended] = ()) -> Evidence:
-    """What experiments of reports have shown, and what repairs mended."""
+def evidence_of(experiments: Iterable[Experiment]) -> Evidence:
+    """What experiments of reports have shown."""
     confirmed: dict[tuple[str, str], Change] = {}
     refuted: dict[tuple[str, str], set[Change]] = {}
     for experiment in experiments:
@@ -40,10 +40,7 @@ def evidence_of(experiments: Iterable[Experiment], mended: Iterable[Mended] = ()
             confirmed[key] = experiment.change
         else:
             refuted.setdefault(key, set()).add(experiment.change)
-    repairs: dict[tuple[str, str], set[str]] = {}
-    for entry in mended:
-        repairs.setdefault((entry.nodeid, entry.requirement), set()).add(entry.repair)
-    return Evidence(confirmed, refuted, repairs)
+    return Evidence(confirmed, refuted)
 
 
 @dataclass
@@ -65,8 +62,6 @@ class Experiments:
     ended: DiagnosisEnd = "done"
     confirmed: dict[tuple[str, str], Change] = field(default_factory=dict)
     refuted: dict[tuple[str, str], set[Change]] = field(default_factory=dict)
-    mended: list[Mended] = field(default_factory=list)
-    """Failures of several kinds that one repair mends."""
     controls: dict[str, Ran | None] = field(default_factory=dict)
     """Node id -> the run of the test as it was."""
     without: dict[tuple[str, Change], Ran | None] = field(default_factory=dict)
@@ -76,7 +71,7 @@ class Experiments:
     @property
     def evidence(self) -> Evidence:
         """What they have shown."""
-        return evidence_of(shown(Evidence(self.confirmed, self.refuted)), self.mended)
+        return evidence_of(shown(Evidence(self.confirmed, self.refuted)))
 
     def groups(self, enough: float = math.inf) -> tuple[Group, ...]:
         """The groups, after experiments with all of their tests, or with `enough` of each."""

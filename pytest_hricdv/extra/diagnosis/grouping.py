@@ -10,7 +10,6 @@
 3. Of kinds of failures that come without a disturbance, the one of fewer tests follows from another one where nearly
    all of its tests have that, too, never later, and would hardly do so by chance (Fisher's exact test; either order is
    as probable). Kinds of different tests have one cause if the same statements are the most suspicious.
-4. What one repair of the code mends has one cause.
 """
 
 from __future__ import annotations
@@ -55,14 +54,13 @@ Kind = tuple[Change, str, str, str]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What experiments have shown of failures: their node id and requirement -> changes, or repairs of the code.
+    """What experiments have shown of failures: their node id and requirement -> changes.
 
     With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come.
     """
 
     confirmed: Mapping[tuple[str, str], Change] = field(default_factory=dict)
     refuted: Mapping[tuple[str, str], Collection[Change]] = field(default_factory=dict)
-    mended: Mapping[tuple[str, str], Collection[str]] = field(default_factory=dict)
     asks: bool = False
 
 
@@ -171,7 +169,6 @@ def grouped(
     _unite_incidents(kinds, sets)
     _unite_states(kinds, sets, spectra)
     _unite_nominal({kind: kinds[kind] for kind in kinds if not kind[0]}, sets, spectra, len(tests))
-    _unite_mended(kinds, sets, evidence)
     place = {failure: number for number, failure in enumerate(failures)}
     groups = [
         Group(
@@ -279,15 +276,6 @@ def _elsewhere(one: Collection[str], two: Collection[str], spectra: Spectra) -> 
     """Whether quite other statements are suspicious of some tests than of others."""
     places = [spectra.specific(tests, {*one, *two}) for tests in (one, two)]
     return all(places) and places[0].isdisjoint(places[1])
-
-
-def _unite_mended(kinds: Mapping[Kind, Iterable[Failure]], sets: _DisjointSets, evidence: Evidence) -> None:
-    """What one repair mends."""
-    first: dict[str, Kind] = {}
-    for kind, members in kinds.items():
-        for failure in members:
-            for repair in evidence.mended.get((failure.nodeid, failure.requirement), ()):
-                sets.unite(first.setdefault(repair, kind), kind)
 
 
 def _change_of(kinds: Iterable[Kind]) -> Change:

@@ -22,7 +22,7 @@ def compared(report: Report, entries: Mapping[str, Exemption]) -> Iterator[tuple
     """
     subject = Subject.of(report)
     diagnosis = DIAGNOSIS.of(report)
-    evidence = Evidence() if diagnosis is None else evidence_of(diagnosis.experiments, diagnosis.mended)
+    evidence = Evidence() if diagnosis is None else evidence_of(diagnosis.experiments)
     groups = subject.groups(evidence)
     # Experiments are made only while something is new: what is named by association alone is meant, too.
     associated = groups if evidence == Evidence() else subject.groups(Evidence())

@@ -7,7 +7,7 @@ from zlib import decompress
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Located, Subject, cause_of, ranked_places
+from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Subject, cause_of, ranked_places
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision, Probability
@@ -26,12 +26,9 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
     before = [cause for report in reports for cause in CAUSES.of(report)]
     shown = dict.fromkeys(experiment for basis in bases for experiment in basis.experiments)
     experiments = tuple(sorted(shown, key=canonical))
-    mended = tuple(sorted(dict.fromkeys(entry for basis in bases for entry in basis.mended), key=canonical))
-    evidence = evidence_of(experiments, mended)
+    evidence = evidence_of(experiments)
     made = (
-        cause_of(
-            subject, group, evidence, _decision_of(subject, group, before), Located(ranked_places(subject, group, ()))
-        )
+        cause_of(subject, group, evidence, _decision_of(subject, group, before), ranked_places(subject, group, ()))
         for group in subject.groups(evidence)
     )
     basis = replace(
@@ -40,9 +37,8 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
         budget=sum(basis.budget for basis in bases),
         ended=max((basis.ended for basis in bases), key=DIAGNOSIS_ENDS.index),
         experiments=experiments,
-        mended=mended,
     )
-    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_with_hints(cause, before) for cause in made)), basis)
+    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_traced(cause, before) for cause in made)), basis)
 
 
 def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Decision | None:
@@ -58,12 +54,11 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
     )
 
 
-def _with_hints(cause: Cause, before: Sequence[Cause]) -> Cause:
-    """With the hints of all reports, and the places of the one with most tests: there, runs were traced."""
+def _traced(cause: Cause, before: Sequence[Cause]) -> Cause:
+    """The cause with the places of the report that has most of its tests: there, runs were traced."""
     same = sorted((other for other in before if other.id == cause.id), key=canonical)
-    hints = dict.fromkeys(hint for other in same for hint in other.hints)
     largest = max(same, key=lambda other: (len(other.tests), canonical(other)), default=cause)
-    cause = replace(cause, hints=tuple(hints), places=largest.places or cause.places)
+    cause = replace(cause, places=largest.places or cause.places)
     left = next((other for other in same if other.is_shrunk and other.minimal_of in cause.tests), None)
     if left is None:
         return cause
@@ -80,7 +75,7 @@ def associated(report: Report, *, is_of_all_runs: bool) -> Report:
     if not any(test.fails for test in report.tests) or not subject.failures:
         return report
     causes = (
-        cause_of(subject, group, Evidence(), None, Located(ranked_places(subject, group, ())))
+        cause_of(subject, group, Evidence(), None, ranked_places(subject, group, ()))
         for group in subject.groups(Evidence())
     )
     runs = len(subject.tests) if is_of_all_runs else 0

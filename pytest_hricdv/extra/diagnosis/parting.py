@@ -61,20 +61,6 @@ def parted(failing: Ran, passing: Ran) -> Parting:
     return Parting((*shown[0][:common], *after), tuple(shown[1]), common)
 
 
-def share_kept(failing: Ran, passing: Ran, until_s: float) -> float:
-    """The share of what happened in a failing run until then that happens before both runs part.
-
-    Args:
-        failing: the run.
-        passing: another one.
-        until_s: as of a violation (s).
-    """
-    before = [event for event in changes(failing) if event.time_s < until_s]
-    pairs = _differences(changes(failing), changes(passing))
-    parting_s = min(map(_time_s, pairs), default=until_s)
-    return sum(event.time_s < parting_s for event in before) / len(before) if before else 1.0
-
-
 def changes(run: Ran) -> list[Event]:
     """The events of a run, without those that repeat what the last one of their stream said."""
     last: dict[str, str] = {}

@@ -14,7 +14,6 @@ from dataclasses import replace
 
 from pytest_hricdv.coverage.code_map import SourceFile
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
-from pytest_hricdv.extra.diagnosis.surroundings import parsed
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 
 Place = tuple[str, int]
@@ -138,7 +137,7 @@ def readers(files: Iterable[SourceFile], places: Collection[Place]) -> Iterator[
         files: of the code under test.
         places: constants among these.
     """
-    trees = {file.name: parsed(file.text) for file in files}
+    trees = {file.name: _parse(file.text) for file in files}
     reading: dict[str, list[Place]] = {}
     for file in files:
         for name, line in _read(trees[file.name]):
@@ -149,6 +148,13 @@ def readers(files: Iterable[SourceFile], places: Collection[Place]) -> Iterator[
             first = max((first for first in file.statements if first <= line), default=0)
             if (file.name, first) in places:
                 yield (file.name, first), [place for name in names for place in reading.get(name, ())]
+
+
+def _parse(text: str) -> ast.Module:
+    try:
+        return ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ast.Module([], [])
 
 
 def _read(tree: ast.AST) -> Iterator[tuple[str, int]]:

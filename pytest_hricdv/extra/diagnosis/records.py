@@ -136,7 +136,6 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         is_shrunk: what the test does not need was taken away.
         replay: of this test.
         places: the most suspicious statements first; empty where no code was measured.
-        hints: what might mend it, a sentence each.
         decides: what makes the difference between failing and passing, in words; empty where nobody tried.
         decision: how this came out, and where both runs part; None where nobody tried.
         confirmed: in so many tests an experiment has shown that they fail for it.
@@ -154,7 +153,6 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     is_shrunk: bool = False
     replay: ReplayName | None = None
     places: tuple[SuspiciousPlace, ...] = ()
-    hints: Names = ()
     decides: str = ""
     decision: Decision | None = None
     confirmed: Count = 0
@@ -178,20 +176,6 @@ class Experiment(PlainRecord, frozen=True, kw_only=True):
     is_confirmed: bool
 
 
-class Mended(PlainRecord, frozen=True, kw_only=True):
-    """A failure that a repair of the code mends, as it does others: they have one cause.
-
-    Args:
-        nodeid: of the test.
-        requirement: that it violated.
-        repair: of what statement, and how.
-    """
-
-    nodeid: str
-    requirement: str
-    repair: str
-
-
 KindName = Literal["bool", "float", "str"]
 
 
@@ -203,7 +187,6 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
         budget: so many runs were allowed.
         ended: why they ended.
         experiments: what they have shown.
-        mended: failures of several kinds that one repair mends.
         signals: of the testbench, with their types: in these conditions are learned.
         messages: of the testbench: topic -> field -> type.
     """
@@ -212,7 +195,6 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     budget: Count
     ended: DiagnosisEnd
     experiments: tuple[Experiment, ...] = ()
-    mended: tuple[Mended, ...] = ()
     signals: Mapping[str, KindName] = {}
     messages: Mapping[str, Mapping[str, KindName]] = {}
 

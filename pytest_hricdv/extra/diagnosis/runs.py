@@ -15,9 +15,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, formulas
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
-from pytest_hricdv.extra.diagnosis.changed_code import put_in
 from pytest_hricdv.extra.diagnosis.failures import FAULT
-from pytest_hricdv.extra.diagnosis.repairs import Repair
 from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
@@ -26,14 +24,6 @@ from pytest_hricdv.monitor.analysis import conditions, names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
-from pytest_hricdv.session.serving import leave_no_core, limit_time
-
-MOST_S = 60.0
-"""A run with a repair is ended when it takes more processor time (s), whatever the run without it has taken."""
-
-LEAST_S, MOST_TIMES = 3.0, 20.0
-"""It is ended, too, when it takes more than this and so many times as long: a loop without its wait has no end. Chosen:
-one of the table takes half a second."""
 
 MOST_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
@@ -80,9 +70,6 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
 Run = Callable[[ConcreteTest], Ran | None]
 """Runs a test; None where the run came to no end."""
 
-RunChanged = Callable[[Repair, ConcreteTest], Ran | None]
-"""Runs a test with a repair; None where it came to no end."""
-
 _DECODER: msgspec.json.Decoder[Ran | None] = msgspec.json.Decoder(Ran | None)
 
 
@@ -107,64 +94,23 @@ def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTes
     return run
 
 
-def remembering(run: Run, journaling: Journaling, part: str, *code: str) -> Run:
+def remembering(run: Run, journaling: Journaling, part: str) -> Run:
     """Runs that a session which was killed has made before are not made again: they are in its journal.
 
     Args:
         run: runs a test.
         journaling: of the session.
         part: keeps them there under this name.
-        code: what of the code under test is changed.
     """
 
     def remembered(test: ConcreteTest) -> Ran | None:
-        key = digest("run", test.to_json(), *code)
+        key = digest("run", test.to_json())
         kept = journaling.kept(part, key)
         if kept is not None:
             return _DECODER.decode(kept)
         result = run(test)
         journaling.keep(part, key, msgspec.json.encode(result))
         return result
-
-    return remembered
-
-
-def changed_runner(rerunning: Rerunning, code: CodeMap, usual_s: Mapping[str, float]) -> RunChanged:
-    """Runs tests with a repair of the code, in a fork: there has to be one.
-
-    Args:
-        rerunning: runs tests.
-        code: under test.
-        usual_s: id of a test -> how long its run took without a repair.
-    """
-    files = {file.name: file for file in code.files}
-
-    def run_here(repair: Repair, test: ConcreteTest) -> Ran | None:
-        file = files[repair.file]
-        leave_no_core()
-        limit_time(most_s(usual_s.get(test.id)))
-        if not put_in(file.path, file.text, repair.text):
-            return None
-        result = rerunning.run(named(test, "repair"))
-        return None if result is None else ran(result)
-
-    return lambda repair, test: forked(rerunning, lambda: run_here(repair, test))
-
-
-def most_s(usual_s: float | None) -> float:
-    """The processor time (s) after which a run with a repair is ended.
-
-    Args:
-        usual_s: how long the run took without it, as far as this is known.
-    """
-    return MOST_S if usual_s is None else min(MOST_S, max(LEAST_S, MOST_TIMES * usual_s))
-
-
-def remembering_repairs(run: RunChanged, journaling: Journaling, part: str) -> RunChanged:
-    """As `remembering`, for runs with repairs."""
-
-    def remembered(repair: Repair, test: ConcreteTest) -> Ran | None:
-        return remembering(lambda same: run(repair, same), journaling, part, repair.text)(test)
 
     return remembered
 

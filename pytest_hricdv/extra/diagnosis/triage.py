@@ -65,7 +65,7 @@ def proposals(report: Report, diagnosis: Diagnosis) -> tuple[Proposal, ...]:
     # Once they are known, nobody makes experiments with them: a later session compares causes by association alone.
     ids = {failure: id_of(group) for group in subject.groups(Evidence()) for failure in group.failures}
     triage = _Triage(report, vocabulary_of(diagnosis), ids)
-    evidence = evidence_of(diagnosis.experiments, diagnosis.mended)
+    evidence = evidence_of(diagnosis.experiments)
     groups = [group for group in subject.groups(evidence) if not group.is_known]
     return tuple(Proposal(group, tuple(triage.entries(group))) for group in groups)
 

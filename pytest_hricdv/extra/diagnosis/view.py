@@ -8,8 +8,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from pytest_hricdv.extra.diagnosis.cause_lines import MOST_PLACES, cause_lines, replay_of, title_of
-from pytest_hricdv.extra.diagnosis.options import ENOUGH_FOR_REPAIRS, LEAST_FOR_REPAIRS
-from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause, Diagnosis
+from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, LINES, Cause
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, View
@@ -131,14 +130,4 @@ def _basis(report: Report) -> str:
         "" if any(test.outcome == "passed" for test in report.tests) else "; no test passed: scores compare with none"
     )
     runs = plural(diagnosis.runs, "run")
-    return f"causes: by association over all tests, and {runs} of experiments{ended}{_more(report, diagnosis)}{alone}"
-
-
-def _more(report: Report, diagnosis: Diagnosis) -> str:
-    """What further runs bring, and how many it takes."""
-    open_causes = sum(not (cause.is_known or cause.hints) for cause in CAUSES.of(report))
-    if diagnosis.ended == "interrupted" or not open_causes:
-        return ""
-    if diagnosis.budget < LEAST_FOR_REPAIRS:
-        return f"; --hri-diagnose={ENOUGH_FOR_REPAIRS * open_causes} also tries repairs of the code"
-    return f"; --hri-diagnose={2 * diagnosis.budget} allows more" if diagnosis.ended == "runs" else ""
+    return f"causes: by association over all tests, and {runs} of experiments{ended}{alone}"

@@ -43,8 +43,8 @@ def surging(lamps: pytest.Pytester) -> pytest.Pytester:
 
 
 SUITE = ("--hri-suite=surges.txt", "--hri-strict")
-WITHOUT_REPAIRS = "--hri-diagnose=11"
-"""So many that the third test of a surge is not tried any more; one more, and repairs would be tried."""
+BUDGET = "--hri-diagnose=11"
+"""Runs of experiments: too few to try the third test of a surge."""
 
 
 @pytest.mark.slow
@@ -52,7 +52,7 @@ WITHOUT_REPAIRS = "--hri-diagnose=11"
 def test_causes_come_before_failures_and_are_confirmed_by_runs(
     surging: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    result = surging.runpytest_inprocess(*SUITE, WITHOUT_REPAIRS, *options)
+    result = surging.runpytest_inprocess(*SUITE, BUDGET, *options)
     assert result.ret == 1
     written = report(surging.path)
     json_schema.REPORT.validate(written)
@@ -92,10 +92,10 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
 
 @pytest.mark.slow
 def test_a_merged_report_has_the_causes_of_all_shards(surging: pytest.Pytester) -> None:
-    surging.runpytest_inprocess(*SUITE, WITHOUT_REPAIRS)
+    surging.runpytest_inprocess(*SUITE, BUDGET)
     whole = report(surging.path)["causes"]
     for shard in ("1", "2"):
-        surging.runpytest_inprocess(*SUITE, WITHOUT_REPAIRS, f"--hri-shard={shard}/2", f"--hri-report=part{shard}")
+        surging.runpytest_inprocess(*SUITE, BUDGET, f"--hri-shard={shard}/2", f"--hri-report=part{shard}")
     command("merge", "part1", "part2", "-o", "hri-report")
     merged = report(surging.path)
     json_schema.REPORT.validate(merged)
@@ -126,7 +126,7 @@ KILLED = """    lamp.set(0.0)
 @pytest.mark.slow
 def test_a_diagnosis_that_is_killed_goes_on_and_is_in_a_rebuilt_report(surging: pytest.Pytester) -> None:
     change(surging.path, "conftest.py", "    lamp.set(0.0)\n    run.disturbs(lamp)\n", KILLED)
-    arguments = (*SUITE, WITHOUT_REPAIRS)
+    arguments = (*SUITE, BUDGET)
     killed = surging.runpytest_subprocess(*arguments)
     assert killed.ret == -9
     command("rebuild", "hri-report")

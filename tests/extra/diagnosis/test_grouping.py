@@ -209,17 +209,6 @@ def test_in_another_state_and_at_other_places_of_several_tests_it_is_another_cau
     assert len(of(tests | {"c": ("flips",), "d": ("flips",)}, failures + more, twice)) == 2
 
 
-def test_what_one_repair_mends_has_one_cause() -> None:
-    tests = {"a": ("shut",), "b": (), "c": (), **passing(9)}
-    failures = [failure("a", "R1", "shut"), failure("b", "R2"), failure("c", "R3")]
-    assert len(of(tests, failures)) == 3
-    mended = {("a", "R1"): {"left out"}, ("b", "R2"): {"left out"}, ("c", "R3"): {"added"}}
-    assert of(tests, failures, evidence=Evidence(mended=mended)) == [
-        ("", {"a", "b"}, {"R1", "R2"}),
-        ("", {"c"}, {"R3"}),
-    ]
-
-
 def test_new_causes_come_first_then_those_of_most_tests() -> None:
     tests = {"a": ("x",), "b": ("x",), "c": ("y",), "d": ("z",), "e": ("z",), "f": ("z",), **passing(9)}
     failures = [

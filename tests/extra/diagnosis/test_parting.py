@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
-from pytest_hricdv.extra.diagnosis.parting import parted, share_kept
+from pytest_hricdv.extra.diagnosis.parting import parted
 from pytest_hricdv.extra.diagnosis.runs import Event, Ran
 
 
@@ -44,19 +42,3 @@ def test_what_only_one_of_them_does() -> None:
 def test_runs_without_events_show_the_violation() -> None:
     parting = parted(run(R1=2.0), run())
     assert (parting.at, texts(parting.failing), parting.passing) == (None, ["R1 is violated"], ())
-
-
-@pytest.mark.parametrize(
-    ("passing", "until_s", "share"),
-    [
-        (run((1, "state", "ask"), (2, "hand", "open"), (3, "state", "go"), (4, "hand", "shut")), 9.0, 1.0),
-        (run((1, "state", "ask"), (2, "hand", "open"), (3, "state", "wait")), 9.0, 0.5),
-        (run((1, "state", "ask"), (2, "hand", "open"), (3, "state", "wait")), 2.5, 1.0),
-        (run((1, "state", "rest")), 9.0, 0.0),
-        (run(), 9.0, 0.0),
-        (run(), 0.5, 1.0),
-    ],
-)
-def test_the_share_that_happens_before_runs_part(passing: Ran, until_s: float, share: float) -> None:
-    failing = run((1, "state", "ask"), (2, "hand", "open"), (3, "state", "go"), (4, "hand", "shut"))
-    assert share_kept(failing, passing, until_s) == share
