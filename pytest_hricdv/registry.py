@@ -9,6 +9,7 @@ A feature offers the core some names, each in the module of that role, or in `fe
 - `merging`: `merge(reports, merged)` for its keys of a merged report, `rebuilt(report, kept)` for those of a report
   that is rebuilt from a journal, and `associated(report, is_of_all_runs=...)` for those of a campaign;
 - `view`: `VIEW`, what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
+- `remote`: `REMOTE`, workers on other machines (`session.remote`);
 - `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`).
 
 Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
@@ -33,7 +34,7 @@ FEATURES = MappingProxyType(
         "closing": ("feature", "records", "merging", "view"),
         "campaign": ("records", "view"),
         "verification_plan": ("feature", "records", "merging", "view"),
-        "cluster": ("feature",),
+        "cluster": ("feature", "remote"),
         "diagnosis": ("feature", "records", "merging", "view", "commands"),
         "audit": ("feature", "records", "view"),  # before what follows failures up: some are none
         "search": ("feature", "records", "merging", "view"),
@@ -52,8 +53,8 @@ def offers(role: str, name: str) -> tuple[Any, ...]:
     """What features offer under a name, in the order of the list; a feature without that name offers nothing.
 
     Args:
-        role: `feature`, `execution`, `records`, `merging`, `view` or `commands`: the module that has the name, where
-            the feature has such a module; otherwise its module `feature` may have it.
+        role: one of the modules above, which has the name where the feature has such a module; otherwise its module
+            `feature` may have it.
         name: of an attribute of that module.
     """
     found = []

@@ -21,8 +21,8 @@ from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.campaign import audit, commands
 from pytest_hricdv.extra.campaign.commands import USAGE
 from pytest_hricdv.extra.campaign.plan import CampaignError
-from pytest_hricdv.extra.cluster.address import Address, ClusterError
 from pytest_hricdv.results.codec import ReportError
+from pytest_hricdv.session.remote import ClusterError
 
 STATE = Path("campaign.db")
 
@@ -116,10 +116,10 @@ def _percent(text: str) -> float:
     return value
 
 
-def _address(text: str) -> Address:
+def _address(text: str) -> str:
     try:
-        return Address.parse(text)
-    except ClusterError as error:
+        return commands.cluster_of_campaign().address(text)
+    except (CampaignError, ClusterError) as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 

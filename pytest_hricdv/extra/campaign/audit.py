@@ -16,8 +16,7 @@ import msgspec
 from pytest_hricdv.extra.campaign.execution import TASK_RUNS, Execution
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.row import LOST
-from pytest_hricdv.extra.cluster.cluster import Lost, Question
-from pytest_hricdv.extra.cluster.service import Answer, WorkerName
+from pytest_hricdv.session.remote import Answer, Lost, Question, WorkerName
 from pytest_hricdv.session.run_process import RunReply
 
 PERCENT = 1.0
@@ -59,8 +58,7 @@ def audit(execution: Execution, percent: float) -> None:
 
 
 def _asked(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
-    cluster, service, archive = execution.cluster, execution.service, execution.project.archive
-    for question, answer in cluster.answers(service, queue, archive, execution.on_progress):
+    for question, answer in execution.workers.answers(execution.service, queue, execution.on_progress):
         if not isinstance(answer, Lost):
             yield question, answer
 

@@ -29,13 +29,11 @@ from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.row import LOST
 from pytest_hricdv.extra.campaign.store import Counts, Store
 from pytest_hricdv.extra.campaign.table import write_parquet
-from pytest_hricdv.extra.cluster.address import ClusterError
-from pytest_hricdv.extra.cluster.cluster import connected
-from pytest_hricdv.extra.cluster.worker_project import WorkerProject, worker_project
 from pytest_hricdv.report import files, terminal
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.model import GateResult, Report
+from pytest_hricdv.session.remote import ClusterError, Remote, RemoteProject, remote
 
 OK, FAILED_RUNS, USAGE, UNFINISHED = 0, 1, 2, 3
 
@@ -51,7 +49,9 @@ def run(options: argparse.Namespace) -> int:
     now = plan(_arguments(options), options.concretizations, root)
     of_project = (root / now.planned.rootdir).resolve()
     state, hidden = options.state.resolve(), options.send_hidden
-    project = worker_project(of_project, root.resolve(), send=options.send_code, state=state, hidden=hidden)
+    project = cluster_of_campaign().project(
+        of_project, root.resolve(), send=options.send_code, state=state, hidden=hidden
+    )
     with closing(_held(state, now)) as store:
         if options.retry_lost:
             store.forget_lost()
@@ -60,6 +60,14 @@ def run(options: argparse.Namespace) -> int:
         progress.say(_headline(options, now, store.counts()))
         why = _execute(options, now, store, project, progress)
         return _ended(options.state, now, store, progress, why)
+
+
+def cluster_of_campaign() -> Remote:
+    """What runs it. Raises CampaignError where there is nothing."""
+    cluster = remote()
+    if cluster is None:
+        raise CampaignError("campaigns run on the feature 'cluster', which is not installed")
+    return cluster
 
 
 def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
@@ -94,15 +102,15 @@ def _headline(options: argparse.Namespace, now: CampaignPlan, counts: Counts) ->
 
 
 def _execute(
-    options: argparse.Namespace, now: CampaignPlan, store: Store, project: WorkerProject, progress: Progress
+    options: argparse.Namespace, now: CampaignPlan, store: Store, project: RemoteProject, progress: Progress
 ) -> str:
     """Run what is missing; returns why it ended before all was done."""
     began_s = time.monotonic()
     try:
-        with connected(options.cluster, progress.say) as cluster:
-            if cluster.connection.dashboard:
-                progress.say(f"dashboard of the cluster: {cluster.connection.dashboard}")
-            execution = Execution(now, store, cluster, options.run_seconds, project, progress.show)
+        with cluster_of_campaign().connect(options.cluster, progress.say) as workers:
+            if workers.dashboard:
+                progress.say(f"dashboard of the cluster: {workers.dashboard}")
+            execution = Execution(now, store, workers, options.run_seconds, project, progress.show)
             execution.run()
             audit.audit(execution, options.audit)
     except CancelledError:

@@ -10,11 +10,9 @@ import msgspec
 
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.store import Store
-from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question
-from pytest_hricdv.extra.cluster.service import Answer, Service
-from pytest_hricdv.extra.cluster.worker_project import WorkerProject
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.session import run_process
+from pytest_hricdv.session.remote import Answer, Lost, Question, RemoteProject, Service, Workers
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 
 TASK_RUNS = 20
@@ -39,7 +37,7 @@ class Execution:
     Args:
         plan: what there is to run.
         store: of the campaign.
-        cluster: that runs it.
+        workers: that run it.
         run_s: a process that has no result for so long (s of wall time) is ended, and its run tried again.
         project: as workers find it.
         on_progress: called whenever something was stored, and from time to time.
@@ -47,9 +45,9 @@ class Execution:
 
     plan: CampaignPlan
     store: Store
-    cluster: Cluster
+    workers: Workers
     run_s: float
-    project: WorkerProject
+    project: RemoteProject
     on_progress: Callable[[], None] = lambda: None
     _tries: Counter[RunKey] = field(default_factory=Counter)
 
@@ -70,13 +68,13 @@ class Execution:
         """
         done = self.store.done()
         missing = [key for key in self.plan.everything() if key not in done]
-        size = min(TASK_RUNS, max(1, len(missing) // (SHARES * max(1, self.cluster.threads))))
+        size = min(TASK_RUNS, max(1, len(missing) // (SHARES * max(1, self.workers.threads))))
         tasks = [missing[first : first + size] for first in range(0, len(missing), size)]
         keys: dict[str, list[RunKey]] = {}
         queue: deque[Question] = deque()
         for task in tasks:
             self._put(task, keys, queue)
-        for question, answer in self.cluster.answers(self.service, queue, self.project.archive, self._tick):
+        for question, answer in self.workers.answers(self.service, queue, self._tick):
             for again in self._taken(keys[question.key], answer):
                 self._put(again, keys, queue)
             self.on_progress()

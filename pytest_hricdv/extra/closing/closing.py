@@ -42,8 +42,6 @@ from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
 from pytest_hricdv.extra.closing.targets import impossible_points, target_points
 from pytest_hricdv.extra.closing.violation_way import ViolationWay
 from pytest_hricdv.extra.closing.way import Way
-from pytest_hricdv.extra.cluster.address import ClusterError
-from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.actors import TURN_WAIT_S
@@ -56,6 +54,7 @@ from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.identity import identity
+from pytest_hricdv.session.remote import ClusterError, remote
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
@@ -110,10 +109,11 @@ class Closing:
 
     def _runs(self) -> ClosingRuns:
         config = self._collection.config
-        if not CLUSTER.settings(self._collection.options).address:
+        cluster = remote()
+        if cluster is None or not cluster.address_of_session(self._collection.options):
             return RunsHere(config, _processes(config), self._say, self._signals.let_through)
         here = identity(Path(config.rootpath), self._context.provenance.code)
-        return RunsOnCluster(self._collection, here.project, self._signals.let_through)
+        return RunsOnCluster(cluster, self._collection, here.project, self._signals.let_through)
 
     def _closed(self, runs: ClosingRuns, others: Sequence[AbstractTest]) -> tuple[Suite, ClosingResult]:
         archive, progress = Archive(self._wanted), ClosingProgress(self._collection, self._options.runs)

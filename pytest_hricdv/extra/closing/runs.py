@@ -18,13 +18,9 @@ from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.process import BatchDone, LoopSettings, TestBatch, TestObserved
-from pytest_hricdv.extra.cluster.address import Address
-from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
-from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
-from pytest_hricdv.extra.cluster.service import Answer
-from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.remote import Answer, Lost, Question, Remote, Workers
 from pytest_hricdv.session.serving import arguments_of
 
 BATCH_S = 600.0
@@ -172,6 +168,7 @@ class RunsOnCluster(ClosingRuns):
     """Runs tests on the workers of a cluster, each of which has a process for them; in another one, where it is lost.
 
     Args:
+        cluster: with the workers.
         collection: of the session.
         project: files that have to be there as they are here, name -> hash.
         let_through: while the cluster is waited for, a signal may raise.
@@ -181,20 +178,23 @@ class RunsOnCluster(ClosingRuns):
     """
 
     def __init__(
-        self, collection: Collection, project: Mapping[str, str], let_through: LetThrough = nullcontext
+        self,
+        cluster: Remote,
+        collection: Collection,
+        project: Mapping[str, str],
+        let_through: LetThrough = nullcontext,
     ) -> None:
         super().__init__(lambda text: collection.say(f"hricdv: {text}"), let_through)
-        options, config = CLUSTER.settings(collection.options), collection.config
-        self._address = Address.parse(options.address)
-        there = project_of(config, send=options.send_code, hidden=options.send_hidden)
+        options, config = collection.options, collection.config
+        self._cluster, self._address = cluster, cluster.address_of_session(options)
+        there = cluster.project_of_session(config, options)
         settings = msgspec.json.encode(LoopSettings((*there.arguments, *arguments_of(config)), 1))
         self._service = there.service(closing_process.__name__, settings, project, BATCH_S)
-        self._archive = there.archive
 
     def __enter__(self) -> Self:
-        connecting = connected(self._address, self._say)
+        connecting = self._cluster.connect(self._address, self._say)
         with self._let_through():
-            self._cluster: Cluster = self._stack.enter_context(connecting)
+            self._workers: Workers = self._stack.enter_context(connecting)
         return self
 
     def run(self, tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterator[tuple[int, Observation]]:
@@ -208,9 +208,9 @@ class RunsOnCluster(ClosingRuns):
             parts[key] = numbers
             questions.append(Question(key, msgspec.json.encode(_batch(request, tests, numbers, online))))
 
-        for part in _parted(len(tests), max(1, self._cluster.threads)):
+        for part in _parted(len(tests), max(1, self._workers.threads)):
             ask(part)
-        with closing(self._cluster.answers(self._service, questions, self._archive)) as answers:
+        with closing(self._workers.answers(self._service, questions)) as answers:
             while (answered := self._next(answers)) is not None:
                 question, answer = answered
                 numbers = parts[question.key]

@@ -6,14 +6,11 @@ import os
 import re
 from dataclasses import dataclass
 
-from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.message import quoted
+from pytest_hricdv.session.remote import ClusterError
 
 _SCHEDULER = re.compile(r"(?:tcp|tls|ws|wss)://\S+:\d+")
 _LOCAL = re.compile(r"local(?::(\d{1,4}))?")
-
-
-class ClusterError(InputError):
-    """There is no such cluster, or it can do no work; the text says which, why, and what to do."""
 
 
 @dataclass(frozen=True)

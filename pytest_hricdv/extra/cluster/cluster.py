@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.extra.cluster import service as worker_side
-from pytest_hricdv.extra.cluster.address import Address, ClusterError
+from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Connection, connection
-from pytest_hricdv.extra.cluster.service import Answer, Service
 from pytest_hricdv.session.identity import plugin_versions
+from pytest_hricdv.session.remote import Answer, ClusterError, Lost, Question, Service
 
 if TYPE_CHECKING:
     from distributed import Future
@@ -30,28 +30,6 @@ WAIT_FOR_WORKERS_S, WAIT_FOR_LOCAL_S = 60.0, 30.0
 
 TICK_S = 0.5
 """What happens without an answer, as a worker that comes or goes, is looked at so often (s)."""
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is asked.
-
-    Args:
-        key: equal for equal questions only.
-        message: a line.
-        avoid: the address of a worker that is to leave it to another one, if there is any.
-    """
-
-    key: str
-    message: bytes
-    avoid: str = ""
-
-
-@dataclass(frozen=True)
-class Lost:
-    """Nobody answers a question: the workers that were asked were lost, again and again."""
-
-    reason: str
 
 
 @dataclass
@@ -75,26 +53,19 @@ class Cluster:
     """Workers that may be asked: address -> threads."""
 
     @property
+    def dashboard(self) -> str:
+        """The address of the scheduler's page; empty where it has none."""
+        return self.connection.dashboard
+
+    @property
     def threads(self) -> int:
         """How many questions are answered at a time."""
         return sum(self._checked.values())
 
     def answers(
-        self, service: Service, queue: deque[Question], archive: bytes = b"", tick: Callable[[], None] = lambda: None
+        self, service: Service, queue: deque[Question], tick: Callable[[], None] = lambda: None
     ) -> Generator[tuple[Question, Answer | Lost]]:
-        """Ask until the queue is empty, from left to right; questions may be added in the meantime.
-
-        A question whose worker is lost is asked again, of another one.
-
-        Args:
-            service: that answers.
-            queue: of questions.
-            archive: of the project; empty where workers have it.
-            tick: called at least twice a second; what it raises ends the questions.
-
-        Raises:
-            ClusterError: the scheduler is gone, or no worker can answer.
-        """
+        """See `session.remote.Workers`."""
         pending: dict[Future[Any], Question] = {}
         try:
             while queue or pending:
@@ -102,7 +73,7 @@ class Cluster:
                 try:
                     self.look_at_workers()
                     while queue and len(pending) < AHEAD * max(1, self.threads):
-                        future = self._submit(service, queue[0], archive)
+                        future = self._submit(service, queue[0])
                         pending[future] = queue.popleft()
                     for future in self._done(pending):
                         result = self._result(future, pending[future], queue)
@@ -125,7 +96,7 @@ class Cluster:
             self._checked.clear()
             self.refused.clear()
 
-    def _submit(self, service: Service, question: Question, archive: bytes) -> Future[Any]:
+    def _submit(self, service: Service, question: Question) -> Future[Any]:
         """Hand a question out; only to workers that may be asked."""
         allowed = [address for address in self._checked if address != question.avoid] or [*self._checked]
         limited = bool(self.refused) or bool(question.avoid)
@@ -133,7 +104,6 @@ class Cluster:
             worker_side.ask,
             service,
             question.message,
-            archive,
             # Never a key twice: Dask would hand out the answer that it has, and audits ask the same again on purpose.
             key=f"hricdv-{question.key}-{time.monotonic_ns()}",
             pure=False,

@@ -14,8 +14,8 @@ from pathlib import Path, PurePosixPath
 
 from pytest_hricdv._base import project_files
 from pytest_hricdv._base.message import quoted
-from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.private_folder import private_folder
+from pytest_hricdv.session.remote import ClusterError
 
 MOST_BYTES = 100_000_000
 """A project of code and models has less; more is a data set, or a folder of results."""

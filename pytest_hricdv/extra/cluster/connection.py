@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.extra.cluster import service as worker_side
-from pytest_hricdv.extra.cluster.address import Address, ClusterError
+from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.local_cluster import LocalWorkers
+from pytest_hricdv.session.remote import ClusterError
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -8,8 +8,8 @@ import sys
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv.extra.cluster.address import ClusterError
 from pytest_hricdv.extra.cluster.private_folder import UnsafeFolderError, private_folder
+from pytest_hricdv.session.remote import ClusterError
 
 if TYPE_CHECKING:
     from distributed import LocalCluster

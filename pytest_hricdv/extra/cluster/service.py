@@ -13,85 +13,24 @@ import platform
 import threading
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
 
 from pytest_hricdv._base import project_files
-from pytest_hricdv._base.hash_seed import hash_seed_of_children
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.separate_process import ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster.code_archive import ArchiveError
 from pytest_hricdv.extra.cluster.private_folder import require_safe
 from pytest_hricdv.session.identity import Identity
+from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
 
-@dataclass(frozen=True)
-class Service:
-    """What answers.
-
-    Args:
-        module: name of the module that a process runs.
-        job: the first line that it is sent; its answer is an `Identity`.
-        directory: where it starts; with an archive, relative to the folder with its files.
-        project: files of project and code under test, name -> hash: a worker whose process has other ones refuses.
-            Empty: whatever it has.
-        root: the project's folder, relative to `directory`.
-        sources: the files in it, name -> hash: a worker with other ones refuses before it imports any. Empty: it does
-            not look.
-        archive_sha256: of the archive with the project, where workers do not have it.
-        silent_s: a process that writes nothing for so long (s of wall time) is ended.
-        hash_seed: of the processes, on whichever machine: that of all that the session starts.
-    """
-
-    module: str
-    job: bytes
-    directory: str
-    project: Mapping[str, str]
-    silent_s: float
-    root: str = "."
-    sources: Mapping[str, str] = field(default_factory=dict)
-    archive_sha256: str = ""
-    hash_seed: str = field(default_factory=hash_seed_of_children)
-
-
-@dataclass(frozen=True)
-class WorkerName:
-    """Who answered: the worker's address, its machine, and what is installed there."""
-
-    address: str
-    host: str
-    versions: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a worker answered.
-
-    Args:
-        worker: which.
-        lines: of the answer, as far as there are.
-        problem: why the process ended before the answer did; empty where it did not.
-        unable: why this worker cannot answer any question; empty where it can.
-    """
-
-    worker: WorkerName
-    lines: tuple[bytes, ...] = ()
-    problem: str = ""
-    unable: str = ""
-
-
-def ask(service: Service, message: bytes, archive: bytes = b"") -> Answer:
-    """Ask this worker's process, which is started where there is none. Run by Dask, on the worker.
-
-    Args:
-        message: a line.
-        archive: of the project; empty where the worker has it.
-    """
+def ask(service: Service, message: bytes) -> Answer:
+    """Ask this worker's process, which is started where there is none. Run by Dask, on the worker."""
     asked = _processes.setdefault(threading.get_ident(), _Asked())
-    return asked.answer(service, message, archive)
+    return asked.answer(service, message)
 
 
 class OtherProjectError(Exception):
@@ -117,10 +56,10 @@ class _Asked:
         self._sent: Path | None = None
         """Where the project is that was sent."""
 
-    def answer(self, service: Service, message: bytes, archive: bytes) -> Answer:
+    def answer(self, service: Service, message: bytes) -> Answer:
         try:
             if self._process is None or self._service != service:
-                self._start(service, archive)
+                self._start(service)
         except (ProcessError, OSError, ArchiveError) as error:
             self.end()
             return Answer(self._worker, unable=f"it cannot begin: {error}")
@@ -150,11 +89,11 @@ class _Asked:
     def _worker(self) -> WorkerName:
         return WorkerName(_address(), platform.node(), self._identity.versions)
 
-    def _start(self, service: Service, archive: bytes) -> None:
+    def _start(self, service: Service) -> None:
         self.end()
         scratch = _scratch()
         require_safe(scratch)  # Python looks for modules in it first
-        self._directory = self._folder(service, archive, scratch) / service.directory
+        self._directory = self._folder(service, scratch) / service.directory
         if service.sources:
             _require_same(service.sources, project_files.hashes((self._directory / service.root).resolve()))
         self._process = self._stack.enter_context(started(service.module, self._directory, hash_seed=service.hash_seed))
@@ -166,13 +105,13 @@ class _Asked:
             _require_same(service.project, self._identity.project)
         self._service = service
 
-    def _folder(self, service: Service, archive: bytes, scratch: Path) -> Path:
+    def _folder(self, service: Service, scratch: Path) -> Path:
         """The folder that the service's directory is in: a new one with the project that was sent, or any."""
         if not service.archive_sha256:
             return Path()
-        if code_archive.digest(archive) != service.archive_sha256:
+        if code_archive.digest(service.archive) != service.archive_sha256:
             raise ArchiveError("the project that came is not the one that was sent: its SHA-256 is another one")
-        self._sent = self._stack.enter_context(code_archive.unpacked(archive, scratch))
+        self._sent = self._stack.enter_context(code_archive.unpacked(service.archive, scratch))
         return self._sent
 
     def _read(self, process: SeparateProcess, silent_s: float, lines: list[bytes]) -> None:

@@ -7,11 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import pytest
-
 from pytest_hricdv._base import project_files
 from pytest_hricdv.extra.cluster import code_archive
-from pytest_hricdv.extra.cluster.service import Service
+from pytest_hricdv.session.remote import Service
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,15 @@ class WorkerProject:
         """What workers are asked; see `Service`."""
         there = {name: text for name, text in project.items() if name not in self.left_out}
         return Service(
-            module, job, self.directory, there, silent_s, self.root, self.sources, archive_sha256=self.archive_sha256
+            module,
+            job,
+            self.directory,
+            there,
+            silent_s,
+            self.root,
+            self.sources,
+            archive=self.archive,
+            archive_sha256=self.archive_sha256,
         )
 
 
@@ -77,8 +83,3 @@ def worker_project(
         code_archive.pack(root, files),
         frozenset(left_out),
     )
-
-
-def project_of(config: pytest.Config, *, send: bool, hidden: Sequence[str] = ()) -> WorkerProject:
-    """Of a session. Raises as `worker_project`."""
-    return worker_project(Path(config.rootpath), config.invocation_params.dir, send=send, hidden=hidden)

@@ -65,12 +65,8 @@ class SearchFeature(Feature[SearchOptions]):
 
 def _searched(session: FeatureSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
     """Searches, on a cluster where one is named."""
-    from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
-
-    if not CLUSTER.settings(session.options).address:
-        return after.search(results)
-    from pytest_hricdv.extra.cluster.address import ClusterError
-    from pytest_hricdv.extra.cluster.remote_runs import remote_runs  # it needs Dask, which not everyone has
+    from pytest_hricdv.extra.search.remote_runs import remote_runs
+    from pytest_hricdv.session.remote import ClusterError
 
     try:
         with (

@@ -25,7 +25,7 @@ from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.replaying import Rerunning, named
 
 if TYPE_CHECKING:
-    from pytest_hricdv.extra.cluster.remote_runs import RemoteRuns
+    from pytest_hricdv.extra.search.remote_runs import RemoteRuns
 
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
 
@@ -212,9 +212,9 @@ class PostSession:
                 self.say(f"hricdv: searching for a violation of {requirement.id} ...")
                 yield search(requirement)
             return
-        where = f"{len(requirements)} requirements on {remote.cluster.address}"
+        where = f"{len(requirements)} requirements on {remote.address}"
         self.say(f"hricdv: searching for violations of {where} ...")
-        with ThreadPoolExecutor(max_workers=max(1, remote.cluster.threads)) as pool:
+        with ThreadPoolExecutor(max_workers=max(1, remote.workers.threads)) as pool:
             searches = pool.map(search, requirements)
             try:
                 for _ in requirements:

@@ -15,12 +15,12 @@ import pytest
 from pytest_hricdv.extra.campaign.__main__ import main
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, Planned, PlannedTest
 from pytest_hricdv.extra.campaign.store import Store
-from pytest_hricdv.extra.cluster.service import WorkerName
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.replay import Replay
+from pytest_hricdv.session.remote import WorkerName
 from tests.report import sample
 
 Doctored = Callable[..., Path]

@@ -23,9 +23,9 @@ from distributed.security import Security
 from benchmarks import lost_workers
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster import service as worker_side
-from pytest_hricdv.extra.cluster.address import Address, ClusterError
-from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
-from pytest_hricdv.extra.cluster.service import Answer, Service
+from pytest_hricdv.extra.cluster.address import Address
+from pytest_hricdv.extra.cluster.cluster import Cluster, connected
+from pytest_hricdv.session.remote import Answer, ClusterError, Lost, Question, Service
 from tests.extra.campaign.conftest import environment
 
 ECHO = """
@@ -253,11 +253,11 @@ def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
     (echo / "evil_service.py").write_text(evil, encoding="utf-8")
     own = {"conftest.py": "0123456789abcdef"}
     there = Service("evil_service", b"{}", str(tmp_path), {}, 20.0, sources=own)
-    sent = replace(there, directory=".", archive_sha256=code_archive.digest(archive))
+    sent = replace(there, directory=".", archive=archive, archive_sha256=code_archive.digest(archive))
     forged = replace(sent, sources={}, archive_sha256="0" * 64)
     expected = (there, "conftest.py changed"), (sent, "conftest.py changed"), (forged, "its SHA-256 is another one")
     for asked, why in expected:
-        answer = cluster.connection.client.submit(worker_side.ask, asked, b"[]", archive, pure=False).result()
+        answer = cluster.connection.client.submit(worker_side.ask, asked, b"[]", pure=False).result()
         assert why in answer.unable
     assert not (tmp_path / "ran").exists()
 
@@ -310,9 +310,7 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
 
     with connected(Address(workers=2), [].append) as made:
         queue = deque(Question(str(number), f'["{number}"]'.encode()) for number in range(30))
-        found = [
-            (question.key, lines(answer)) for question, answer in made.answers(service(echo), queue, b"", kill_one)
-        ]
+        found = [(question.key, lines(answer)) for question, answer in made.answers(service(echo), queue, kill_one)]
     assert sorted(found) == sorted((str(number), [f'"{number}!"']) for number in range(30))
     assert len(told) == 3
 

@@ -11,16 +11,12 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.extra.cluster.address import Address
-from pytest_hricdv.extra.cluster.cluster import Cluster, Lost, Question, connected
-from pytest_hricdv.extra.cluster.feature import FEATURE as CLUSTER
-from pytest_hricdv.extra.cluster.service import Service
-from pytest_hricdv.extra.cluster.worker_project import project_of
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.session import run_process
 from pytest_hricdv.session.identity import identity
+from pytest_hricdv.session.remote import Lost, Question, Service, Workers, remote
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
 from pytest_hricdv.session.serving import arguments_of
@@ -34,14 +30,14 @@ class RemoteRuns:
     """Runs tests on a cluster; of several threads at a time.
 
     Args:
-        cluster: that runs them.
+        address: of the cluster.
+        workers: of it.
         service: that is asked.
-        archive: of the project; empty where workers have it.
     """
 
-    cluster: Cluster
+    address: str
+    workers: Workers
     service: Service
-    archive: bytes
     is_over: threading.Event = field(default_factory=threading.Event)
     """Set where nobody waits for runs any more."""
 
@@ -53,7 +49,7 @@ class RemoteRuns:
             ClusterError: the scheduler is gone, or no worker can run it.
         """
         question = Question(digest(test.to_json())[:24], msgspec.json.encode(RunBatch((_request(test),))))
-        for _, answer in self.cluster.answers(self.service, deque([question]), self.archive, self._check):
+        for _, answer in self.workers.answers(self.service, deque([question]), self._check):
             if not isinstance(answer, Lost) and answer.lines:
                 result = msgspec.json.decode(answer.lines[0], type=RunReply).result
                 return None if result.outcome == "error" else result.requirements[requirement]
@@ -69,17 +65,21 @@ def _request(test: ConcreteTest) -> RunRequest:
 
 
 @contextmanager
-def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[RemoteRuns]:
-    """Of the cluster that the session's options name.
+def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[RemoteRuns | None]:
+    """On the cluster that the session's options name; None where they name none.
 
     Raises:
         ClusterError: there is no such cluster.
     """
-    collection = context.collection
-    options, config = CLUSTER.settings(collection.options), collection.config
-    there = project_of(config, send=options.send_code, hidden=options.send_hidden)
+    collection, cluster = context.collection, remote()
+    options, config = collection.options, collection.config
+    address = "" if cluster is None else cluster.address_of_session(options)
+    if cluster is None or not address:
+        yield None
+        return
+    there = cluster.project_of_session(config, options)
     project = identity(Path(config.rootpath), context.provenance.code).project
     job = msgspec.json.encode(SessionArguments((*there.arguments, *arguments_of(config))))
     service = there.service(run_process.__name__, job, project, RUN_S)
-    with connected(Address.parse(options.address), say) as cluster:
-        yield RemoteRuns(cluster, service, there.archive)
+    with cluster.connect(address, say) as workers:
+        yield RemoteRuns(address, workers, service)
