@@ -9,9 +9,9 @@
 # make closure: docs/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # make docs: the documentation as a site, docs/_build/index.html (a minute). make dist: wheel and sdist, checked, in dist/.
-# Each creates the environment in $(VENV) first, from nothing but a Python from 3.11 to 3.14, and make. With 3.11 on Linux
-# (x86-64) the simulated world has both physics engines, otherwise MuJoCo, and the tests have ROS 2. Without make: pipx run nox -s suite, see
-# noxfile.py.
+# Each creates the environment in $(VENV) first, from nothing but a Python from 3.11 to 3.14, and make: `suite` and
+# `home-care` install the project and its simulated world, the others the development tools and ROS 2 as well. With 3.11 on
+# Linux (x86-64) the world has both physics engines, otherwise MuJoCo, and the tests have ROS 2. Without make: noxfile.py.
 
 PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3.14 python3; do command -v $$each && break; done)
 VENV ?= .venv
@@ -24,10 +24,10 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: suite home-care test slow ros2 lint bench experiment agreement adequacy false-alarms engines closure campaign pictures docs dist clean
 
-suite: $(VENV)/.installed
+suite: $(VENV)/.suite
 	$(BIN)/pytest --hri-suite=rl -n 2
 
-home-care: $(VENV)/.installed
+home-care: $(VENV)/.suite
 	cd examples/home_care && $(abspath $(BIN))/pytest --hri-suite=rl -n 2
 
 test: $(VENV)/.installed
@@ -87,8 +87,14 @@ dist: $(VENV)/.installed
 	$(BIN)/python -m twine check --strict dist/*
 	$(BIN)/python -m pyroma --min=10 --skip-tests=AuthorEmail dist/*.tar.gz
 
-$(VENV)/.installed: pyproject.toml
+# The environment of a suite. The other one is made from it, so that `make -j suite test` runs one installation at a time.
+$(VENV)/.suite: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable ".[sim]"
+	touch $@
+
+# The complete environment: development tools, and ROS 2 where pip has it.
+$(VENV)/.installed: $(VENV)/.suite
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet --editable ".[sim]" --group dev
 	$(MAKE) --no-print-directory ros2 || echo "no ROS 2 from pip for this Python: tests that need rclpy are skipped"

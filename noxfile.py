@@ -16,7 +16,7 @@ nox.options.sessions = ["suite"]
 
 
 def install(session: nox.Session) -> None:
-    """Install the project with its simulated world and its tools."""
+    """Install the project with its simulated world and the development tools."""
     groups = nox.project.dependency_groups(nox.project.load_toml("pyproject.toml"), "dev")
     session.install("--editable", ".[sim]", *groups)
 
@@ -24,7 +24,7 @@ def install(session: nox.Session) -> None:
 @nox.session
 def suite(session: nox.Session) -> None:
     """Learn tests from the BDI models and run each against the simulated world, on two workers."""
-    install(session)
+    session.install("--editable", ".[sim]")
     session.run("pytest", "--hri-suite=rl", "-n", "2", *session.posargs)
 
 
@@ -45,6 +45,7 @@ def lint(session: nox.Session) -> None:
     session.run("lint-imports")
     session.run("python", "-m", "pytest_hricdv.bdi", "lint", "models_bdi/table_assembly.mas2j")
     session.run("python", "-m", "studies.freshness")
+    session.run("python", "-m", "studies.size", "--check")
     workflows = sorted(str(path) for path in Path(".github/workflows").glob("*.yml"))
     session.run("check-jsonschema", "--builtin-schema", "vendor.github-workflows", *workflows)
     session.run("check-jsonschema", "--builtin-schema", "vendor.citation-file-format", "CITATION.cff")
