@@ -34,7 +34,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     `-n` without xdist: pytest only reports an unrecognized argument.
     """
     from pytest_hricdv.session import following  # it is light
-    from pytest_hricdv.session.toml_values import adapt
+    from pytest_hricdv.session.option_table import adapt
 
     adapt(early_config)
     if following.is_wanted(early_config, args):
