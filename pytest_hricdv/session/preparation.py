@@ -24,13 +24,13 @@ from pytest_hricdv.results.gate_check import check_gates
 from pytest_hricdv.results.model import GateResult, Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
-from pytest_hricdv.session.engine_choice import import_engine
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.fingerprint import fingerprint
 from pytest_hricdv.session.pytest_options import runs_tests
 from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
+from pytest_hricdv.session.testbench_search import import_engine
 from pytest_hricdv.session.usage import usage_error
 
 

@@ -28,9 +28,9 @@ from pytest_hricdv.online.chooser import Weight
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.run import Actions
-from pytest_hricdv.session.engine_choice import engine_modules
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import END, in_session, introduce, leave_no_core, limit_time, preload, session
+from pytest_hricdv.session.testbench_search import engine_modules
 
 RUN_S = 60.0
 """A run that takes more processor time (s) does not end. Chosen: some sixty times what a run of the table takes (in

@@ -70,7 +70,7 @@ class EnginesFeature(Feature[str]):
 
     def header(self, context: RunContext) -> Iterable[str]:
         """Which engine is used, where that was asked for, or where it is not the testbench's first one."""
-        from pytest_hricdv.session.engine_choice import passed_over
+        from pytest_hricdv.session.testbench_search import passed_over
 
         asked, testbench = self.settings(context.options), context.collection.testbench
         if asked == BOTH:
@@ -88,7 +88,7 @@ class EnginesFeature(Feature[str]):
 
         if self.settings(context.options) != BOTH or not runs_tests(context.collection.config):
             return
-        from pytest_hricdv.session.engine_choice import import_engine
+        from pytest_hricdv.session.testbench_search import import_engine
 
         testbench = context.collection.testbench
         for on_one in (testbench, _on_second(testbench)):

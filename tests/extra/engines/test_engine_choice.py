@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from pytest_hricdv.session.engine_choice import engine_modules, import_engine, on_installed_engine, passed_over
+from pytest_hricdv.session.testbench_search import engine_modules, import_engine, on_installed_engine, passed_over
 from pytest_hricdv.testbench import Testbench
 from tests.actors.corridor.bench import ward
 
