@@ -21,7 +21,7 @@ from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
-from pytest_hricdv.session.pytest_report import FirstLines
+from pytest_hricdv.session.pytest_options import FirstLines
 from pytest_hricdv.session.run_context import CONTEXT, RunContext
 from pytest_hricdv.session.running import raise_for
 from pytest_hricdv.testbench import TestbenchError

@@ -78,7 +78,7 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
     from pytest_hricdv.session.following import follow_imports, follow_no_longer
-    from pytest_hricdv.session.pytest_report import FirstLines
+    from pytest_hricdv.session.pytest_options import FirstLines
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running

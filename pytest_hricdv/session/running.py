@@ -26,7 +26,7 @@ from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.following import IMPORTS
-from pytest_hricdv.session.pytest_report import (
+from pytest_hricdv.session.pytest_options import (
     cut_texts,
     end_of,
     explained_by_us,
