@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from pytest_hricdv.results.journal import NAME, JournalWriter, records
-from pytest_hricdv.session.fingerprint import files_and_versions
+from pytest_hricdv.session.preparation import files_and_versions
 from studies.session import ROOT, machine, run
 
 
