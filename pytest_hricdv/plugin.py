@@ -75,8 +75,8 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv._base.grammar import LarkError, require_lark
     from pytest_hricdv.session import pytest_options
-    from pytest_hricdv.session.attachments import attaching
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
+    from pytest_hricdv.session.exports import attaching
     from pytest_hricdv.session.following import follow_imports, follow_no_longer
     from pytest_hricdv.session.pytest_options import FirstLines
     from pytest_hricdv.session.resuming import PassingOver

@@ -14,7 +14,7 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.report.tests_view import anchor
-from pytest_hricdv.session.attachments import timeline_text
+from pytest_hricdv.session.exports import timeline_text
 from tests.plugin.project import report
 from tests.report import sample_tests
 
