@@ -35,9 +35,8 @@ from pytest_hricdv.results.codec import decode
 from pytest_hricdv.runtime.virtual.modules import STAND_INS
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of, worker_input
 from pytest_hricdv.session.feature import features
-from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.serving import arguments_of
+from pytest_hricdv.session.serving import FreshSession, arguments_of, handed, without_editor
 from pytest_hricdv.session.testbench_search import engine_modules
 
 

@@ -11,9 +11,8 @@ from typing import IO, NoReturn
 
 import pytest
 
-from pytest_hricdv.session.fresh_process import FreshPytest, FreshSession, serve
 from pytest_hricdv.session.isolation import Answer, answer_of
-from pytest_hricdv.session.serving import END, leave_no_core
+from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
 class Spawned(FreshPytest):

@@ -20,8 +20,7 @@ from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.aggregation import TestTimes
 from pytest_hricdv.session.feature import FeatureSession
-from pytest_hricdv.session.fresh_process import FreshSession, handed, without_editor
-from pytest_hricdv.session.serving import arguments_of
+from pytest_hricdv.session.serving import FreshSession, arguments_of, handed, without_editor
 
 EXPERIMENTS_S = 120.0
 """Experiments on the causes begin no later than so long (s of wall time) after the audit, or than the session took.

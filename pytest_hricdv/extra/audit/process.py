@@ -18,8 +18,7 @@ from pytest_hricdv.extra.audit.sources import Reading, Sources
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE
-from pytest_hricdv.session.fresh_process import FreshPytest, FreshSession, serve
-from pytest_hricdv.session.serving import END, leave_no_core
+from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
 class Order(msgspec.Struct, frozen=True):
