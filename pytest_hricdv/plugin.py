@@ -78,12 +78,12 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
     from pytest_hricdv.session.exports import attaching
     from pytest_hricdv.session.following import follow_imports, follow_no_longer
+    from pytest_hricdv.session.option import usage_error
     from pytest_hricdv.session.pytest_options import FirstLines
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running
     from pytest_hricdv.session.testbench_search import WithoutTestbench, has_testbench
-    from pytest_hricdv.session.usage import usage_error
 
     try:
         require_lark()

@@ -20,12 +20,11 @@ from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.following import of_testbench
-from pytest_hricdv.session.option import feature_options
+from pytest_hricdv.session.option import feature_options, located, usage_error
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.session.testbench_search import on_installed_engine
-from pytest_hricdv.session.usage import located, usage_error
 from pytest_hricdv.testbench import Testbench, TestbenchError
 from pytest_hricdv.testbench_faults import checked, lacking
 

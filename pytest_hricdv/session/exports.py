@@ -27,8 +27,8 @@ from pytest_hricdv.report.violation_lines import violation_line
 from pytest_hricdv.results.codec import ReportError, decode
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE
+from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
-from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.collection import Collection

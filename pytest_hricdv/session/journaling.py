@@ -31,7 +31,7 @@ from pytest_hricdv.results.journal import (
     Kept,
     read,
 )
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import usage_error
 
 
 class Journaling:

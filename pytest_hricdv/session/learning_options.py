@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.generate.qlearning import QLearning, WarmStart

@@ -9,11 +9,32 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 import pytest
 
+from pytest_hricdv._base.message import legible
 from pytest_hricdv.registry import offers
-from pytest_hricdv.session.usage import usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.testbench import Testbench
+
+
+def usage_error(text: str) -> pytest.UsageError:
+    """The error that pytest prints as it is, ending with status 4; legible, whatever the text quotes."""
+    return pytest.UsageError(legible(text))
+
+
+def located(error: BaseException) -> str:
+    """An error with its deepest place outside of this plugin and of installed packages."""
+    trace, place = error.__traceback__, ""
+    while trace is not None:
+        code = trace.tb_frame.f_code
+        file = Path(code.co_filename)
+        if "site-packages" not in file.parts and _PACKAGE not in file.parents and not code.co_filename.startswith("<"):
+            place = f"{file}:{trace.tb_lineno}: {code.co_name}: "
+        trace = trace.tb_next
+    return f"{place}{type(error).__name__}: {error}"
+
+
+_PACKAGE = Path(__file__).parents[1]
+
 
 MAX_INTEGER = 2**63 - 1
 """Of an option: seeds have 63 bits, and nothing else needs more."""

@@ -11,8 +11,7 @@ import pytest
 
 from pytest_hricdv.report import EXPORT_FORMATS
 from pytest_hricdv.results.gates import KINDS
-from pytest_hricdv.session.option import Flag, Option, Repeatable, Value, feature_options
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import Flag, Option, Repeatable, Value, feature_options, usage_error
 
 TESTS = (
     Value(

@@ -26,8 +26,7 @@ from pytest_hricdv.results.gates import (
     parse_threshold,
 )
 from pytest_hricdv.session.learning_options import LearningOptions, read_learning
-from pytest_hricdv.session.option import OptionReader, feature_options
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import OptionReader, feature_options, usage_error
 
 MAX_TESTS, MAX_CONCRETIZATIONS = 100_000, 10_000
 """As in `generate.beliefs`, which a session without a suite does not import."""

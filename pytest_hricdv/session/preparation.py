@@ -27,7 +27,7 @@ from pytest_hricdv.results.model import SCHEMA, GateResult, Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.feature import features
-from pytest_hricdv.session.option import feature_options
+from pytest_hricdv.session.option import feature_options, usage_error
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.pytest_options import runs_tests
 from pytest_hricdv.session.replaying import Provenance
@@ -35,7 +35,6 @@ from pytest_hricdv.session.resuming import Restoring
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
 from pytest_hricdv.session.testbench_search import import_engine
-from pytest_hricdv.session.usage import usage_error
 
 
 def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str]:

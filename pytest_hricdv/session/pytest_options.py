@@ -13,8 +13,8 @@ import pytest
 from pytest_hricdv._base.message import cut, visible
 from pytest_hricdv.execution.judge import FunctionEnd
 from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
+from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.usage import usage_error
 
 _RUNNING_NOTHING = ("collectonly", "setuponly", "setupplan")
 

@@ -30,8 +30,8 @@ from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.building import GeneratedSuite, build_result
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.results.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
+from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.suites import check_commands
-from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"

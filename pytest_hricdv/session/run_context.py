@@ -29,9 +29,9 @@ from pytest_hricdv.results.building import requirement_texts
 from pytest_hricdv.results.model import RequirementText
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.following import IMPORTS
+from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.replaying import Failures, Provenance
 from pytest_hricdv.session.signals import Signals
-from pytest_hricdv.session.usage import usage_error
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

@@ -26,6 +26,7 @@ from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.following import IMPORTS
+from pytest_hricdv.session.option import located
 from pytest_hricdv.session.pytest_options import (
     cut_texts,
     end_of,
@@ -34,7 +35,6 @@ from pytest_hricdv.session.pytest_options import (
 )
 from pytest_hricdv.session.replaying import replay_mismatch
 from pytest_hricdv.session.run_context import RunContext
-from pytest_hricdv.session.usage import located
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

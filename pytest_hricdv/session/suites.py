@@ -20,9 +20,8 @@ from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
-from pytest_hricdv.session.option import feature_suites
+from pytest_hricdv.session.option import feature_suites, usage_error
 from pytest_hricdv.session.options import MAX_TESTS, Options
-from pytest_hricdv.session.usage import usage_error
 from pytest_hricdv.testbench import Testbench
 
 CACHE_FOLDER = "hricdv"

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.hooks import HOOK
-from pytest_hricdv.session.usage import located, usage_error
+from pytest_hricdv.session.option import located, usage_error
 from pytest_hricdv.testbench import Testbench
 
 

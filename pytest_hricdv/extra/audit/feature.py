@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option import OptionReader, Value
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.audit.repeating import Begin

@@ -54,11 +54,11 @@ from pytest_hricdv.online.declaration import OnlineError
 from pytest_hricdv.results.building import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.identity import identity
+from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.remote import ClusterError, remote
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.signals import Signals
 from pytest_hricdv.session.suites import CACHE_FOLDER, generation_context
-from pytest_hricdv.session.usage import usage_error
 
 CACHE_SCHEMA = "hricdv-closing/6"
 

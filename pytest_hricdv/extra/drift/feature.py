@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.drift.options import DriftOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option import Flag, OptionReader, Repeatable
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import Flag, OptionReader, Repeatable, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.results.model import Report

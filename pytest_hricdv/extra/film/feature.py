@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from pytest_hricdv.session.feature import Feature
-from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase

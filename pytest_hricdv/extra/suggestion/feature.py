@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option import Flag, OptionReader, Value
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.results.model import Report

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.session.feature import Feature, FeatureSession
-from pytest_hricdv.session.option import OptionReader, Value
-from pytest_hricdv.session.usage import usage_error
+from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.verification_plan.records import PlanFeature
