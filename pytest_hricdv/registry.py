@@ -27,20 +27,20 @@ FEATURES = MappingProxyType(
     {
         "mutation": ("feature", "records", "view"),
         "suggestion": ("feature", "records", "view"),
-        "engines": ("feature", "records", "view"),
+        "engines": ("feature", "view"),
         "draft": (),  # commands of `python -m pytest_hricdv` only
         "recordings": (),  # read for drafts
         "drift": ("feature",),
         "closing": ("feature", "records", "merging", "view"),
         "campaign": ("records", "view"),
-        "verification_plan": ("feature", "records", "merging", "view"),
+        "verification_plan": ("feature",),
         "cluster": ("feature", "remote"),
         "diagnosis": ("feature", "records", "merging", "view", "commands"),
         "audit": ("feature", "records", "view"),  # before what follows failures up: some are none
         "search": ("feature", "records", "merging", "view"),
-        "trend": ("feature", "records", "view"),
-        "film": ("feature", "records", "view"),
-        "traces": ("feature", "records", "view"),
+        "trend": ("feature",),
+        "film": ("feature", "records"),
+        "traces": ("feature", "records"),
         "oracle": ("execution",),
         "ros2": ("execution", "feature", "records", "view"),
     }

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pytest_hricdv.registry import offers
-from pytest_hricdv.report.formatting import Line
-from pytest_hricdv.results.model import Report, TestResult
+
+if TYPE_CHECKING:  # `results.model` is extended by features, some of which have their view in the same module
+    from pytest_hricdv.report.formatting import Line
+    from pytest_hricdv.results.model import Report, TestResult
 
 Place = Literal["causes", "requirements", "in closure", "further"]
 """Of a section: an entry of the navigation of its own, beside the requirements, in the view of what is not covered, or

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from pytest_hricdv.extra.engines.agreement import Agreement, agreement
+from pytest_hricdv.extra.engines.view import Agreement, agreement
 from pytest_hricdv.results.codec import ReportError
 from studies import grid, page, session
 from studies.dependencies import DependencyError

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_hricdv.extra.engines.agreement import Agreement
+from pytest_hricdv.extra.engines.view import Agreement
 from pytest_hricdv.report.formatting import natural
 from studies import page, session
 

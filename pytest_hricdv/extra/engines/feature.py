@@ -1,24 +1,143 @@
-"""The choice of a physics engine in a session, and tests that run on two, which check each other."""
+"""Physics engines: which one runs the tests, and two that check each other."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import pytest
+from msgspec import Struct
 
 from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.record import Count, Names, Number, PlainRecord
+from pytest_hricdv.results.section import TestSection
 from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import HasFeatures, OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult, RunSettings
-    from pytest_hricdv.extra.engines.records import EngineDifference
     from pytest_hricdv.generate.concrete import ConcreteTest
+    from pytest_hricdv.monitor import Verdict
     from pytest_hricdv.results.model import TestResult
     from pytest_hricdv.session.run_context import RunContext
     from pytest_hricdv.testbench import Testbench
+
+
+class OtherVerdict(PlainRecord, frozen=True, kw_only=True):
+    """A requirement on the second engine."""
+
+    verdict: Literal["Passed", "Failed", "NC"]
+    margin: Number | None
+    triggers: Count
+
+
+class EngineDifference(PlainRecord, frozen=True, kw_only=True):
+    """A difference between engines: in a requirement, or in how the run or its interactions ended.
+
+    Args:
+        what: the name of the requirement, `end`, or what the testbench calls the interactions.
+        text: the result on each engine, for people.
+        tolerated: margins differ by no more than the testbench allows engines to differ.
+    """
+
+    what: str
+    text: str
+    tolerated: bool
+
+
+class EngineComparison(PlainRecord, frozen=True, kw_only=True):
+    """The same test on a second engine.
+
+    Args:
+        engine: its name.
+        outcomes: how each interaction ended there, in order.
+        record_sha256: of its run.
+        requirements: requirement -> how it went there.
+        faults: errors of that run, a sentence each.
+        differences: what depends on the engine.
+    """
+
+    engine: str
+    outcomes: Names
+    record_sha256: str
+    requirements: Mapping[str, OtherVerdict]
+    faults: Names
+    differences: tuple[EngineDifference, ...]
+
+
+BESIDE: TestSection[EngineComparison | None] = TestSection("beside", EngineComparison | None, None, identifies=True)
+"""How the same test went on a second engine, in a session in which engines check each other."""
+
+TEST_SECTIONS = (BESIDE,)
+
+
+def further_engines(test: Struct) -> Names:
+    """Of a test that ran on a second engine."""
+    beside = BESIDE.of(test)
+    return (beside.engine,) if beside is not None else ()
+
+
+LOOK = "outcome differs: look"
+TOLERATED = "within engine tolerance"
+_WORDS = {"Passed": "passed", "Failed": "failed", "NC": "not checked"}
+
+
+def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> EngineComparison:
+    """How a test went on two engines.
+
+    Args:
+        result: on the first.
+        other: of the same test on the second.
+        testbench: says by how much margins may differ.
+    """
+    differences = []
+    if result.outcome.outcomes != other.outcome.outcomes:
+        texts = (" ".join(run.outcome.outcomes) or "none" for run in (result, other))
+        differences.append(_outcome_difference(testbench.outcome_label, result.engine, other.engine, *texts))
+    if result.outcome.ended != other.outcome.ended:
+        ends = result.outcome.ended, other.outcome.ended
+        differences.append(_outcome_difference("end", result.engine, other.engine, *ends))
+    for verdict, other_verdict in zip(result.verdicts, other.verdicts, strict=True):
+        if verdict.verdict != other_verdict.verdict:
+            tolerance = testbench.engine_tolerances.get(verdict.requirement)
+            differences.append(_verdict_difference(verdict, other_verdict, result.engine, other.engine, tolerance))
+    return EngineComparison(
+        engine=other.engine,
+        outcomes=tuple(other.outcome.outcomes),
+        record_sha256=other.record.sha256,
+        requirements={
+            verdict.requirement: OtherVerdict(verdict=verdict.verdict, margin=verdict.margin, triggers=verdict.triggers)
+            for verdict in other.verdicts
+        },
+        faults=other.faults,
+        differences=tuple(differences),
+    )
+
+
+def _outcome_difference(name: str, engine: str, other_engine: str, outcome: str, other: str) -> EngineDifference:
+    text = f"{name}: {outcome} on {engine}, {other} on {other_engine}: {LOOK}"
+    return EngineDifference(what=name, text=text, tolerated=False)
+
+
+def _verdict_difference(
+    verdict: Verdict, other: Verdict, engine: str, other_engine: str, tolerance: float | None
+) -> EngineDifference:
+    tolerated = (
+        tolerance is not None
+        and verdict.margin is not None
+        and other.margin is not None
+        and abs(verdict.margin - other.margin) <= tolerance
+    )
+    texts = f"{_describe(verdict, engine)}, {_describe(other, other_engine)}"
+    text = f"{verdict.requirement}: {texts}: {TOLERATED if tolerated else LOOK}"
+    return EngineDifference(what=verdict.requirement, text=text, tolerated=tolerated)
+
+
+def _describe(verdict: Verdict, engine: str) -> str:
+    by = "" if verdict.margin is None else f" by {verdict.margin:+.4g}"
+    return f"{_WORDS[verdict.verdict]} on {engine}{by}"
+
 
 BOTH = "both"
 """Of `--hri-engine`: each test runs on the testbench's first two engines, which check each other."""
@@ -27,7 +146,7 @@ _ON_SECOND: pytest.StashKey[RunSettings] = pytest.StashKey()
 
 
 class EnginesFeature(Feature[str]):
-    """Runs tests on the engine that was asked for, or on two; its setting is the name of one, `BOTH`, or empty."""
+    """Runs tests on the requested engine, or on two; its setting is the name of one, `BOTH`, or empty."""
 
     name = "engines"
     options = (
@@ -40,7 +159,7 @@ class EnginesFeature(Feature[str]):
     )
 
     def read(self, reader: OptionReader) -> str:
-        """What was asked for; whether the testbench has it is seen when there is one."""
+        """The engine that was asked for; `configured` checks that the testbench has it."""
         return reader.text("engine")
 
     def rerun_options(self, reader: OptionReader) -> Iterable[str]:
@@ -95,7 +214,7 @@ class EnginesFeature(Feature[str]):
             import_engine(on_one)
 
     def after_run(self, context: RunContext, test: ConcreteTest, run: CaseResult) -> CaseResult:
-        """The run, beside that on the second engine where engines check each other."""
+        """The run, with that on the second engine where engines check each other."""
         if self.settings(context.options) != BOTH:
             return run
         from pytest_hricdv.execution.case import execute
@@ -109,15 +228,10 @@ class EnginesFeature(Feature[str]):
         """The result, with how the run went on the second engine."""
         if run.beside is None:
             return result
-        from pytest_hricdv.extra.engines.comparison import compare
-        from pytest_hricdv.extra.engines.records import BESIDE
-
         return BESIDE.put(result, compare(run, run.beside, context.collection.testbench))
 
     def discrepancies(self, result: TestResult) -> tuple[EngineDifference, ...]:
         """What depends on the engine."""
-        from pytest_hricdv.extra.engines.records import BESIDE
-
         beside = BESIDE.of(result)
         return () if beside is None else beside.differences
 

@@ -1,17 +1,96 @@
-"""What a report says of two physics engines that check each other."""
+"""How far two physics engines agree over the tests of a report, in the terminal and on the page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import zip_longest
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.engines.agreement import Agreement, VerdictAgreement, agreement
-from pytest_hricdv.extra.engines.records import BESIDE
+from pytest_hricdv.extra.engines.feature import BESIDE, EngineComparison
 from pytest_hricdv.report.formatting import Line, by_requirement, natural, percent, plural, share, wrap
 from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.results.model import Report, TestResult
+
+
+@dataclass(frozen=True)
+class VerdictAgreement:
+    """A requirement on two engines.
+
+    Args:
+        tests: that ran on both.
+        same: of them with the same verdict.
+        tolerated: of the others, those whose margins differ by no more than the testbench allows.
+        triggers: tests with the same number of triggers.
+        margin: largest difference of margins, in the requirement's own unit; None where no test has both.
+    """
+
+    tests: int
+    same: int
+    tolerated: int
+    triggers: int
+    margin: float | None
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Two engines over some tests.
+
+    Args:
+        engines: their names.
+        tests: that ran on both.
+        interactions: of these tests, on the engine where there are more.
+        same: those that ended alike.
+        verdicts: requirement -> how far its verdicts agree.
+        differing: test id -> what depends on the engine, a sentence each.
+    """
+
+    engines: tuple[str, str]
+    tests: int
+    interactions: int
+    same: int
+    verdicts: Mapping[str, VerdictAgreement]
+    differing: Mapping[str, tuple[str, ...]]
+
+
+def agreement(tests: Iterable[TestResult]) -> Agreement | None:
+    """How far the engines agree; None where no test ran on two."""
+    both = [(test, beside) for test in tests if (beside := BESIDE.of(test)) is not None]
+    if not both:
+        return None
+    ends = [pair for test, beside in both for pair in zip_longest(test.outcomes, beside.outcomes)]
+    return Agreement(
+        engines=(both[0][0].engine, both[0][1].engine),
+        tests=len(both),
+        interactions=len(ends),
+        same=sum(first == second for first, second in ends),
+        verdicts={name: _verdicts_agreement(name, both) for name in both[0][1].requirements},
+        differing={
+            test.id: tuple(difference.text for difference in beside.differences)
+            for test, beside in both
+            if beside.differences or beside.faults
+        },
+    )
+
+
+def _verdicts_agreement(name: str, both: list[tuple[TestResult, EngineComparison]]) -> VerdictAgreement:
+    pairs = [(test.requirements[name], beside.requirements[name]) for test, beside in both]
+    margins = [
+        abs(first.margin - second.margin)
+        for first, second in pairs
+        if first.margin is not None and second.margin is not None
+    ]
+    differences = [difference for _, beside in both for difference in beside.differences if difference.what == name]
+    return VerdictAgreement(
+        tests=len(pairs),
+        same=sum(first.verdict == second.verdict for first, second in pairs),
+        tolerated=sum(difference.tolerated for difference in differences),
+        triggers=sum(first.triggers == second.triggers for first, second in pairs),
+        margin=max(margins, default=None),
+    )
+
 
 _MAX_TESTS = 8
 _INDENT = "    "
@@ -36,7 +115,7 @@ class EnginesView(View):
         yield Line(f"  verdicts: {same} of {pairs} agree{_percent(same, pairs)}")
         for name in sorted(agreed.verdicts, key=natural):
             if agreed.verdicts[name].same < agreed.verdicts[name].tests:
-                yield Line(visible(f"  {name}: {_verdicts(agreed.verdicts[name], margin_unit(report, name))}"), "warn")
+                yield Line(visible(f"  {name}: {_describe(agreed.verdicts[name], margin_unit(report, name))}"), "warn")
         yield from _differing(agreed, columns)
 
     def section(self, report: Report) -> PageSection | None:
@@ -80,7 +159,7 @@ def _share(verdicts: VerdictAgreement) -> float:
     return verdicts.same / verdicts.tests if verdicts.tests else 1.0
 
 
-def _verdicts(verdicts: VerdictAgreement, unit: str) -> str:
+def _describe(verdicts: VerdictAgreement, unit: str) -> str:
     text = f"{verdicts.same} of {verdicts.tests} agree"
     text += f", {verdicts.tolerated} within tolerance" if verdicts.tolerated else ""
     return text + (

@@ -1,22 +1,29 @@
-"""Films in a session: tests that fail are filmed where they ran."""
+"""Films of failing tests: filmed where they ran, and linked by the report.
+
+A failing test runs again with a camera in its world; measured runs are never rendered.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
+from msgspec import to_builtins
 
+from pytest_hricdv.extra.film.records import FILM
+from pytest_hricdv.report.view import View
 from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
     from pytest_hricdv.extra.film.filming import Filming
-    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.report.formatting import Line
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 _FILMING: pytest.StashKey[Filming] = pytest.StashKey()
@@ -52,11 +59,10 @@ class FilmFeature(Feature[bool]):
     def after_test(
         self, context: RunContext, case: HriCase, result: TestResult, report: pytest.TestReport
     ) -> TestResult:
-        """The result with its film, if the test failed: its duration is taken already, its patches still hold."""
+        """The result with its film, if the test failed. Its duration has been taken, and its patches still hold."""
         if not self.settings(context.options) or case.result is None or not result.leaves_evidence:
             return result
         from pytest_hricdv.extra.film.filming import film_text
-        from pytest_hricdv.extra.film.records import FILM
 
         filming = self._filming(context)
         film = filming.film(case.result)
@@ -68,8 +74,6 @@ class FilmFeature(Feature[bool]):
         """Counts its film among those of this process."""
         if not self.settings(context.options):
             return
-        from pytest_hricdv.extra.film.records import FILM
-
         film = FILM.of(result)
         if film is not None and film.video:
             failed = [name for name in result.requirements if result.violates(name)]
@@ -84,3 +88,36 @@ class FilmFeature(Feature[bool]):
 
 
 FEATURE = FilmFeature()
+
+
+class FilmView(View):
+    """How many films there are, and on a test's page its own."""
+
+    name = "film"
+    scripts = ("film",)
+
+    def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """How many failing tests were filmed, and why others were not."""
+        from pytest_hricdv.report.formatting import Line, counted_notes, plural
+
+        films = [film for test in report.tests if (film := FILM.of(test)) is not None]
+        if not films:
+            return
+        made = sum(film.video is not None for film in films)
+        text = f"films: {made} of {plural(len(films), 'failing test')}, beside the report"
+        yield Line(text, "ok" if made else "warn")
+        yield from counted_notes((film.note for film in films), columns)
+
+    def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
+        """Its film."""
+        return {"film": to_builtins(FILM.of(test))}
+
+    def pictures(self, test: TestResult) -> Iterator[tuple[str, str]]:
+        """The film and its key frames, as far as they were made."""
+        film = FILM.of(test)
+        for name, file in (("film", film and film.video), ("key frames", film and film.strip)):
+            if file:
+                yield name, file
+
+
+VIEW = FilmView()

@@ -1,20 +1,24 @@
-"""Traces in a session: whose runs are written as MCAP files, each where its test ran."""
+"""Runs as MCAP files, which the viewers and tools of robotics open; the report links them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
+from msgspec import to_builtins
 
+from pytest_hricdv.extra.traces.records import TRACE
+from pytest_hricdv.report.view import View
 from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
     from pytest_hricdv.extra.traces.trace_writer import TraceWriter
-    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.report.formatting import Line
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 Traced = Literal["", "failing", "all"]
@@ -52,7 +56,6 @@ class TracesFeature(Feature[Traced]):
         traced = self.settings(context.options)
         if case.result is None or not (traced == "all" or (traced and result.leaves_evidence)):
             return result
-        from pytest_hricdv.extra.traces.records import TRACE
         from pytest_hricdv.extra.traces.trace_writer import TraceWriter
 
         writer = context.stash.setdefault(_WRITER, TraceWriter(context.run_settings, context.options.report))
@@ -60,3 +63,29 @@ class TracesFeature(Feature[Traced]):
 
 
 FEATURE = TracesFeature()
+
+
+class TracesView(View):
+    """How many files there are, and on a test's page its own."""
+
+    name = "traces"
+    scripts = ("trace",)
+
+    def file_lines(self, report: Report, columns: int) -> Iterator[Line]:
+        """How many runs were written, and why others were not."""
+        from pytest_hricdv.report.formatting import Line, counted_notes, plural
+
+        traces = [trace for test in report.tests if (trace := TRACE.of(test)) is not None]
+        if not traces:
+            return
+        written = sum(trace.file is not None for trace in traces)
+        text = f"traces: {written} of {plural(len(traces), 'test')}, beside the report"
+        yield Line(text, "ok" if written else "warn")
+        yield from counted_notes((trace.note for trace in traces), columns)
+
+    def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
+        """Its files."""
+        return {"trace": to_builtins(TRACE.of(test))}
+
+
+VIEW = TracesView()

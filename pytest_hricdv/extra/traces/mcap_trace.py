@@ -20,7 +20,7 @@ from msgspec import to_builtins
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.traces import schemas
-from pytest_hricdv.extra.traces.scene import SceneChange
+from pytest_hricdv.extra.traces.records import SceneChange
 from pytest_hricdv.generate.actors import act_of, actor_of
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime import Record

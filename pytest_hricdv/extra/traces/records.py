@@ -1,14 +1,18 @@
-"""The MCAP files of a run, as a report names them."""
+"""The MCAP files of a run, as a report names them, and what is written into them of its scene."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 from msgspec import Meta
 from msgspec.structs import replace
 
 from pytest_hricdv._base.record import PlainRecord
 from pytest_hricdv.results.section import FileNames, TestSection
+
+if TYPE_CHECKING:
+    from pytest_hricdv.runtime.body import Body
 
 FOLDER = "traces"
 """Of the report: the files are in it."""
@@ -27,6 +31,15 @@ class TraceResult(PlainRecord, frozen=True, kw_only=True):
     file: McapName | None
     note: str = ""
     bag: McapName | None = None
+
+
+@dataclass(frozen=True)
+class SceneChange:
+    """What changed in the scene: the bodies that are new, or elsewhere, and the names of those that are gone."""
+
+    time_us: int
+    moved: tuple[Body, ...]
+    gone: tuple[str, ...]
 
 
 def _renamed(trace: TraceResult | None, names: FileNames) -> TraceResult | None:

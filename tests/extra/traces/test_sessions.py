@@ -11,7 +11,7 @@ import pytest
 from jsonschema import validate
 from mcap.reader import make_reader
 
-from pytest_hricdv.extra.traces.scene import ObservedWorld
+from pytest_hricdv.extra.traces.trace_writer import ObservedWorld
 from pytest_hricdv.runtime import Recorder
 from pytest_hricdv.testbench import Body
 from tests.plugin import project

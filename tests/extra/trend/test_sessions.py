@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.trend.records import HistoryEntry, append, read
+from pytest_hricdv.extra.trend.feature import HistoryEntry, append, read
 from tests import json_schema
 from tests.plugin.project import change, command, report
 

@@ -1,26 +1,82 @@
-"""Verification plans as files: sections and goals in TOML, checked before any test runs."""
+"""Verification plans: sections and goals in TOML, checked before any test runs, and their records in reports."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from msgspec.structs import replace
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
 from pytest_hricdv._base.message import InputError, quoted
+from pytest_hricdv._base.record import Count, Names, Percent, PlainRecord
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.extra.verification_plan.records import PlanFeature
+from pytest_hricdv.results.section import Section
+
+PlanState = Literal["met", "waived", "open", "not checked", "failed"]
+"""Of a goal; of a section, the last of this list that one of its goals has."""
+
+STATES: tuple[PlanState, ...] = ("met", "waived", "open", "not checked", "failed")
+
+
+class PlanItem(PlainRecord, frozen=True, kw_only=True):
+    """A goal or a section of a plan; what a section contains follows it with greater depth. The first item is the plan.
+
+    Args:
+        name: its path in the file, such as `safety.crush`.
+        title: for people.
+        owner: who answers for it; empty: whoever answers for the section.
+        text: a longer description.
+        depth: in how many sections it is.
+        is_goal: it is no section.
+        requirements: that have to pass, and to be checked.
+        triggers: at least so often, each of them.
+        statements: per cent of those that can be reached, of the files.
+        branches: the same.
+        files: globs; empty: all of the code under test.
+        cross: cross product -> per cent of its possible bins, over all suites.
+        plans: agent -> per cent of its plans, over all suites.
+        state: how far it is.
+        missing: what it lacks, a sentence each.
+        goals: how many goals it has, of a section.
+        met: how many of them are met or waived.
+    """
+
+    name: str
+    title: str
+    owner: str = ""
+    text: str = ""
+    depth: Count = 0
+    is_goal: bool = False
+    requirements: Names = ()
+    triggers: Count = 1
+    statements: Percent | None = None
+    branches: Percent | None = None
+    files: Names = ()
+    cross: Mapping[str, Percent] = {}
+    plans: Mapping[str, Percent] = {}
+    state: PlanState = "open"
+    missing: Names = ()
+    goals: Count = 0
+    met: Count = 0
+
+    def wanted(self) -> PlanItem:
+        """The item without its state."""
+        return replace(self, state="open", missing=(), goals=0, met=0)
+
+
+PLAN: Section[tuple[PlanItem, ...]] = Section("plan", tuple[PlanItem, ...], ())
+"""The items of the verification plan with their states; in a merged report, where all had the same plan."""
+
 
 _TEXTS = ("title", "owner", "text")
 _LISTS = ("requirements", "files")
 _SHARES = ("cross", "plans")
 _PERCENTS = ("statements", "branches")
 _GOAL = (*_LISTS, *_SHARES, *_PERCENTS, "triggers")
-_DEEPEST = 8
-"""Chosen: a plan is read by people, and nobody reads headings of nine levels."""
+_MAX_DEPTH = 8  # of sections: nobody reads headings of nine levels
 
 
 class PlanError(InputError):
@@ -36,8 +92,8 @@ class Subjects:
     agents: Collection[str]
 
 
-def load_plan(path: Path, subjects: Subjects) -> tuple[PlanFeature, ...]:
-    """The plan of a file; its first part is a section with the file's title, which has all others.
+def load_plan(path: Path, subjects: Subjects) -> tuple[PlanItem, ...]:
+    """The plan of a file; its first item is a section with the file's title, which contains all others.
 
     Raises:
         PlanError: the file cannot be read, is not TOML, has no goal, or has a wrong one.
@@ -61,10 +117,10 @@ class _Reader:
     text: str
     subjects: Subjects
 
-    def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanFeature]:
+    def parts(self, name: str, table: Mapping[str, Any], depth: int) -> Iterator[PlanItem]:
         """A section, which has tables, with what is in it; or a goal."""
-        if depth > _DEEPEST:
-            raise self._error(name, f"sections are nested too deeply; expected at most {_DEEPEST}")
+        if depth > _MAX_DEPTH:
+            raise self._error(name, f"sections are nested too deeply; expected at most {_MAX_DEPTH}")
         tables = {key: value for key, value in table.items() if isinstance(value, dict) and key not in _SHARES}
         is_goal = bool(name) and not tables
         allowed = (*_TEXTS, *_GOAL) if is_goal else _TEXTS
@@ -73,7 +129,7 @@ class _Reader:
                 owner = "a goal" if is_goal else "a section, whose goals are its tables"
                 raise self._error(name, f"{quoted(key)} is no key of {owner}{nearest(key, allowed)}")
         texts = {key: self._text(name, key, table) for key in _TEXTS if key in table}
-        part = PlanFeature(
+        part = PlanItem(
             name=name,
             title=texts.get("title", name.rpartition(".")[2] or self.path.stem),
             owner=texts.get("owner", ""),
@@ -84,7 +140,7 @@ class _Reader:
         for key, value in tables.items():
             yield from self.parts(f"{name}.{key}" if name else key, value, depth + 1)
 
-    def _goal(self, part: PlanFeature, table: Mapping[str, Any]) -> PlanFeature:
+    def _goal(self, part: PlanItem, table: Mapping[str, Any]) -> PlanItem:
         name = part.name
         if not any(key in table for key in (*_SHARES, *_PERCENTS, "requirements")):
             raise self._error(name, "a goal without anything to show; expected requirements, statements, cross ...")
