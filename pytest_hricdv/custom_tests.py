@@ -17,8 +17,8 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, abstract_from, concretize
 from pytest_hricdv.generate.suite_files import parse_tests
 from pytest_hricdv.report import explanation
-from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.report_builder import build_result
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.options import read_options
 from pytest_hricdv.session.pytest_options import FirstLines

@@ -22,12 +22,11 @@ from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements, parse_condition, parse_formula
 from pytest_hricdv.monitor.program import compile_condition, compile_formula
-from pytest_hricdv.report import ci_formats, terminal
+from pytest_hricdv.report import junit, markdown, terminal
+from pytest_hricdv.report.__main__ import minimal_tests
 from pytest_hricdv.results import journal
-from pytest_hricdv.results.assembling import rebuild
 from pytest_hricdv.results.baseline import BaselineError, baseline_of, check_suites, read_baseline
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
-from pytest_hricdv.results.building import minimal_tests
 from pytest_hricdv.results.codec import ReportError, canonical, load
 from pytest_hricdv.results.gates import (
     KNOWN,
@@ -39,6 +38,7 @@ from pytest_hricdv.results.gates import (
 )
 from pytest_hricdv.results.merging import MergeError, merge
 from pytest_hricdv.results.replay import Replay, ReplayError
+from pytest_hricdv.results.report_builder import rebuild
 from studies.session import ROOT, start
 from tests.generate.toy import LAMPS
 from tests.plugin import project
@@ -103,8 +103,8 @@ def targets(folder: Path) -> dict[str, Target]:
         canonical(merged)
         minimal_tests(merged)
         terminal.summary(merged, path)
-        ci_formats.markdown(merged)
-        ci_formats.junit_suite_properties(merged)
+        markdown.markdown(merged)
+        junit.junit_suite_properties(merged)
 
     def read_base(text: str, path: Path) -> None:
         baseline = read_baseline(_written(path, text), whole.testbench)

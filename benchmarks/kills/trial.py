@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from benchmarks.kills.victim import ARRIVED, MODES, Victim
-from pytest_hricdv.report.rebuilding import rebuild_report
+from pytest_hricdv.report.__main__ import rebuild_report
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.journal import NAME, Began, Journal, read

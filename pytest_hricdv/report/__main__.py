@@ -13,14 +13,16 @@ from msgspec import structs
 
 from pytest_hricdv._base.message import harmless_line
 from pytest_hricdv._base.output import work_on_unread
+from pytest_hricdv.generate import GenerateError, chosen_values
+from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.suite_files import dump_tests
+from pytest_hricdv.registry import offers
 from pytest_hricdv.report import EXPORT_FORMATS, terminal
 from pytest_hricdv.report.carrying import Carrying
-from pytest_hricdv.report.command import commands_of_parts
-from pytest_hricdv.report.exported_files import ExportTargets, write_exports
+from pytest_hricdv.report.exports import ExportTargets, write_exports
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.files import write, write_text
-from pytest_hricdv.report.rebuilding import rebuild_report
+from pytest_hricdv.report.view import commands_of_features
 from pytest_hricdv.results.baseline import (
     Baseline,
     BaselineError,
@@ -30,12 +32,15 @@ from pytest_hricdv.results.baseline import (
     write_baseline,
 )
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
-from pytest_hricdv.results.building import minimal_tests
-from pytest_hricdv.results.codec import ReportError, load
+from pytest_hricdv.results.codec import REPORT_NAME, ReportError, load
+from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.gate_check import check_gates, gates_of
 from pytest_hricdv.results.gates import Threshold, ThresholdError, parse_threshold, threshold_kinds
+from pytest_hricdv.results.journal import NAME, Ended, Journal, JournalWriter
+from pytest_hricdv.results.journal import read as read_journal
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards, sessions_of
-from pytest_hricdv.results.model import GateResult, Report
+from pytest_hricdv.results.model import GateResult, Report, TestResult
+from pytest_hricdv.results.report_builder import rebuild
 
 OK, FAILED, USAGE = 0, 1, 2
 
@@ -80,7 +85,7 @@ def _parser() -> argparse.ArgumentParser:
         exporting.add_argument(f"--{name}", type=Path, metavar="FILE", help=purpose)
     exporting.add_argument("--root", default=".", help="the folder that file names are relative to (default .)")
     exporting.set_defaults(do=_export)
-    for command in commands_of_parts():
+    for command in commands_of_features():
         parser_of_part = commands.add_parser(command.name, help=command.purpose)
         command.add_arguments(parser_of_part)
         parser_of_part.set_defaults(do=command.do)
@@ -117,6 +122,77 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
     add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
     add("--update-baseline", action="store_true", help="write the file of --baseline anew")
     add("--fail-on-change", action="store_true", help="fail when a test behaves otherwise than in the baseline")
+
+
+def rebuild_report(folder: Path) -> tuple[Report, str]:
+    """Write the report of what the journal in a report folder has; returns it, and what is wrong with it.
+
+    It has neither gates nor what follows the tests (a search, mutants): these need the whole session. Parts add
+    what the journal has kept of their work.
+
+    Raises:
+        ReportError: there is no journal, its session is running, ended with a report, or had begun no test; or the
+            folder cannot be written.
+    """
+    path = folder / NAME
+    if not path.is_file():
+        raise ReportError(f"{path}: no such journal; a run with --hri-suite writes one")
+    try:
+        lock = FolderLock(folder)
+    except LockedError as error:
+        raise ReportError(f"{folder}: its session is still running ({error}): wait for its end") from None
+    except OSError as error:
+        raise ReportError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    try:
+        return _rebuild_unlocked(folder, path, read_journal(path))
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be read: {error.strerror or error}") from error
+    finally:
+        lock.release()
+
+
+def _rebuild_unlocked(folder: Path, path: Path, journal: Journal) -> tuple[Report, str]:
+    if journal.is_ended and (folder / REPORT_NAME).is_file():
+        raise ReportError(f"{folder}: the session ended, and {REPORT_NAME} has all its results: nothing to rebuild")
+    try:
+        report, problem = rebuild(journal)
+    except ValueError as error:
+        raise ReportError(f"{path}: no report can be made of it: {error}; run the suite again") from None
+    for of_part in offers("merging", "rebuilt"):
+        report = of_part(report, journal.kept)
+    write(report, folder)
+    writer = JournalWriter(path, journal.size)
+    writer.append(Ended(journal.wall_s - journal.earlier_s))
+    writer.close()
+    return report, problem
+
+
+def minimal_tests(report: Report) -> list[AbstractTest]:
+    """The minimal suite of a report as abstract tests, in the order of their ids, each once.
+
+    Raises:
+        ReportError: a test of the report cannot be written as text.
+    """
+    wanted = {step.nodeid for step in report.closure.minimal}
+    chosen = {test.id: test for test in report.tests if test.nodeid in wanted}
+    try:
+        return [_abstract_test(chosen[name]) for name in sorted(chosen)]
+    except GenerateError as error:
+        raise ReportError(f"the report's tests cannot be written: {error}") from None
+
+
+def _abstract_test(test: TestResult) -> AbstractTest:
+    return AbstractTest(
+        id=test.id,
+        suite=test.suite,
+        target=test.aim or "minimal",
+        beliefs=test.beliefs,
+        lines=test.abstract,
+        plans=test.plans,
+        seed=test.seed,
+        name=test.name,
+        values=chosen_values.from_data(test.values),
+    )
 
 
 def _threshold(text: str) -> Threshold:

@@ -9,8 +9,7 @@ from pytest_hricdv.report import totals
 from pytest_hricdv.report.explanation import instructions_of
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.formatting import by_requirement, plural
-from pytest_hricdv.report.margin import margin_unit
-from pytest_hricdv.report.violation_lines import violation_line
+from pytest_hricdv.report.violations import margin_unit, violation_line
 from pytest_hricdv.results.model import Report, TestResult
 
 MAX_ANNOTATIONS = 10

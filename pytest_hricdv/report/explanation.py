@@ -9,8 +9,14 @@ from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report import action_lines, log_lines
 from pytest_hricdv.report.formatting import by_requirement, enumerated, plural, quantity, seconds
 from pytest_hricdv.report.log_lines import LogLine
-from pytest_hricdv.report.margin import margin_text, unit_of
-from pytest_hricdv.report.violation_lines import failed_in_order, first_violation, headline, violation_line
+from pytest_hricdv.report.violations import (
+    failed_in_order,
+    first_violation,
+    headline,
+    margin_text,
+    unit_of,
+    violation_line,
+)
 from pytest_hricdv.results.model import Report, RequirementText, TestResult
 
 # Chosen, as the number of actions in `action_lines`.

@@ -9,7 +9,7 @@ from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.judge import ENGINE_SENSITIVE
 from pytest_hricdv.report.formatting import Line, pad, plural, width, wrap
 from pytest_hricdv.report.view import FailureCause, FailureCauses, views
-from pytest_hricdv.report.violation_lines import failed_in_order, is_known
+from pytest_hricdv.report.violations import failed_in_order, is_known
 from pytest_hricdv.results.model import Report, TestResult
 
 MOST_ROWS = 40

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, get_args
 from urllib.parse import quote
@@ -13,17 +15,15 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import OUTCOMES
 from pytest_hricdv.report import behaviour_view, explanation, formatting, tests_view, totals, waivers_view
-from pytest_hricdv.report.hole_causes import hole_causes
-from pytest_hricdv.report.margin import margin_text, margin_unit
-from pytest_hricdv.report.navigation import areas, suites_heading
+from pytest_hricdv.report.holes import hole_causes
 from pytest_hricdv.report.page_scripts import folder_of, inline_scripts, styles
 from pytest_hricdv.report.plot_data import closure_curves, heat_maps, learning_curve, minimal_suite
 from pytest_hricdv.report.requirement_view import drawn_texts, grouped, requirement_view, states, triggers_over_time
 from pytest_hricdv.report.sheet import Sheet, css_text, sheet
 from pytest_hricdv.report.sources_view import CoverageCount, code_sources, model_sources
 from pytest_hricdv.report.verdict import verdict
-from pytest_hricdv.report.view import Place, views
-from pytest_hricdv.report.violation_lines import violation_line
+from pytest_hricdv.report.view import PageSection, Place, views
+from pytest_hricdv.report.violations import margin_text, margin_unit, violation_line
 from pytest_hricdv.results.behaviour_diff import headline
 from pytest_hricdv.results.model import Report
 
@@ -194,3 +194,69 @@ def _json(value: object) -> str:
     """JSON that can stand in a script element: nothing in it ends the element or begins a comment."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False, sort_keys=True)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+# Navigation: at most seven entries, whatever a report has
+
+
+@dataclass(frozen=True)
+class Link:
+    """A view of the page: the id of its element, which is its address, and its title."""
+
+    id: str
+    title: str
+
+
+@dataclass(frozen=True)
+class Area:
+    """An entry of the navigation: its title, and its views, the first of which it opens."""
+
+    title: str
+    links: tuple[Link, ...]
+
+
+def areas(report: Report, sections: Sequence[PageSection]) -> tuple[Area, ...]:
+    """The entries in their order.
+
+    Args:
+        report: whose page it is.
+        sections: of optional parts; those without a title are parts of other views.
+    """
+    return tuple(area for area in _list_areas(report, sections) if area.links)
+
+
+def _list_areas(report: Report, sections: Sequence[PageSection]) -> Iterator[Area]:
+    further = _links(sections, "further")
+    yield Area("Summary", (Link("summary", "Summary"),))
+    yield Area("Causes", _links(sections, "causes"))
+    yield Area("Tests", (Link("tests", "Tests"),))
+    yield Area("Requirements", (Link("requirements", "Requirements"), *_links(sections, "requirements")))
+    yield Area("Coverage", (Link("closure", "Closure"), *_coverage_links(report)))
+    # One view needs no name above it.
+    yield Area(further[0].title if len(further) == 1 else "Further", further)
+    yield Area("Sheet", (Link("sheet", "Sheet to sign"),))
+
+
+def _coverage_links(report: Report) -> Iterator[Link]:
+    yield Link("code", "Code")
+    if report.models:
+        yield Link("plans", "Plans")
+    if report.cross_products:
+        yield Link("cross", "Cross products")
+    yield Link("suites", suites_title(report))
+
+
+def suites_title(report: Report) -> str:
+    """Of the view of suites: there is nothing to compare one with."""
+    return "Suites compared" if len(report.suites) != 1 else "Growth"
+
+
+def suites_heading(report: Report) -> str:
+    """`Suite rl, 134 tests: how coverage grew`, or `Suites compared`."""
+    if len(report.suites) != 1:
+        return "Suites compared"
+    return f"Suite {report.suites[0].name}, {formatting.plural(report.suites[0].tests, 'test')}: how coverage grew"
+
+
+def _links(sections: Sequence[PageSection], place: str) -> tuple[Link, ...]:
+    return tuple(Link(section.id, section.title) for section in sections if section.place == place and section.title)

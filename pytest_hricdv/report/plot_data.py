@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from pytest_hricdv.report import holes_view
+from pytest_hricdv.report.holes import holes_of_all_suites
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
 COLUMNS = 400
@@ -83,7 +83,7 @@ def heat_maps(report: Report) -> list[dict[str, Any]]:
                 "suites": {suite.name: _suite_hits(suite, name, places) for suite in report.suites},
                 "tests": [_test_hits(test, name, places) for test in report.tests],
                 "proof": product.proof.reason or "",
-                "holes": holes_view.of_all_suites(report, name),
+                "holes": holes_of_all_suites(report, name),
             }
         )
     return maps

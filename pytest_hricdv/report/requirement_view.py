@@ -9,9 +9,9 @@ from typing import Any, Literal, get_args
 
 from pytest_hricdv.monitor import NearestMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
-from pytest_hricdv.report.margin import NO_TEXT, margin_unit
 from pytest_hricdv.report.totals import known_reason
 from pytest_hricdv.report.view import RequirementNote, views
+from pytest_hricdv.report.violations import NO_TEXT, margin_unit
 from pytest_hricdv.results.model import NcExemption, Report, RequirementText, TestResult
 
 SHOWN = 25

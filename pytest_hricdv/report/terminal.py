@@ -28,7 +28,7 @@ from pytest_hricdv.report.formatting import (
 )
 from pytest_hricdv.report.requirement_lines import requirement_lines
 from pytest_hricdv.report.view import views
-from pytest_hricdv.results.generation import Diagnosis, GenerationResult
+from pytest_hricdv.results.generation import Diversity, GenerationResult
 from pytest_hricdv.results.model import ReplayComparison, Report, SuiteResult
 
 # Chosen, so that the summary of a suite is about a screen of a terminal; the report has all.
@@ -151,7 +151,7 @@ def _generation(generation: GenerationResult, columns: int, *, brief: bool) -> I
         yield from labelled("note", note, columns, "warn")
 
 
-def _variety(diagnosis: Diagnosis) -> str:
+def _variety(diagnosis: Diversity) -> str:
     parts = []
     if diagnosis.distinct_subsets:
         parts.append(plural(diagnosis.distinct_subsets, "belief set"))

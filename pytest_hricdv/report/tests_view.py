@@ -15,9 +15,8 @@ from pytest_hricdv._base import own_json as json
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.report import behaviour_view, explanation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
-from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.view import views
-from pytest_hricdv.report.violation_lines import violation_line
+from pytest_hricdv.report.violations import margin_text, margin_unit, violation_line
 from pytest_hricdv.results.model import ReplayComparison, Report, TestResult
 
 TESTS_PER_PACK = 20

@@ -10,10 +10,10 @@ from pytest_hricdv.coverage.cross_records import CrossCoverage
 from pytest_hricdv.coverage.gaps import nearest_miss
 from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
-from pytest_hricdv.report import holes_view
 from pytest_hricdv.report.formatting import and_more, branches, by_requirement, line_ranges, natural, plural, share
-from pytest_hricdv.report.margin import margin_unit
+from pytest_hricdv.report.holes import holes_of_suite
 from pytest_hricdv.report.view import views
+from pytest_hricdv.report.violations import margin_unit
 from pytest_hricdv.results.gates import known_text
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -315,4 +315,4 @@ def _suite_gaps(report: Report) -> Iterator[GapRow]:
         where = f" ({suite.name})" if len(report.suites) > 1 else ""
         for agent in sorted(suite.plans):
             yield GapRow(f"{agent}{where}", "plans", tuple(sorted(suite.plans[agent].missing, key=natural)))
-        yield GapRow(f"cross product{where}", "bins", tuple(holes_view.of_suite(report, suite)))
+        yield GapRow(f"cross product{where}", "bins", tuple(holes_of_suite(report, suite)))

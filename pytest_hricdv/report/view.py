@@ -1,8 +1,9 @@
-"""What an optional part shows of a report, in the terminal, on the page and in the formats of CI services."""
+"""What a feature shows of a report: in the terminal, on the page, in the formats of CI services, and its commands."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import argparse
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -177,3 +178,25 @@ class View:
 def views() -> tuple[View, ...]:
     """Of all parts, in the order in which they are shown."""
     return offers("view", "VIEW")
+
+
+@dataclass(frozen=True)
+class ReportCommand:
+    """A command on reports, of `python -m pytest_hricdv.report`.
+
+    Args:
+        name: of the command.
+        purpose: what it does, for `--help`.
+        add_arguments: adds its arguments to its parser.
+        do: does it; returns the exit status, and raises ReportError for a report that cannot be used.
+    """
+
+    name: str
+    purpose: str
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    do: Callable[[argparse.Namespace], int]
+
+
+def commands_of_features() -> tuple[ReportCommand, ...]:
+    """Of all features."""
+    return tuple(command for offered in offers("commands", "COMMANDS") for command in offered)

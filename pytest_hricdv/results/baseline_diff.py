@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, baseline_of
-from pytest_hricdv.results.difference import Difference
+from pytest_hricdv.results.behaviour import Difference
 from pytest_hricdv.results.model import Report
 
 NEW_CAUSE = "new cause"

@@ -1,4 +1,4 @@
-"""What a run did, in short, and how that compares with a baseline: the records.
+"""Records of what a run did, in full and in short, and of how a run compares with a baseline.
 
 Runs are deterministic. So a difference between two records of one test has a cause: the code under test, the testbench,
 its world, or a library has changed.
@@ -19,6 +19,26 @@ class BusMessage(NamedTuple):
     sender: str
     topic: str
     fields: Mapping[str, Any]
+
+
+class Timeline(PlainRecord, frozen=True, kw_only=True):
+    """What happened in a run, thinned to what a picture can show.
+
+    Args:
+        end_s: when the run ended.
+        messages: time (s), sender, topic and the fields as JSON, separated by tabs.
+        signals: name -> "time value time value ...", each value from its time (s) on.
+        triggers: requirement -> "begin-end begin-end! begin-end?" (s), `!` where it failed, `?` where it is pending.
+        checksums: signal -> CRC-32 (hexadecimal) of all its changes, bit by bit, before they were thinned.
+        texts: signals that are texts: name -> (time, text), each from its time (s) on.
+    """
+
+    end_s: NotNegative
+    messages: Names
+    signals: Mapping[str, str]
+    triggers: Mapping[str, str]
+    checksums: Mapping[str, str] = {}
+    texts: Mapping[str, tuple[tuple[NotNegative, str], ...]] = {}
 
 
 class Behaviour(PlainRecord, frozen=True, kw_only=True):
@@ -93,3 +113,25 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
     new: Names
     gone: Names
     notes: Names
+
+
+class Difference(PlainRecord, frozen=True, kw_only=True):
+    """What a suite reached otherwise than in the baseline.
+
+    Args:
+        suite: of the run.
+        what: for instance "R3 violated by", "statements" or "bins of handover".
+        before: in the baseline, as a number with its unit.
+        now: in this run, likewise.
+        items: the tests, plans or bins that came or went; empty where it is about a number only.
+        worse: it fails the session; otherwise it is better.
+        text: the same as a sentence, with the first items only.
+    """
+
+    suite: str
+    what: str
+    before: str
+    now: str
+    items: Names
+    worse: bool
+    text: str

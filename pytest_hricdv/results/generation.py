@@ -14,7 +14,7 @@ class LastNewPlan(PlainRecord, frozen=True, kw_only=True):
     test: Count
 
 
-class Diagnosis(PlainRecord, frozen=True, kw_only=True):
+class Diversity(PlainRecord, frozen=True, kw_only=True):
     """How varied a suite is, before any test has run; `plans_executed` is agent -> number of plans."""
 
     distinct_subsets: Count
@@ -35,5 +35,5 @@ class GenerationResult(PlainRecord, frozen=True, kw_only=True):
     q_delta: tuple[NotNegative, ...]
     distinct_texts: Count
     reward: str
-    diagnosis: Diagnosis
+    diagnosis: Diversity
     notes: Names

@@ -31,11 +31,10 @@ from pytest_hricdv.coverage.records import (
 )
 from pytest_hricdv.execution.outcome import FAILING, TestOutcome
 from pytest_hricdv.monitor import RequirementResult
-from pytest_hricdv.results.behaviour import BehaviourChanges
-from pytest_hricdv.results.difference import Difference
+from pytest_hricdv.results.behaviour import BehaviourChanges, Difference
+from pytest_hricdv.results.behaviour import Timeline as Timeline
 from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import ReportOrigin, RerunOption
-from pytest_hricdv.results.run_timeline import Timeline as Timeline
 from pytest_hricdv.results.section import extended, further_engines, report_sections, test_sections
 
 SCHEMA: Final = "hricdv-report/2"

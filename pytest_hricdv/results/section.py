@@ -1,7 +1,7 @@
-"""Keys of `report.json` that optional parts add: of the report, or of each test in it.
+"""Keys of `report.json` that features add to the report or to each test.
 
-The record types of `results.model` are extended with these keys when they are made, so a part's records are read,
-checked and written like all others. Only the part itself knows the types: it reads and sets them by its section.
+The record types of `results.model` are extended with these keys when they are defined, so a feature's records are read,
+checked and written like all others. Only the feature knows their types: it reads and sets them through its section.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Section(Generic[Value]):
         name: the key.
         kind: the type of its value, for the decoder.
         default: its value where it is absent.
-        rename: its value, with other names of the files that it names.
+        rename: gives its value other names of the files that it refers to.
     """
 
     name: str
@@ -55,37 +55,21 @@ class Section(Generic[Value]):
 
 
 @dataclass(frozen=True)
-class TestSection(Generic[Value]):
+class TestSection(Section[Value]):
     """A key of each test.
 
     Args:
-        name: the key.
-        kind: the type of its value, for the decoder.
-        default: its value where it is absent.
         identifies: two runs of a test that differ in it are different runs; otherwise reports of one run may differ
-            in it, and a merged report has one of its values.
-        rename: its value, with other names of the files that it names.
-        folder: of the report, with these files; empty where it has none of its own.
-        suffixes: of these files; none but those are carried along.
+            in it, and a merged report keeps one of its values.
+        folder: of the report, with the files that it refers to; empty if it has none of its own.
+        suffixes: of these files; no others are copied into a merged report.
     """
 
     __test__ = False
 
-    name: str
-    kind: Any
-    default: Value
     identifies: bool = False
-    rename: Callable[[Value, FileNames], Value] | None = None
     folder: str = ""
     suffixes: tuple[str, ...] = ()
-
-    def of(self, record: msgspec.Struct) -> Value:
-        """Its value."""
-        return cast("Value", getattr(record, self.name))
-
-    def put(self, record: Keyed, value: Value) -> Keyed:
-        """The record with another value."""
-        return msgspec.structs.replace(record, **{self.name: value})
 
 
 @dataclass(frozen=True)
@@ -104,12 +88,12 @@ class Share:
 
 
 def shares() -> tuple[Share, ...]:
-    """Of all parts."""
+    """Of all features."""
     return tuple(share for offered in offers("records", "SHARES") for share in offered)
 
 
 def further_engines(test: msgspec.Struct) -> tuple[str, ...]:
-    """The physics engines that a test ran on, by its parts, beside the one in its result."""
+    """The physics engines that a test ran on, according to features, in addition to that of its result."""
     return tuple(name for engines_of in offers("records", "further_engines") for name in engines_of(test))
 
 
@@ -124,16 +108,16 @@ def failure_causes(report: msgspec.Struct, suite: str = "") -> Mapping[str, str]
 
 
 def report_sections() -> tuple[Section[Any], ...]:
-    """Of all parts."""
+    """Of all features."""
     return tuple(section for offered in offers("records", "SECTIONS") for section in offered)
 
 
 def test_sections() -> tuple[TestSection[Any], ...]:
-    """Of all parts."""
+    """Of all features."""
     return tuple(section for offered in offers("records", "TEST_SECTIONS") for section in offered)
 
 
-def extended(record: type[Extended], sections: Sequence[Section[Any] | TestSection[Any]]) -> type[Extended]:
+def extended(record: type[Extended], sections: Sequence[Section[Any]]) -> type[Extended]:
     """A record type with further keys, which are not written while they have their defaults."""
     fields = [(section.name, section.kind, section.default) for section in sections]
     namespace = {"__doc__": record.__doc__, "__test__": False}

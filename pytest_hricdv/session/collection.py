@@ -17,7 +17,7 @@ from pytest_hricdv._base.hash_seed import own_hash_seed
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.report.formatting import fitting
-from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session import replaying
 from pytest_hricdv.session.option import feature_options, located, usage_error
 from pytest_hricdv.session.options import SESSION_DAY, Options

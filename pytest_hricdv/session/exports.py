@@ -16,9 +16,9 @@ import pytest
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.contained import file_inside
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.report import EXPORT_FORMATS, ci_formats, files
+from pytest_hricdv.report import EXPORT_FORMATS, files, junit
 from pytest_hricdv.report.annotations import Place, annotation_commands
-from pytest_hricdv.report.exported_files import ExportTargets, write_exports
+from pytest_hricdv.report.exports import ExportTargets, write_exports
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.tests_view import anchor
@@ -124,7 +124,7 @@ class Exporting:
         # no XML is written.
         for plugin in self._config.pluginmanager.get_plugins():
             if hasattr(plugin, "add_global_property"):
-                for name, value in ci_formats.junit_suite_properties(report):
+                for name, value in junit.junit_suite_properties(report):
                     plugin.add_global_property(name, value)
                 tell_causes(report, getattr(plugin, "node_reporters_ordered", ()))
 

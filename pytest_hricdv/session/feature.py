@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult, HriCase
     from pytest_hricdv.execution.judge import Discrepancy
     from pytest_hricdv.generate.concrete import ConcreteTest
-    from pytest_hricdv.results.building import GeneratedSuite
     from pytest_hricdv.results.model import Report, TestResult
+    from pytest_hricdv.results.report_builder import GeneratedSuite
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.options import Options
     from pytest_hricdv.session.replaying import Rerunning

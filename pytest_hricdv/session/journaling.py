@@ -15,7 +15,6 @@ from pytest_hricdv._base.input_file import MalformedError
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.report import files
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.results.assembling import content
 from pytest_hricdv.results.codec import REPORT_NAME, ReportError
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.journal import (
@@ -32,6 +31,7 @@ from pytest_hricdv.results.journal import (
     read,
 )
 from pytest_hricdv.session.option import usage_error
+from pytest_hricdv.results.report_builder import content
 
 
 class Journaling:

@@ -23,12 +23,11 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import list_model, untested_beliefs
 from pytest_hricdv.report import files
-from pytest_hricdv.results.assembling import assemble
-from pytest_hricdv.results.building import SessionInfo, declare_report
 from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.gate_check import policy_of
 from pytest_hricdv.results.model import ModelSource, Report, RerunOptions, TestResult
 from pytest_hricdv.results.origin import ReportOrigin, origin_of_session
+from pytest_hricdv.results.report_builder import SessionInfo, assemble, declare_report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.collection import Collection, missing_items
 from pytest_hricdv.session.feature import Feature, FeatureSession, features

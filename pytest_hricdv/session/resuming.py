@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import XFAILED
-from pytest_hricdv.report import ci_formats
+from pytest_hricdv.report import junit
 from pytest_hricdv.results.codec import decode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import Collection
@@ -75,7 +75,7 @@ class Restoring:
         return (yield)
 
     def _restore(self, report: pytest.TestReport, result: TestResult) -> None:
-        report.user_properties = [*ci_formats.junit_properties(result, self._collection.testbench.outcome_label)]
+        report.user_properties = [*junit.junit_properties(result, self._collection.testbench.outcome_label)]
         if report.when != "call":
             return
         report.duration = result.wall_s or 0.0

@@ -25,8 +25,8 @@ from pytest_hricdv.monitor import (
     load_requirements,
     parse_condition,
 )
-from pytest_hricdv.results.building import requirement_texts
 from pytest_hricdv.results.model import RequirementText
+from pytest_hricdv.results.report_builder import requirement_texts
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.pytest_options import IMPORTS

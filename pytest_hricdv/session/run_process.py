@@ -18,9 +18,9 @@ from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.judge import judge_run
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.report import explanation
-from pytest_hricdv.results.building import Ending, build_result
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.report_builder import PytestOutcome, build_result
 from pytest_hricdv.runtime.record import Record
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.running import why_unmeasured
@@ -104,7 +104,7 @@ def _built(
     context: RunContext, case: HriCase, request: RunRequest, result: CaseResult | None, failure: str
 ) -> TestResult:
     judgement = judge_run(result, context.known_violations)
-    ending = Ending(outcome=judgement.outcome, wall_s=0.0, failure=failure or judgement.reason)
+    ending = PytestOutcome(outcome=judgement.outcome, wall_s=0.0, failure=failure or judgement.reason)
     built = build_result(
         case,
         request.nodeid,

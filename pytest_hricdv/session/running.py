@@ -16,11 +16,11 @@ from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.execution.judge import judge_run, judge_test
 from pytest_hricdv.execution.outcome import XFAILED, Judgement
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.report import ci_formats, explanation
+from pytest_hricdv.report import explanation, junit
 from pytest_hricdv.report.log_lines import LogLine, RunLog
-from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode_bounded
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.report_builder import build_result
 from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
@@ -108,7 +108,7 @@ class Running:
         finally:
             case.runner = case.checker = None
             result, label = self._result(case, item.nodeid), self.collection.testbench.outcome_label
-            item.user_properties.extend(ci_formats.junit_properties(result, label))
+            item.user_properties.extend(junit.junit_properties(result, label))
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_teardown(self, item: pytest.Item) -> Iterator[None]:

@@ -18,7 +18,7 @@ from pytest_hricdv.generate.context import GenerationContext, Method
 from pytest_hricdv.generate.methods import ALL, ByHand, select_methods
 from pytest_hricdv.generate.suite import Suite
 from pytest_hricdv.generate.suite_files import Files, dump_tests
-from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session.learning_options import METHOD, parameters, warm_start
 from pytest_hricdv.session.option import feature_suites, usage_error
 from pytest_hricdv.session.options import MAX_TESTS, Options

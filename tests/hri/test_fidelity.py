@@ -8,8 +8,8 @@ import conftest
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.report import ci_formats, html
-from pytest_hricdv.results.building import build_result
+from pytest_hricdv.report import html, junit
+from pytest_hricdv.results.report_builder import build_result
 from sim.engine import SimulationError
 from tests.hri import bench
 from tests.report import sample
@@ -60,7 +60,7 @@ def test_the_fidelity_is_in_every_report(monkeypatch: pytest.MonkeyPatch) -> Non
     data = sample.data(tests=1)
     data["suites"][0]["fidelity"] = data["tests"][0]["fidelity"] = "kinematic"
     report = sample.typed(data)
-    assert ("hri.fidelity", "kinematic") in ci_formats.junit_properties(report.tests[0], report.outcome_label)
+    assert ("hri.fidelity", "kinematic") in junit.junit_properties(report.tests[0], report.outcome_label)
     page, _ = html.page(report)
     assert "kinematic simulation" in page
     assert [each["facts"]["Simulation"] for each in details(Page(page))] == ["kinematic"]

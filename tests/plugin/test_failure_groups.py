@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.report.failure_groups import failure_groups
+from pytest_hricdv.report.verdict import failure_groups
 from pytest_hricdv.results.codec import load
 from tests.plugin.project import change
 

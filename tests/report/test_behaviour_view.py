@@ -11,8 +11,9 @@ import pytest
 from msgspec.structs import replace
 
 from pytest_hricdv.report.behaviour_view import lines, sentence
-from pytest_hricdv.report.ci_formats import junit_suite_properties, markdown
 from pytest_hricdv.report.formatting import width
+from pytest_hricdv.report.junit import junit_suite_properties
+from pytest_hricdv.report.markdown import markdown
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.results.baseline import baseline_of
 from pytest_hricdv.results.behaviour_diff import compare_behaviour

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.report import ci_formats
+from pytest_hricdv.report import junit
+from pytest_hricdv.report import markdown as markdown_module
 from pytest_hricdv.report.annotations import MAX_ANNOTATIONS, Place, annotation_commands
-from pytest_hricdv.report.ci_formats import junit_properties
+from pytest_hricdv.report.junit import junit_properties
 from tests.report import sample, sample_tests
 
 
@@ -31,7 +32,7 @@ def _failing(*names: str) -> dict[str, Any]:
 
 
 def markdown(data: dict[str, Any]) -> str:
-    return ci_formats.markdown(sample.typed(data))
+    return markdown_module.markdown(sample.typed(data))
 
 
 def annotations(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
@@ -211,7 +212,7 @@ def test_the_summary_has_causes_before_requirements() -> None:
 def test_junit_has_causes_as_properties_of_the_suite() -> None:
     report = _failing("R1")
     report["causes"] = [CAUSES[0] | {"tests": [report["tests"][0]["id"]]}]
-    properties = dict(ci_formats.junit_suite_properties(sample.typed(report)))
+    properties = dict(junit.junit_suite_properties(sample.typed(report)))
     assert properties["hri.causes"] == "1"
     assert properties["hri.cause.1"].startswith(
         "cause 1 (3f2a91bc): R1 in 1 test, first in the state release_all; at co"

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
 from pytest_hricdv.report.explanation import failure, generate_command, nearest_miss
-from pytest_hricdv.report.violation_lines import headline, violation_line
+from pytest_hricdv.report.violations import headline, violation_line
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample, sample_tests
 

@@ -184,7 +184,7 @@ def test_load_of_no_text_is_refused(tmp_path: Path) -> None:
 
 
 def test_importing_the_views_loads_no_template_engine() -> None:
-    views = "from pytest_hricdv.report import ci_formats, explanation, exported_files, files, terminal, totals"
+    views = "from pytest_hricdv.report import explanation, exports, files, junit, markdown, terminal, totals"
     code = f"import sys; {views}; print(sorted({{'jinja2', 'numpy', 'coverage'}} & set(sys.modules)))"
     shown = run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "[]"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pytest_hricdv.report.hole_causes import HoleCause, hole_causes
+from pytest_hricdv.report.holes import HoleCause, hole_causes
 from tests.report import sample
 
 

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.report.ci_formats import markdown
-from pytest_hricdv.report.markdown_text import escaped
+from pytest_hricdv.report.markdown import escape_markdown, markdown
 from tests.report import sample
 
 LINKS = [
@@ -36,14 +35,14 @@ def pieces(text: str) -> list[str]:
 def test_no_service_makes_a_link_of_it(link: str) -> None:
     for text in (link, f"see {link} now", f"({link})", f"*{link}*"):
         assert LINKED.search(text)
-        assert [piece for piece in pieces(escaped(text)) if LINKED.search(piece)] == []
+        assert [piece for piece in pieces(escape_markdown(text)) if LINKED.search(piece)] == []
 
 
 @given(st.text(alphabet='@#!%~$&^:/w.hGHtps-12 a|_*`[]<>\\"', max_size=30))
 def test_people_read_what_was_said(text: str) -> None:
-    assert "".join(pieces(escaped(text))) == text
-    assert [piece for piece in pieces(escaped(text)) if LINKED.search(piece)] == []
-    bare = escaped(text)
+    assert "".join(pieces(escape_markdown(text))) == text
+    assert [piece for piece in pieces(escape_markdown(text)) if LINKED.search(piece)] == []
+    bare = escape_markdown(text)
     assert re.findall(r"(?<!\\)(?:\\\\)*[|`*_\[~]", bare) == []
     assert "<" not in bare
 

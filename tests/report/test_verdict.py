@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.report.failure_groups import failure_groups
-from pytest_hricdv.report.verdict import verdict
+from pytest_hricdv.report.verdict import failure_groups, verdict
 from tests.report import sample, sample_sections, sample_tests
 
 

@@ -12,7 +12,7 @@ from pytest_hricdv.coverage.cross_records import Coordinate, ExplorationRecord, 
 from pytest_hricdv.coverage.records import MappedFile, ReportedCode, WaiverRecord
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
-from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
+from pytest_hricdv.results.generation import Diversity, GenerationResult, LastNewPlan
 from pytest_hricdv.results.model import (
     SCHEMA,
     ConcreteParameters,
@@ -54,7 +54,7 @@ PRODUCTS = {
 
 def report(tests: Iterable[TestResult], wall_s: float = 1.0, shard: str = "") -> Report:
     """A derived report of some of the six tests of suite `rl`."""
-    diagnosis = Diagnosis(
+    diagnosis = Diversity(
         distinct_subsets=1,
         belief_entropy_bits=0.5,
         belief_entropy_most_bits=1.0,

@@ -12,8 +12,8 @@ import pytest
 
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.results import journal
-from pytest_hricdv.results.assembling import rebuild
 from pytest_hricdv.results.codec import ReportError, canonical, load
+from pytest_hricdv.results.report_builder import rebuild
 from tests.results.reports import STATEMENTS, report, result
 
 Data = dict[str, Any]

@@ -15,9 +15,9 @@ from pytest_hricdv.extra.audit.difference import first_difference
 from pytest_hricdv.extra.audit.process import Order
 from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
 from pytest_hricdv.extra.audit.repeating import Begin, Repeat, Repeating, Start, StartError, key_of
-from pytest_hricdv.results.building import UNCHECKED
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.results.report_builder import UNCHECKED
 from pytest_hricdv.session.aggregation import TestTimes
 from pytest_hricdv.session.feature import FeatureSession
 from pytest_hricdv.session.serving import FreshSession, arguments_of, handed, without_editor

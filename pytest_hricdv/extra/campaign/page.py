@@ -11,7 +11,7 @@ from pytest_hricdv.extra.campaign.plan import CampaignPlan
 from pytest_hricdv.extra.campaign.records import CAMPAIGN, CampaignRequirement, CampaignResult
 from pytest_hricdv.extra.campaign.view import share_text
 from pytest_hricdv.report.formatting import by_requirement, line_ranges, percent, plural, quantity
-from pytest_hricdv.report.markdown_text import escaped
+from pytest_hricdv.report.markdown import escape_markdown
 from pytest_hricdv.results.model import Report
 
 _MAX_LISTED = 20
@@ -32,7 +32,7 @@ def text(report: Report, plan: CampaignPlan) -> str:
         _spread(result),
         "## Coverage",
         _coverage(report),
-        f"## How {escaped(report.outcome_label)} ended",
+        f"## How {escape_markdown(report.outcome_label)} ended",
         _endings(result),
         *_failures(report, result),
         "## Repeated runs",
@@ -62,7 +62,7 @@ def _what(result: CampaignResult, plan: CampaignPlan) -> str:
 def _verdicts(result: CampaignResult) -> str:
     rows = (
         [
-            escaped(name),
+            escape_markdown(name),
             f"{judged.passed:,}",
             f"{judged.failed:,}",
             f"{judged.nc:,}",
@@ -78,7 +78,7 @@ def _verdicts(result: CampaignResult) -> str:
 
 def _spread(result: CampaignResult) -> str:
     rows = (
-        [escaped(name), judged.ever, judged.always, judged.unsettled]
+        [escape_markdown(name), judged.ever, judged.always, judged.unsettled]
         for name, judged in _ordered(result)
         if judged.unsettled
     )
@@ -104,24 +104,26 @@ def _coverage(report: Report) -> str:
     for file in report.code_under_test.files:
         lines = [line for line in file.missing_lines if (file.file, line) not in waived]
         if lines:
-            rows.append([f"not reached: {escaped(file.file)}", ", ".join(line_ranges(lines))])
+            rows.append([f"not reached: {escape_markdown(file.file)}", ", ".join(line_ranges(lines))])
     return _table(["by all runs together", ""], rows)
 
 
 def _endings(result: CampaignResult) -> str:
     total = sum(result.endings.values())
-    rows = ([escaped(name), f"{count:,}", percent(100.0 * count / total)] for name, count in result.endings.items())
+    rows = (
+        [escape_markdown(name), f"{count:,}", percent(100.0 * count / total)] for name, count in result.endings.items()
+    )
     return _table(["", "", "share"], rows)
 
 
 def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
     """Runs that failed, and those that were lost."""
-    items = [f"- `{_code(run.id)}` was lost: {escaped(run.reason)}" for run in result.lost]
+    items = [f"- `{_code(run.id)}` was lost: {escape_markdown(run.reason)}" for run in result.lost]
     for test in report.tests:
         if test.fails:
             names = [name for name, judged in test.requirements.items() if judged.verdict == "Failed"]
             violated = " and ".join(sorted(names, key=by_requirement)) or test.outcome
-            items.append(f"- `{_code(test.id)}`: {escaped(violated)}")
+            items.append(f"- `{_code(test.id)}`: {escape_markdown(violated)}")
     if not items:
         return
     more = [f"- and {len(items) - _MAX_LISTED:,} more"] if len(items) > _MAX_LISTED else []
@@ -130,7 +132,7 @@ def _failures(report: Report, result: CampaignResult) -> Iterator[str]:
 
 
 def _repeated(result: CampaignResult) -> str:
-    differing = "\n".join(f"- `{_code(run.id)}`: {escaped(run.parting)}" for run in result.differing)
+    differing = "\n".join(f"- `{_code(run.id)}`: {escape_markdown(run.parting)}" for run in result.differing)
     again = f"{result.repeated:,} runs were done again, on another worker where there is one"
     summary = f"{again}; {len(result.differing):,} gave another record."
     return f"{summary}\n\n{differing}".strip()
@@ -138,7 +140,7 @@ def _repeated(result: CampaignResult) -> str:
 
 def _versions(plan: CampaignPlan) -> str:
     versions = plan.planned.versions
-    named = [f"{name} {escaped(versions[name])}" for name in _SHOWN_VERSIONS if name in versions]
+    named = [f"{name} {escape_markdown(versions[name])}" for name in _SHOWN_VERSIONS if name in versions]
     return f"{', '.join(named)}; {len(plan.planned.project)} files of the project, whose hashes the campaign has."
 
 

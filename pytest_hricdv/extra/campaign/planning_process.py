@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from pytest_hricdv.results.building import declare_report
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.report_builder import declare_report
 from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.run_context import CONTEXT
 from pytest_hricdv.session.serving import END, UNWARNED, session

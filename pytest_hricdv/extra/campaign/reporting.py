@@ -18,10 +18,10 @@ from pytest_hricdv.extra.campaign.statistics import Statistics
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.registry import offers
 from pytest_hricdv.report import files
-from pytest_hricdv.results.assembling import assemble
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.replay import Replay, ReplayError
+from pytest_hricdv.results.report_builder import assemble
 from pytest_hricdv.session.replaying import FOLDER
 
 

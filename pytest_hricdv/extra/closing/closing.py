@@ -51,7 +51,7 @@ from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.online.declaration import OnlineError
-from pytest_hricdv.results.building import GeneratedSuite
+from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.option import usage_error

@@ -10,7 +10,7 @@ from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.results.building import GeneratedSuite
+    from pytest_hricdv.results.report_builder import GeneratedSuite
     from pytest_hricdv.session.run_context import RunContext
 
 

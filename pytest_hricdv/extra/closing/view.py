@@ -30,9 +30,9 @@ from pytest_hricdv.report.formatting import (
     seconds,
     width,
 )
-from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import PageSection, View
+from pytest_hricdv.report.violations import margin_text, margin_unit
 from pytest_hricdv.results.model import Report
 
 _MAX_OPEN = 9

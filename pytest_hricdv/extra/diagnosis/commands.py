@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from pytest_hricdv._base.message import harmless_line
-from pytest_hricdv.report.command import Command
+from pytest_hricdv.report.view import ReportCommand
 from pytest_hricdv.results.codec import ReportError, load
 
 OK, FAILED = 0, 1
@@ -34,7 +34,7 @@ def _triage(options: argparse.Namespace) -> int:
 
 
 COMMANDS = (
-    Command(
+    ReportCommand(
         "triage",
         "propose an entry of hri_known_violations for each cause; exit 1 where no condition separates one",
         _add_arguments,

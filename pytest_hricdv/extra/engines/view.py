@@ -9,9 +9,9 @@ from itertools import zip_longest
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.extra.engines.feature import BESIDE, EngineComparison
 from pytest_hricdv.report.formatting import Line, by_requirement, natural, percent, plural, share, wrap
-from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import PageSection, View
+from pytest_hricdv.report.violations import margin_text, margin_unit
 from pytest_hricdv.results.model import Report, TestResult
 
 

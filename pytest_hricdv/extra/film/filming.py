@@ -26,7 +26,7 @@ from pytest_hricdv.extra.film.schedule import Schedule, key_moments, schedule
 from pytest_hricdv.extra.film.video import FRAMES_PER_S, Video, video
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.report.formatting import plural
-from pytest_hricdv.report.violation_lines import violation_line
+from pytest_hricdv.report.violations import violation_line
 from pytest_hricdv.runtime import Record, RecordedMessage, Recorder
 from pytest_hricdv.testbench import Film, Run, TestbenchError
 

@@ -26,8 +26,8 @@ from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantR
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.results.baseline import behaviour_of
 from pytest_hricdv.results.behaviour import Behaviour
-from pytest_hricdv.results.building import build_result
 from pytest_hricdv.results.codec import encode
+from pytest_hricdv.results.report_builder import build_result
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import in_session, limit_time, preload, session, silence
 

@@ -10,8 +10,8 @@ from pytest_hricdv.extra.search.records import SEARCH, SHRUNK, SearchResult, Shr
 from pytest_hricdv.generate.actors import actors_of
 from pytest_hricdv.report.explanation import replay_command
 from pytest_hricdv.report.formatting import Line, by_requirement, enumerated, plural, quantity, seconds
-from pytest_hricdv.report.margin import margin_text, margin_unit
 from pytest_hricdv.report.view import RequirementNote, View
+from pytest_hricdv.report.violations import margin_text, margin_unit
 from pytest_hricdv.results.model import Report, TestResult
 
 _MAX_ACTIONS = 14

@@ -10,7 +10,8 @@ from msgspec.structs import replace
 from pytest_hricdv.extra.mutation import view
 from pytest_hricdv.extra.mutation.records import MUTATION
 from pytest_hricdv.report import html, terminal
-from pytest_hricdv.report.ci_formats import junit_suite_properties, markdown
+from pytest_hricdv.report.junit import junit_suite_properties
+from pytest_hricdv.report.markdown import markdown
 from tests.report import sample, sample_sections
 from tests.report.parsed import Page
 

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_hricdv.report import ci_formats, files, totals
+from pytest_hricdv.report import files, totals
 from pytest_hricdv.report.code_formats import cobertura, lcov
+from pytest_hricdv.report.markdown import markdown
 from pytest_hricdv.report.ucis import ucis
 from pytest_hricdv.results.codec import ReportError
 from pytest_hricdv.results.model import Report
@@ -60,7 +61,7 @@ def write_exports(report: Report, targets: ExportTargets, root: str) -> Written:
         "cobertura": (targets.cobertura, lambda: cobertura(report, root)),
         "lcov": (targets.lcov, lambda: lcov(report)),
         "ucis": (targets.ucis, lambda: ucis(report)),
-        "summary": (targets.summary, lambda: ci_formats.markdown(report)),
+        "summary": (targets.summary, lambda: markdown(report)),
     }
     for name, (path, text) in texts.items():
         if path is None:
@@ -73,7 +74,7 @@ def write_exports(report: Report, targets: ExportTargets, root: str) -> Written:
         except ReportError as error:
             problems.append(f"--hri-{name}: {error}")
     if targets.job_summary is not None:
-        problems += _appended(targets.job_summary, f"{ci_formats.markdown(report)}\n")
+        problems += _appended(targets.job_summary, f"{markdown(report)}\n")
     return Written(tuple(notes), tuple(problems))
 
 

@@ -1,28 +1,30 @@
-"""From runs to results: the result of a test is built where it ran, the report is declared where all results meet."""
+"""The report of a session: the result of each test, and the report of them all, at its end or from its journal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypedDict
+from zlib import decompress  # as now: the code under test may replace it
 
 from msgspec.structs import replace
 
-from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv._base.input_file import from_json
+from pytest_hricdv.coverage.code_map import CodeMap, CoverageError
 from pytest_hricdv.coverage.reachability import Reachability
 from pytest_hricdv.coverage.records import ReportedCode
 from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.execution.outcome import TestOutcome
-from pytest_hricdv.generate import GenerateError, chosen_values
-from pytest_hricdv.generate.abstract import AbstractTest
+from pytest_hricdv.generate import chosen_values
 from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Requirement, RequirementResult
 from pytest_hricdv.monitor.limit import limits, names_read
-from pytest_hricdv.results.codec import ReportError
-from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite
+from pytest_hricdv.results.consistency import check_report
+from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
-from pytest_hricdv.results.generation import Diagnosis, GenerationResult, LastNewPlan
+from pytest_hricdv.results.generation import Diversity, GenerationResult, LastNewPlan
+from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import (
     SCHEMA,
     ActionParameters,
@@ -41,7 +43,7 @@ from pytest_hricdv.results.timeline import timeline
 from pytest_hricdv.testbench import Testbench
 
 
-class Ending(TypedDict):
+class PytestOutcome(TypedDict):
     """What pytest says of a test: how it ended, its duration (s), and the text of its failure."""
 
     outcome: TestOutcome
@@ -49,7 +51,7 @@ class Ending(TypedDict):
     failure: str
 
 
-NOT_RUN = Ending(outcome="not-run", wall_s=0.0, failure="")
+NOT_RUN = PytestOutcome(outcome="not-run", wall_s=0.0, failure="")
 
 
 def build_result(
@@ -60,7 +62,7 @@ def build_result(
     code: CodeMap | None = None,
     requirements: Sequence[Criterion],
     unmeasured: str = "",
-    ending: Ending = NOT_RUN,
+    ending: PytestOutcome = NOT_RUN,
 ) -> TestResult:
     """The result of a test.
 
@@ -121,11 +123,7 @@ UNCHECKED = RequirementResult(
 
 @dataclass(frozen=True)
 class GeneratedSuite:
-    """A suite with the wall time that generating it took (s; 0 and `cached` when it came from the cache).
-
-    `sections` are keys of the report that the part has to say something in that generated it; xdist's workers do not
-    need them.
-    """
+    """A suite, how long generating it took (s; 0 if `cached`), and keys that its generator adds to the report."""
 
     suite: Suite
     wall_s: float
@@ -135,7 +133,7 @@ class GeneratedSuite:
 
 @dataclass(frozen=True)
 class SessionInfo:
-    """What a report is made of, beside the results of the tests; `unmeasured` is why no code is, where none is."""
+    """What a report says besides the results of the tests; `unmeasured` is why no code was measured."""
 
     testbench: Testbench
     requirements: tuple[Criterion, ...]
@@ -164,7 +162,7 @@ def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, Requiremen
 
 
 def _requirement_text(criterion: Criterion) -> RequirementText:
-    """Its texts, and of a formula what it reads and its limits, which the page of a test draws."""
+    """Its texts for people, and the names and limits in its formula, which the page of a test draws."""
     text = RequirementText(title=criterion.title, source=criterion.source, text=criterion.text, group=criterion.group)
     if not isinstance(criterion, Requirement):
         return text
@@ -183,12 +181,7 @@ def _acceptance(requirement: Requirement) -> dict[str, str]:
 
 
 def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Report:
-    """The report of a session before its first result; `assemble` makes the report of it.
-
-    Args:
-        session: what is run, on what, how.
-        chosen: node id -> test, of all that are selected.
-    """
+    """The report of a session before its first result, with all selected tests (node id -> test)."""
     code, testbench = session.code, session.testbench
     report = Report(
         schema=SCHEMA,
@@ -254,16 +247,16 @@ def _suite(generated: GeneratedSuite, size: int, models: Mapping[str, ModelSourc
             q_delta=generation.q_delta,
             distinct_texts=generation.distinct_texts,
             reward=generation.reward,
-            diagnosis=_diagnosis(generated.suite),
+            diagnosis=_diversity(generated.suite),
             notes=generation.notes,
         ),
         plans=_declared_plans(generated.suite, models),
     )
 
 
-def _diagnosis(suite: Suite) -> Diagnosis:
+def _diversity(suite: Suite) -> Diversity:
     diagnosis = diagnose(suite)
-    return Diagnosis(
+    return Diversity(
         distinct_subsets=diagnosis.distinct_subsets,
         belief_entropy_bits=diagnosis.belief_entropy_bits,
         belief_entropy_most_bits=diagnosis.belief_entropy_most_bits,
@@ -279,29 +272,53 @@ def _declared_plans(suite: Suite, models: Mapping[str, ModelSource]) -> dict[str
     return {agent: tuple(model.plans) for agent, model in models.items()}
 
 
-def minimal_tests(report: Report) -> list[AbstractTest]:
-    """The minimal suite of a report as abstract tests, in the order of their ids, each once.
+def assemble(
+    declared: Report, results: Sequence[TestResult], reasons: Mapping[str, str], wall_s: float
+) -> tuple[Report, str]:
+    """The report of a session, and what is wrong with it: if a waived statement ran, it has no code coverage.
+
+    Args:
+        declared: the report of `declare_report`.
+        results: of the tests that were reported.
+        reasons: node id -> why it has no result, where known.
+        wall_s: duration of the session.
+    """
+    reported = {result.nodeid for result in results}
+    not_run = (
+        replace(test, failure=reasons.get(test.nodeid, "")) for test in declared.tests if test.nodeid not in reported
+    )
+    code = declared.code_under_test
+    unmeasured = min((result.unmeasured for result in results if result.unmeasured), default=code.reason)
+    report = replace(
+        declared,
+        wall_s=round(wall_s, 3),
+        code_under_test=replace(code, reason=unmeasured),
+        tests=(*results, *not_run),
+    )
+    try:
+        return derive(report), ""
+    except CoverageError as error:
+        nothing = ReportedCode(
+            packages=code.packages, sha256="", waivers=(), map=(), measured=False, reason=str(error), files=()
+        )
+        return derive(replace(report, code_under_test=nothing)), str(error)
+
+
+def rebuild(journal: Journal) -> tuple[Report, str]:
+    """The report of what a journal has, and what is wrong with it; see `assemble`.
 
     Raises:
-        ReportError: a test of the report cannot be written as text.
+        ValueError: no test had begun, another version wrote it, or the parts contradict each other.
     """
-    wanted = {step.nodeid for step in report.closure.minimal}
-    chosen = {test.id: test for test in report.tests if test.nodeid in wanted}
-    try:
-        return [_abstract_test(chosen[name]) for name in sorted(chosen)]
-    except GenerateError as error:
-        raise ReportError(f"the report's tests cannot be written: {error}") from None
+    declared, results = content(journal)
+    return assemble(declared, results, journal.reasons, journal.wall_s)
 
 
-def _abstract_test(test: TestResult) -> AbstractTest:
-    return AbstractTest(
-        id=test.id,
-        suite=test.suite,
-        target=test.aim or "minimal",
-        beliefs=test.beliefs,
-        lines=test.abstract,
-        plans=test.plans,
-        seed=test.seed,
-        name=test.name,
-        values=chosen_values.from_data(test.values),
-    )
+def content(journal: Journal) -> tuple[Report, list[TestResult]]:
+    """The report without results, and the results, of a journal that anybody may have written. Raises as `rebuild`."""
+    if journal.declared is None:
+        raise ValueError("no test had begun")
+    declared = from_json(str(journal.declared, "utf-8"), Report)
+    results = [from_json(str(decompress(packed), "utf-8"), TestResult) for packed in journal.results.values()]
+    check_report(replace(declared, tests=tuple(results)))
+    return declared, results

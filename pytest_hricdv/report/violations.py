@@ -1,13 +1,15 @@
-"""Violations of a test in words: in the order of time, each value with the moment that it belongs to."""
+"""Violations and margins in words: violations in the order of time, values with their units and times."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Container, Mapping
 
 from pytest_hricdv.monitor import RequirementResult, Violation
 from pytest_hricdv.report.formatting import by_requirement, natural, quantity, seconds
-from pytest_hricdv.report.margin import margin_text, unit_of
-from pytest_hricdv.results.model import RequirementText, TestResult
+from pytest_hricdv.results.model import Report, RequirementText, TestResult
+
+NO_TEXT = RequirementText(title="", source="", text="")
 
 _SAME_S = 0.0005
 """Times closer than this are one moment: reports have milliseconds."""
@@ -99,3 +101,27 @@ def _by(violation: Violation, unit: str) -> str:
 def _first_s(test: TestResult, name: str) -> float:
     violation = first_violation(test.requirements[name])
     return test.sim_s if violation is None else violation.time_s
+
+
+def unit_of(formula: str, units: Mapping[str, str]) -> str:
+    """The unit of a requirement's margins: seconds for a deadline, else that of the signals it compares.
+
+    Args:
+        formula: the requirement's text; where its pattern names no signal with a unit, or several units, there is none.
+        units: signal or `topic.field` -> unit.
+    """
+    response = formula.partition("->")[2]
+    if "eventually" in response:
+        return "s"
+    named = {units[word] for word in re.findall(r"[A-Za-z_][\w.]*", response) if word in units}
+    return named.pop() if len(named) == 1 else ""
+
+
+def margin_unit(report: Report, requirement: str) -> str:
+    """The unit of a requirement's margins in a report; empty where that is not known."""
+    return unit_of(report.requirements.get(requirement, NO_TEXT).text, report.units or {})
+
+
+def margin_text(margin: float, unit: str, digits: str = "") -> str:
+    """`-0.02 m`, or with a format such as ".3g"."""
+    return f"{format(margin, digits) if digits else quantity(margin)} {unit}".rstrip()
