@@ -23,7 +23,7 @@ from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.files import PAGE_NAME
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import views
-from pytest_hricdv.report.violation_lines import violation_line
+from pytest_hricdv.report.violations import violation_line
 from pytest_hricdv.results.codec import ReportError, decode
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE

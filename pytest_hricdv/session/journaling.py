@@ -30,8 +30,8 @@ from pytest_hricdv.results.journal import (
     Kept,
     read,
 )
-from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.results.report_builder import content
+from pytest_hricdv.session.option import usage_error
 
 
 class Journaling:

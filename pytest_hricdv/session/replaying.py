@@ -29,8 +29,8 @@ from pytest_hricdv.generate.suite import Generation, Suite
 from pytest_hricdv.monitor import RequirementResult
 from pytest_hricdv.results.model import ReplayComparison, TestResult
 from pytest_hricdv.results.replay import Replay, ReplayError, ReplayOrigin, differences, read, write
-from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.results.report_builder import GeneratedSuite, build_result
+from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.suites import check_commands
 from pytest_hricdv.testbench import Testbench
 
