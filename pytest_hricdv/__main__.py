@@ -31,13 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _init(options: argparse.Namespace) -> int:
     if options.update or options.write:
-        from pytest_hricdv.extra.drift.command import update
+        from pytest_hricdv.extra.draft.update import update
 
-        missing = next((path for path in options.recording if not path.exists()), None)
-        if missing is not None:
-            print(visible(f"error: init: --recording={missing}: there is no file or folder"), file=sys.stderr)
-            return USAGE
-        return update(options.folder, write=options.write, recordings=options.recording)
+        return update(options.folder, write=options.write)
     try:
         asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
                                           ("--launch", options.launch)) if value]  # fmt: skip
@@ -69,12 +65,14 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _draft(options: argparse.Namespace) -> int:
-    from pytest_hricdv.extra.draft.command import Asked, draft, draft_launch, draft_node
+    from pytest_hricdv.extra.draft.command import DraftOptions, draft, draft_launch, draft_node
 
     choices = [(draft_launch, options.launch), (draft_node, options.ros2), (draft, options.source)]
     begin, code = next((begin, code) for begin, code in choices if code is not None)
     recordings = tuple(options.recording)
-    for line in begin(code, Asked(options.folder, options.robot or "", options.person, not options.no_run, recordings)):
+    for line in begin(
+        code, DraftOptions(options.folder, options.robot or "", options.person, not options.no_run, recordings)
+    ):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "
     print()
@@ -120,7 +118,7 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         action="append",
         default=[],
-        help="of a draft or an update, take ranges of times and values from a recording of the real system: a bag of "
+        help="of a draft, take ranges of times and values from a recording of the real system: a bag of "
         "ROS 2 or an MCAP file; several times for several (docs/draft.md)",
     )
     init.add_argument("--no-run", action="store_true", help="of a draft, leave out the first runs: only read the code")

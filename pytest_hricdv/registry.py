@@ -10,7 +10,8 @@ A feature offers the core some names, each in the module of that role, or in `fe
   that is rebuilt from a journal, and `associated(report, is_of_all_runs=...)` for those of a campaign;
 - `view`: `VIEW`, what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
 - `remote`: `REMOTE`, workers on other machines (`session.remote`);
-- `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`).
+- `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`);
+- `drafting`: `ROS_TOOLS`, what drafts for nodes of ROS 2 need of it: packages, console scripts, names, launch files.
 
 Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
 folder, its line here, and its tests.
@@ -28,9 +29,7 @@ FEATURES = MappingProxyType(
         "mutation": ("feature", "records", "view"),
         "suggestion": ("feature", "records", "view"),
         "engines": ("feature", "view"),
-        "draft": (),  # commands of `python -m pytest_hricdv` only
-        "recordings": (),  # read for drafts
-        "drift": ("feature",),
+        "draft": ("feature",),
         "closing": ("feature", "records", "merging", "view"),
         "campaign": ("records", "view"),
         "verification_plan": ("feature",),
@@ -42,7 +41,7 @@ FEATURES = MappingProxyType(
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
         "oracle": ("execution",),
-        "ros2": ("execution", "feature", "records", "view"),
+        "ros2": ("execution", "feature", "records", "view", "drafting"),
     }
 )
 """Feature -> its modules by role, in the order in which sections follow each other in the terminal and on the page."""

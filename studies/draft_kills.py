@@ -6,7 +6,7 @@
     python -m studies.draft_kills vacuum --keep=FOLDER             # drafts and their reports stay there
 
 Needs the extra `mutation`, and `transitions` for the porter. Faults are drawn with seed 0 among all mutants, those that
-no test executes included: the share is of all that were drawn, and is noted for docs/draft.md.
+no test executes included: the share is of all that were drawn, and is noted for docs/studies/drafts.md.
 """
 
 from __future__ import annotations

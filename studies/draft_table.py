@@ -1,4 +1,4 @@
-"""The table of docs/draft.md: what the commands of the study of drafts have measured of each code base, and its file.
+"""The table of docs/studies/drafts.md: what was measured of each code base, and its file.
 
 Some figures take seconds and others many minutes, and some need packages that are not part of this project. So each
 command notes what it has measured, and the page is made of all that is noted.
@@ -15,7 +15,7 @@ from pytest_hricdv._base import atomic_file
 from studies.code_bases import KINDS, ROOT, CodeBase
 from studies.page import replace_figures, table
 
-PAGE = ROOT / "docs" / "draft.md"
+PAGE = ROOT / "docs" / "studies" / "drafts.md"
 NOTED = ROOT / "studies" / "code_bases" / "measured.json"
 COMMAND = "python -m studies.drafts"
 FOUND = ("code", *(f"{kind}: found, right, declared" for kind in KINDS))

@@ -1,6 +1,8 @@
-"""How right drafts are: what is found in code, beside what hand-written testbenches of the same code declare.
+"""How right drafts are: what they find in code, compared with what hand-written testbenches of the same code declare.
 
-    python -m studies.drafts                               # what is found (seconds), written into docs/draft.md
+The results are written into docs/studies/drafts.md.
+
+    python -m studies.drafts                               # what is found (seconds)
     python -m studies.drafts --ros2-packages FOLDER        # of public packages of ROS 2 as well, cloned into a folder
     python -m studies.drafts --own [--only porter,dance]   # and a requirement of one's own (a minute or two)
     python -m studies.drafts --green [--only porter,dance] # and the time to the first green run (many minutes)
@@ -21,10 +23,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.first_runs.transitions import with_transitions
-from pytest_hricdv.extra.draft.found.findings import Findings
-from pytest_hricdv.extra.draft.node_analysis import ros_findings
-from pytest_hricdv.extra.draft.ros.executable import executable
+from pytest_hricdv.extra.draft.code_model import CodeModel
+from pytest_hricdv.extra.draft.node_analysis import analyse_node
+from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.draft.ros.interfaces import is_installed
 from studies.code_bases import KINDS, CodeBase, Names, code_bases, ros2
 from studies.draft_table import note, write_page
@@ -41,23 +42,23 @@ def names_found(code: CodeBase) -> Names:
     """What a draft finds in code; values only of fields whose values a person has declared."""
     fields = frozenset(name.partition("=")[0] for name in code.declared["values"])
     if code.asked[0] != "--ros2":
-        return _names(with_transitions(analyse(code.asked[1], code.folder)), fields)
-    findings, start = ros_findings(executable(code.asked[1], code.folder))
+        return _names(analyse(code.asked[1], code.folder), fields)
+    model, start = analyse_node(find_executable(code.asked[1], code.folder))
     declared = frozenset(f"{endpoint.kind} {endpoint.name} {endpoint.type}" for endpoint in start.declared)
-    return {**_names(findings, fields), "messages": declared}
+    return {**_names(model, fields), "messages": declared}
 
 
-def _names(findings: Findings, fields: frozenset[str]) -> Names:
-    machine = next((machine for machine in findings.machines if machine.told), None)
+def _names(model: CodeModel, fields: frozenset[str]) -> Names:
+    machine = model.machine
     values = {
         f"{message.topic}.{part.name}={value.text}"
-        for message in findings.messages
+        for message in model.messages
         for part in message.fields
         for value in part.values
         if f"{message.topic}.{part.name}" in fields
     }
     return {
-        "messages": frozenset(message.name for message in findings.messages),
+        "messages": frozenset(message.name for message in model.messages),
         "states": frozenset(state.name for state in machine.states) if machine else frozenset(),
         "transitions": frozenset(f"{m.source}>{m.target}" for m in machine.transitions) if machine else frozenset(),
         "values": frozenset(values),

@@ -54,7 +54,7 @@ def code_bases(folder: Path) -> Iterator[CodeBase]:
             (target / name).write_text(blocks[name], encoding="utf-8")
         declared = {"messages": _messages_of(blocks["conftest.py"]), "states": nothing, "transitions": nothing}
         asked = ("--from", files[0].removesuffix(".py"))
-        yield CodeBase(key, f"[{key}]({page})", target, asked, {**declared, "values": values})
+        yield CodeBase(key, f"[{key}](../{page})", target, asked, {**declared, "values": values})
     yield _home_care()
     yield _porter()
 
@@ -84,7 +84,7 @@ def _home_care() -> CodeBase:
         "transitions": frozenset(f"{source}>{target}" for source, target in transitions()),
         "values": frozenset(values),
     }
-    return CodeBase("home-care", "[home care](home-care.md)", folder, ("--from", "carebot"), declared,
+    return CodeBase("home-care", "[home care](../home-care.md)", folder, ("--from", "carebot"), declared,
                     tuple(SWITCHES), "CAREBOT_FAULTS")  # fmt: skip
 
 

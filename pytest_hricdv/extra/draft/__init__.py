@@ -1,12 +1,14 @@
-"""A draft of a testbench, made of the code that is to be tested: what it says, hears, its states, how it waits.
+"""Drafts: a testbench, made of the code under test, its first runs, and recordings of the real system.
 
-`analysis.analyse` reads a package without importing it, and returns `found.findings.Findings`, which are plain data;
-`node_analysis` and `launch_analysis` do so for a node and a launch file of ROS 2, and `recorded` adds what a recording
-shows. `command` ties all together. Each folder below imports only those before it, and `lint-imports` keeps it so:
+`analysis.analyse` reads a package without importing it, and returns a `code_model.CodeModel`; `node_analysis` and
+`launch_analysis` do so for a node and a launch file of ROS 2, and `recorded` adds what a recording shows. `command`
+writes the project. `drift` compares such a model with a testbench that exists. From the ground up, each imports only
+those before it, and `lint-imports` keeps it so:
 
-- `found`: what is found, as plain data;
-- `reading`: source, parsed, and what its names and expressions come to;
-- `messages`, `ros`, `states`, `surroundings`: what is looked for in it;
-- `writing`: the files of the project, and `writing.templates`, their longest pieces;
-- `first_runs`: how the project's tests end, and what is changed in it then.
+- `ros_model`, `code_model`: what is known of the code, as plain data;
+- `code`: the source, parsed, and what is read of it; `ros`: the same of nodes, executables, interface and launch files;
+- `bags`, `recording`, `observed`: recordings, and what they show;
+- `analysis`, `node_analysis`, `launch_analysis`, `recorded`: all of it together;
+- `project`: the files of the project; `first_runs`: how its tests end, and what changes in it then;
+- `drift`, `proposal`, `update`, `feature`: the comparison with a testbench, and the lines to add.
 """

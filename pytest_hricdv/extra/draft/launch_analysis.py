@@ -7,22 +7,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-from pytest_hricdv.extra.draft.found.findings import Findings, Message, Problem
-from pytest_hricdv.extra.draft.found.launched import LaunchedNodes, StartedNode
-from pytest_hricdv.extra.draft.found.nodes import Endpoint, RosNodes, RosStart
-from pytest_hricdv.extra.draft.node_analysis import ros_findings
-from pytest_hricdv.extra.draft.reading.sources import DraftError
-from pytest_hricdv.extra.draft.ros.executable import Executable, executable, workspace
-from pytest_hricdv.extra.draft.ros.launch_run import is_launch_installed, run_launch
-from pytest_hricdv.extra.draft.ros.launch_text import read_launch
+from pytest_hricdv._base.message import InputError
+from pytest_hricdv.extra.draft.code.sources import DraftError
+from pytest_hricdv.extra.draft.code_model import CodeModel, Message, Problem
+from pytest_hricdv.extra.draft.node_analysis import analyse_node
+from pytest_hricdv.extra.draft.ros.executable import Executable, find_executable
+from pytest_hricdv.extra.draft.ros.tools import ros_tools
+from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, Location, RosNodes, RosStart, StartedNode
 
 T = TypeVar("T")
 
 _ENDS = {"subscription": "publisher", "service": "client", "action server": "action client"}
-"""What a node hears -> what another node of the system says into it."""
+"""What a node receives from -> what another node of the system sends by."""
 
 
-def launched(asked: str, start: Path) -> LaunchedNodes:
+def read_launch_file(asked: str, start: Path) -> LaunchedNodes:
     """Read a launch file.
 
     Args:
@@ -40,58 +39,65 @@ def launched(asked: str, start: Path) -> LaunchedNodes:
     if not file.is_file():
         raise DraftError(f"--launch={asked!r}: there is no file {file}")
     arguments = {word.partition(":=")[0]: word.partition(":=")[2] for word in rest}
-    if is_launch_installed():
-        return run_launch(file, arguments)
-    return read_launch(file, arguments, workspace(file.parent, start))
+    try:
+        processes = ros_tools().launch(file, arguments)
+    except InputError as error:
+        raise DraftError(f"--launch={file}: {error}") from None
+    if processes is None:
+        raise DraftError(
+            f"--launch={file}: the launch system reads it: source a distribution of ROS 2, or install launch, "
+            "launch_ros and rclpy (docs/ros2.md#launch-files)"
+        )
+    nodes = tuple(StartedNode(location=Location(file.name, 0), **process) for process in processes)
+    return LaunchedNodes(file, arguments, nodes)
 
 
-def launch_findings(nodes: LaunchedNodes, start: Path) -> tuple[Findings, RosStart, Executable]:
+def analyse_launch(nodes: LaunchedNodes, start: Path) -> tuple[CodeModel, RosStart, Executable]:
     """What a testbench for these nodes needs, how it starts them, and one of their executables.
 
     Raises:
         DraftError: none of them is a node of Python.
     """
-    made: list[tuple[Findings, RosStart, Executable, StartedNode]] = []
-    problems = [Problem("launch", text, place) for place, text in nodes.problems]
+    analysed: list[tuple[CodeModel, RosStart, Executable, StartedNode]] = []
+    problems: list[Problem] = []
     left_out: list[str] = []
     for node in nodes.nodes:
         try:
             program = _program(node, nodes.file, start)
-            findings, own = ros_findings(program, node)
+            model, own = analyse_node(program, node)
         except DraftError as error:
             left_out.append(node.key)
             text = f"{node.key} is left out: {str(error).replace('--ros2: ', '')}; what does it do for the others?"
-            problems.append(Problem("launch", text, node.place))
+            problems.append(Problem("launch", text, node.location))
         else:
-            made.append((findings, own, program, node))
-    if not made:
+            analysed.append((model, own, program, node))
+    if not analysed:
         reasons = "; ".join(problem.text for problem in problems) or "it starts nothing"
         raise DraftError(f"--launch={nodes.file}: no node of Python is started by it: {reasons}")
-    findings = _together([findings for findings, *_ in made], problems)
-    declared = _outside([own.declared for _, own, *_ in made])
+    model = _joined([model for model, *_ in analysed], problems)
+    declared = _outside([own.declared for _, own, *_ in analysed])
     started = RosStart(
         asked=str(nodes.file.name),
         entry="",
         declared=declared,
-        interfaces=tuple(dict.fromkeys(folder for _, own, *_ in made for folder in own.interfaces)),
-        nodes=tuple((program.entry, node) for *_, program, node in made),
-        launch=nodes if nodes.is_run else None,
+        interfaces=tuple(dict.fromkeys(folder for _, own, *_ in analysed for folder in own.interfaces)),
+        launch=nodes,
         left_out=tuple(dict.fromkeys(left_out)),
     )
-    return _heard_from_outside(findings, made), started, made[0][2]
+    return _from_outside(model, analysed), started, analysed[0][2]
 
 
 def _program(node: StartedNode, file: Path, start: Path) -> Executable:
     if not node.package:
         raise DraftError("it is a command of the system, and no node of Python")
-    return executable(f"{node.package} {node.executable}", start, near=file.parent)
+    return find_executable(f"{node.package} {node.executable}", start, near=file.parent)
 
 
-def _together(all_findings: Sequence[Findings], problems: Sequence[Problem]) -> Findings:
-    """The findings of several nodes as those of one system."""
-    first = all_findings[0]
+def _joined(models: Sequence[CodeModel], problems: Sequence[Problem]) -> CodeModel:
+    """The models of several nodes as that of one system."""
+    first = models[0]
     messages: dict[str, Message] = {}
-    for message in (message for findings in all_findings for message in findings.messages):
+    for message in (message for model in models for message in model.messages):
         there = messages.get(message.topic)
         if there is None:
             messages[message.topic] = message
@@ -99,20 +105,20 @@ def _together(all_findings: Sequence[Findings], problems: Sequence[Problem]) -> 
             direction = there.direction if there.direction == message.direction else "both"
             fields = there.fields if any(part.values for part in there.fields) else message.fields
             messages[message.topic] = replace(there, direction=direction, fields=fields)
-    ros = RosNodes(*(_unique(part for findings in all_findings for part in getattr(findings.ros, name))
-                     for name in ("nodes", "endpoints", "parameters", "timers")))  # fmt: skip
-    roots = _unique(findings.root for findings in all_findings)
+    ros = RosNodes(*(_unique(part for model in models for part in getattr(model.ros, name))
+                     for name in ("nodes", "endpoints", "parameters")))  # fmt: skip
+    roots = _unique(model.root for model in models)
     return replace(
         first,
-        code=_unique(name for findings in all_findings for name in findings.code),
+        modules=_unique(name for model in models for name in model.modules),
         messages=tuple(messages.values()),
-        machines=_unique(machine for findings in all_findings for machine in findings.machines),
-        waits=_unique(wait for findings in all_findings for wait in findings.waits),
-        virtual=_unique(name for findings in all_findings for name in findings.virtual),
-        constants=_unique(constant for findings in all_findings for constant in findings.constants),
-        parameters=_unique(parameter for findings in all_findings for parameter in findings.parameters),
-        questions=_unique(question for findings in all_findings for question in findings.questions),
-        problems=(*_unique(problem for findings in all_findings for problem in findings.problems), *problems),
+        machines=_unique(machine for model in models for machine in model.machines),
+        waits=_unique(wait for model in models for wait in model.waits),
+        virtual=_unique(name for model in models for name in model.virtual),
+        constants=_unique(constant for model in models for constant in model.constants),
+        parameters=_unique(parameter for model in models for parameter in model.parameters),
+        questions=_unique(question for model in models for question in model.questions),
+        problems=(*_unique(problem for model in models for problem in model.problems), *problems),
         ros=ros,
         roots=roots[1:],
     )
@@ -123,7 +129,7 @@ def _unique(items: Iterable[T]) -> tuple[T, ...]:
 
 
 def _inside(declared: Sequence[Sequence[Endpoint]]) -> set[tuple[str, str]]:
-    """Kind and name of what a node of the system hears, and another one says."""
+    """Kind and name of what a node of the system receives, and another one sends."""
     return {
         (endpoint.kind, endpoint.name)
         for number, own in enumerate(declared)
@@ -135,19 +141,19 @@ def _inside(declared: Sequence[Sequence[Endpoint]]) -> set[tuple[str, str]]:
 
 
 def _outside(declared: Sequence[Sequence[Endpoint]]) -> tuple[Endpoint, ...]:
-    """All that is declared, without what nodes hear of each other: its other end is declared."""
+    """All that is declared, without what nodes receive from each other: its other end is declared."""
     inside = _inside(declared)
     return tuple(e for own in declared for e in own if (e.kind, e.name) not in inside)
 
 
-def _heard_from_outside(
-    findings: Findings, made: Sequence[tuple[Findings, RosStart, Executable, StartedNode]]
-) -> Findings:
-    """What nodes of the system hear of each other, a person does not say to them."""
-    inside = {name for _, name in _inside([own.declared for _, own, *_ in made])}
-    return replace(findings, messages=tuple(_internal(findings.messages, inside)))
+def _from_outside(
+    model: CodeModel, analysed: Sequence[tuple[CodeModel, RosStart, Executable, StartedNode]]
+) -> CodeModel:
+    """What nodes of the system receive from each other, a person does not send them."""
+    inside = {name for _, name in _inside([own.declared for _, own, *_ in analysed])}
+    return replace(model, messages=tuple(_internal(model.messages, inside)))
 
 
 def _internal(messages: Sequence[Message], inside: set[str]) -> Iterator[Message]:
     for message in messages:
-        yield replace(message, direction="said") if message.channel in inside else message
+        yield replace(message, direction="published") if message.channel in inside else message

@@ -6,29 +6,28 @@ import ast
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.analysis import analysed
-from pytest_hricdv.extra.draft.found.findings import (
+from pytest_hricdv.extra.draft.analysis import analyse_sources
+from pytest_hricdv.extra.draft.code.sources import DraftError, Function, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.code_model import (
+    CodeModel,
     Direction,
-    Findings,
-    FoundValue,
+    FieldValue,
+    Location,
     Message,
     MessageField,
     Problem,
     Question,
 )
-from pytest_hricdv.extra.draft.found.launched import StartedNode
-from pytest_hricdv.extra.draft.found.nodes import Endpoint, Kind, RosStart
-from pytest_hricdv.extra.draft.found.place import Place
-from pytest_hricdv.extra.draft.reading.sources import DraftError, Function, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.ros.executable import Executable
 from pytest_hricdv.extra.draft.ros.interfaces import fields, is_installed
-from pytest_hricdv.extra.draft.ros.launch_names import renamed
 from pytest_hricdv.extra.draft.ros.nodes import FOLDERS
+from pytest_hricdv.extra.draft.ros.tools import ros_tools
+from pytest_hricdv.extra.draft.ros_model import Endpoint, EndpointKind, RosNodes, RosStart, StartedNode
 
-_FORMS: dict[Kind, tuple[str, str, Direction, int]] = {
-    "publisher": ("topic", "", "said", 0), "subscription": ("topic", "", "heard", 0),
-    "service": ("service", "_request", "heard", 0), "client": ("service", "_request", "said", 0),
-    "action server": ("action", "_goal", "heard", 0), "action client": ("action", "_goal", "said", 0),
+_FORMS: dict[EndpointKind, tuple[str, str, Direction, int]] = {
+    "publisher": ("topic", "", "published", 0), "subscription": ("topic", "", "received", 0),
+    "service": ("service", "_request", "received", 0), "client": ("service", "_request", "published", 0),
+    "action server": ("action", "_goal", "received", 0), "action client": ("action", "_goal", "published", 0),
 }  # fmt: skip
 """Kind of an endpoint -> the form of its message, the end of its topic in requirements, direction, part of the type."""
 
@@ -36,7 +35,7 @@ _ANSWERS = {"service": "_response", "action server": "_result"}
 OWN = "rclpy"
 
 
-def ros_findings(executable: Executable, started: StartedNode | None = None) -> tuple[Findings, RosStart]:
+def analyse_node(executable: Executable, started: StartedNode | None = None) -> tuple[CodeModel, RosStart]:
     """What a testbench for the node needs, and how it starts it.
 
     Args:
@@ -48,30 +47,30 @@ def ros_findings(executable: Executable, started: StartedNode | None = None) -> 
     """
     if not any(name.partition(".")[0] == OWN for name, _ in executable.sources.outside):
         asked = (
-            f"--ros2={executable.asked!r}: expected a node of ROS 2; {executable.entry} and what it imports of the code"
+            f"--ros2={executable.asked!r}: expected a node of ROS 2; {executable.entry} and the code that it imports"
         )
-        raise DraftError(f"{asked} beside it use no rclpy: --from drafts for other code")
-    findings = analysed(executable.sources, executable.asked, "")
+        raise DraftError(f"{asked} use no rclpy: --from drafts for other code")
+    model = analyse_sources(executable.sources, executable.asked, "")
     if started is not None:
-        findings = replace(findings, ros=renamed(findings.ros, started))
-    start, problems = _start(executable, findings)
-    messages = _with_values(_messages(executable, start), findings.ros.endpoints, executable.sources)
-    questions = [q for q in findings.questions if q.about in ("publisher", "subscription", "service", "client",
+        model = replace(model, ros=_with_names(model.ros, started))
+    start, problems = _start(executable, model)
+    messages = _with_values(_messages(executable, start), model.ros.endpoints, executable.sources)
+    questions = [q for q in model.questions if q.about in ("publisher", "subscription", "service", "client",
                                                              "action server", "action client")]  # fmt: skip
-    machines = tuple(replace(machine, told="") for machine in findings.machines)
+    machines = tuple(replace(machine, field="") for machine in model.machines)
     made = replace(
-        findings, messages=tuple(messages), machines=machines, entry=None, problems=problems,
-        code=executable.sources.code_without(OWN.encode()),  # other nodes of the package are not under test
+        model, messages=tuple(messages), machines=machines, entry=None, problems=problems,
+        modules=executable.sources.top_level_without(OWN.encode()),  # other nodes of the package are not under test
     )  # fmt: skip
     return replace(made, questions=(*questions, *_questions(made))), start
 
 
-def _start(executable: Executable, findings: Findings) -> tuple[RosStart, tuple[Problem, ...]]:
-    """What is declared and provided; what is missing is said."""
-    needed = {dotted.partition(".")[0]: place for dotted, place in reversed(executable.sources.outside)
+def _start(executable: Executable, model: CodeModel) -> tuple[RosStart, tuple[Problem, ...]]:
+    """What is declared and provided; and what is missing."""
+    needed = {dotted.partition(".")[0]: location for dotted, location in reversed(executable.sources.outside)
               if len(dotted.split(".")) > 1 and dotted.split(".")[1] in FOLDERS}  # fmt: skip
     provided = [name for name in sorted(needed) if not is_installed(name) and name in executable.packages]
-    problems = [_without_stand_in(p) for p in findings.problems
+    problems = [_without_stand_in(p) for p in model.problems
                 if p.kind != "missing module" or p.text.split("`")[1] not in {*provided, *needed, OWN}]  # fmt: skip
     absent = {name for name in needed if not is_installed(name) and name not in provided}
     for name in sorted(absent):
@@ -81,25 +80,22 @@ def _start(executable: Executable, findings: Findings) -> tuple[RosStart, tuple[
         )
         problems.append(Problem("missing module", text, needed[name]))
     if not is_installed(OWN):
-        place = next((place for name, place in executable.sources.outside if name.partition(".")[0] == OWN), None)
+        location = next(
+            (location for name, location in executable.sources.outside if name.partition(".")[0] == OWN), None
+        )
         text = "`rclpy` is not installed here, so that the draft was not run: docs/ros2.md says how to get it"
-        problems.append(Problem("missing module", text, place))
-    declared = tuple(endpoint for endpoint in findings.ros.endpoints if endpoint.is_whole)
-    folders = tuple(str(executable.packages[name].folder) for name in provided)
+        problems.append(Problem("missing module", text, location))
+    declared = tuple(endpoint for endpoint in model.ros.endpoints if endpoint.is_complete)
+    folders = tuple(str(executable.packages[name]) for name in provided)
     return RosStart(executable.asked, executable.entry, declared, folders), tuple(problems)
 
 
 def _without_stand_in(problem: Problem) -> Problem:
-    if problem.kind == "terminal":
-        text = (
-            "reads a terminal, at which nobody types in the draft: docs/ros2.md says how a person does (`run.terminal`)"
-        )
-        return replace(problem, text=text)
-    if problem.kind not in ("missing module", "hardware"):
+    if problem.kind != "missing module":
         return problem
     subject = problem.text.partition(":")[0]
     return replace(
-        problem, text=f"{subject}: the node cannot be started as it is; install it, or put a module in its place"
+        problem, text=f"{subject}: the node cannot start as it is; install it, or put a module of this name on the path"
     )
 
 
@@ -107,11 +103,11 @@ def _messages(executable: Executable, start: RosStart) -> list[Message]:
     messages: dict[str, Message] = {}
     for endpoint in start.declared:
         form, end, direction, part = _FORMS[endpoint.kind]
-        parts = fields(endpoint.type, part, executable.packages, endpoint.place)
+        parts = fields(endpoint.type, part, executable.packages, endpoint.location)
         _add(messages, _message(endpoint, form, end, direction, parts or ()))
         if endpoint.kind in _ANSWERS:
-            answer = fields(endpoint.type, 1, executable.packages, endpoint.place)
-            _add(messages, _message(endpoint, form, _ANSWERS[endpoint.kind], "said", answer or ()))
+            answer = fields(endpoint.type, 1, executable.packages, endpoint.location)
+            _add(messages, _message(endpoint, form, _ANSWERS[endpoint.kind], "published", answer or ()))
     return list(messages.values())
 
 
@@ -119,12 +115,13 @@ def _message(endpoint: Endpoint, form: str, end: str, direction: Direction, part
     topic = endpoint.name.strip("/").replace("/", "_") + end
     name = endpoint.name + end.replace("_", ", ")
     return Message(
-        name, topic, endpoint.type, direction, tuple(parts), endpoint.place, (endpoint.place,), form, endpoint.name
+        name, topic, endpoint.type, direction, tuple(parts), endpoint.location, (endpoint.location,), form,
+        endpoint.name,
     )  # fmt: skip
 
 
 def _add(messages: dict[str, Message], message: Message) -> None:
-    """Add a message; what a node both says and hears is one."""
+    """Add a message; what a node both publishes and receives is one."""
     there = messages.get(message.topic)
     if there is None:
         messages[message.topic] = message
@@ -134,23 +131,25 @@ def _add(messages: dict[str, Message], message: Message) -> None:
 
 def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sources: Sources) -> Iterator[Message]:
     """The messages, with the texts that callbacks compare their fields with."""
-    callbacks = {(e.name, e.kind): e.callback.rpartition(".")[2] for e in endpoints if not e.is_said}
+    callbacks = {(e.name, e.kind): e.callback.rpartition(".")[2] for e in endpoints if not e.is_outgoing}
     for message in messages:
         names = (
-            [callbacks[key] for key in callbacks if key[0] == message.channel] if message.direction != "said" else []
+            [callbacks[key] for key in callbacks if key[0] == message.channel]
+            if message.direction != "published"
+            else []
         )
         functions = [scope for scope in sources.functions if scope.node.name in names]
         parts = []
         for part in message.fields:
-            texts: list[FoundValue] = []
+            texts: list[FieldValue] = []
             for scope in functions if part.kind == "str" else ():
                 texts += _compared(_function(scope), part.name, scope.module.file)
             first = {value.text: value for value in reversed(texts)}
-            parts.append(replace(part, values=tuple(sorted(first.values(), key=lambda value: value.place))))
+            parts.append(replace(part, values=tuple(sorted(first.values(), key=lambda value: value.location))))
         yield replace(message, fields=tuple(parts))
 
 
-def _compared(function: Function, field: str, file: str) -> Iterator[FoundValue]:
+def _compared(function: Function, field: str, file: str) -> Iterator[FieldValue]:
     held = {field}
     for node in ast.walk(function):  # text = message.data
         if isinstance(node, ast.Assign) and _is_field(node.value, {field}):
@@ -165,7 +164,7 @@ def _compared(function: Function, field: str, file: str) -> Iterator[FoundValue]
             options = [p.value for case in node.cases for p in ast.walk(case.pattern) if isinstance(p, ast.MatchValue)]
         for option in options:
             if isinstance(option, ast.Constant) and isinstance(option.value, str):
-                yield FoundValue(option.value, Place(file, option.lineno))
+                yield FieldValue(option.value, Location(file, option.lineno))
 
 
 def _is_field(node: ast.expr, names: set[str]) -> bool:
@@ -175,19 +174,55 @@ def _is_field(node: ast.expr, names: set[str]) -> bool:
     return bool(set(dotted_name(node).split(".")[-1:]) & names)
 
 
-def _questions(findings: Findings) -> Iterator[Question]:
-    if not findings.heard:
-        yield Question("Nothing was found that the node hears: what makes it act?", "messages", None)
-    for message in findings.heard:
+def _questions(model: CodeModel) -> Iterator[Question]:
+    if not model.received:
+        yield Question("No inputs found. Which messages or calls make the node act?", "messages", None)
+    for message in model.received:
         for part in message.fields:
             if part.kind == "str" and not part.values:
                 text = f"Which texts can `{message.topic}.{part.name}` have? Its callback compares none with it"
-                yield Question(text, f"{message.topic}.{part.name}", message.place)
-    for endpoint in findings.ros.of("client", "action client"):
-        yield Question(f"What does {endpoint.name or 'it'} answer, which the node asks?", "answer", endpoint.place)
+                yield Question(text, f"{message.topic}.{part.name}", message.location)
+    for endpoint in model.ros.of("client", "action client"):
+        yield Question(f"What does {endpoint.name or 'it'} answer when the node asks?", "answer", endpoint.location)
 
 
 def _function(scope: Scope) -> Function:
     """The function of a scope that is no class."""
     assert not isinstance(scope.node, ast.ClassDef)
     return scope.node
+
+
+def _with_names(nodes: RosNodes, started: StartedNode) -> RosNodes:
+    """What nodes have, under the names that they have when they are started like this."""
+    endpoints = tuple(_renamed(endpoint, started) for endpoint in nodes.endpoints)
+    names = tuple((started.name or name, location) for name, location in nodes.nodes)
+    return replace(nodes, nodes=names, endpoints=endpoints)
+
+
+def _renamed(endpoint: Endpoint, started: StartedNode) -> Endpoint:
+    node = started.name or endpoint.node
+    namespace = "/" + (started.namespace or endpoint.namespace).strip("/")
+    full = _expanded(endpoint.written, node, namespace) if endpoint.written else endpoint.name
+    for source, target in _rules(started.remappings, node):
+        if full and _expanded(source, node, namespace) == full:
+            full = _expanded(target, node, namespace)
+            break
+    return replace(endpoint, name=full, node=node)
+
+
+def _rules(remappings: Sequence[tuple[str, str]], node: str) -> Iterator[tuple[str, str]]:
+    """Those that mean a node: `talker:chatter` is of one, `chatter` of all of the process."""
+    for source, target in remappings:
+        of, colon, name = source.rpartition(":")
+        if not colon or of == node:
+            yield name, target
+
+
+def _expanded(name: str, node: str, namespace: str) -> str:
+    """The full name; empty where it needs the name of the node, and this is not known, or where it is none."""
+    if not node and name.startswith("~"):
+        return ""
+    try:
+        return ros_tools().expand(name, node or "node", namespace)
+    except ValueError:
+        return ""

@@ -7,68 +7,67 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.extra.draft.found.findings import (
-    Findings,
-    FoundValue,
+from pytest_hricdv.extra.draft.code_model import (
+    CodeModel,
+    FieldValue,
+    Location,
     Message,
     MessageField,
-    Place,
     Problem,
     Question,
 )
-from pytest_hricdv.extra.draft.ros.interfaces import interface_file
-from pytest_hricdv.extra.recordings.observed import (
-    MOST_TEXTS,
-    TRUSTED,
+from pytest_hricdv.extra.draft.observed import (
+    MAX_TEXTS,
+    MIN_OBSERVATIONS,
     Observed,
-    Topic,
+    ObservedTopic,
     is_infrastructure,
     key_of,
     observe,
 )
-from pytest_hricdv.extra.recordings.recording import Recording, read
-from pytest_hricdv.extra.ros2.packages import SourcePackage
+from pytest_hricdv.extra.draft.recording import Recording, read_recordings
+from pytest_hricdv.extra.draft.ros.interfaces import interface_file
 
-LONGEST = 40
-"""Characters of a text that is one of several choices (chosen: the name of a state, of a place)."""
+MAX_LENGTH = 40
+"""Characters of a text that is one of several choices, as the name of a state is."""
 
 
 def with_recordings(
-    findings: Findings, paths: Sequence[Path], packages: Mapping[str, SourcePackage]
-) -> tuple[Findings, Observed | None]:
-    """Findings with what recordings show; and that, None where nothing could be read.
+    model: CodeModel, paths: Sequence[Path], packages: Mapping[str, Path]
+) -> tuple[CodeModel, Observed | None]:
+    """CodeModel with what recordings show; and that, None where nothing could be read.
 
     Args:
-        findings: of the code.
+        model: of the code.
         paths: of recordings.
         packages: of the workspace, by name: their interface files define types.
     """
-    topics = {key for message in findings.messages for key in _keys(message)}
-    recordings = read(
+    topics = {key for message in model.messages for key in _keys(message)}
+    recordings = read_recordings(
         paths, lambda topic: _is_of(key_of(topic), topics), lambda kind: interface_file(kind, packages)
     )  # fmt: skip
-    said = [text for made in recordings for text in (*made.problems, *made.notes)]
-    problems = [Problem("recording", text, None) for text in _shortened(said)]
+    texts = [text for made in recordings for text in (*made.problems, *made.notes)]
+    problems = [Problem("recording", text, None) for text in _shortened(texts)]
     if not any(made.parts for made in recordings):
-        return replace(findings, problems=(*findings.problems, *problems)), None
-    seen = _of_findings(observe(recordings), findings.messages)
-    messages = tuple(_with_values(message, seen) for message in findings.messages)
-    problems += [Problem("recording", text, place) for text, place in _unshared(messages, seen, recordings)]
-    questions = _settled(findings.questions, seen)
+        return replace(model, problems=(*model.problems, *problems)), None
+    seen = _renamed(observe(recordings), model.messages)
+    messages = tuple(_with_values(message, seen) for message in model.messages)
+    problems += [Problem("recording", text, location) for text, location in _unshared(messages, seen, recordings)]
+    questions = _settled(model.questions, seen)
     return (
         replace(
-            findings,
+            model,
             messages=messages,
-            problems=(*findings.problems, *problems),
+            problems=(*model.problems, *problems),
             questions=(*questions, *_questions(messages, seen)),
         ),
         seen,
     )
 
 
-def _shortened(said: Sequence[str], most: int = 10) -> list[str]:
+def _shortened(texts: Sequence[str], most: int = 10) -> list[str]:
     """Sentences on recordings; of many files, the first ones, and how many more there are."""
-    unique = list(dict.fromkeys(said))
+    unique = list(dict.fromkeys(texts))
     return unique if len(unique) <= most else [*unique[:most], f"and {len(unique) - most} more such sentences"]
 
 
@@ -84,7 +83,7 @@ def _is_of(key: str, topics: set[str]) -> bool:
     return key in topics or any(key.endswith(f"_{topic}") for topic in topics if topic)
 
 
-def _of_findings(seen: Observed, messages: Sequence[Message]) -> Observed:
+def _renamed(seen: Observed, messages: Sequence[Message]) -> Observed:
     """The same with the topics of messages as these call them: `/robot1/scan` is the only `scan`."""
     topics = seen.topics
     renamed: dict[str, str] = {}
@@ -105,20 +104,20 @@ def _with_values(message: Message, seen: Observed) -> Message:
     return replace(message, fields=tuple(_with_texts(part, topic, seen.source) for part in message.fields))
 
 
-def _with_texts(part: MessageField, topic: Topic, source: str) -> MessageField:
+def _with_texts(part: MessageField, topic: ObservedTopic, source: str) -> MessageField:
     """A field of texts with those that were observed, the most frequent first, after those of the code."""
     texts = topic.texts.get(part.name, Counter())
     if part.kind != "str" or part.by_type or not _are_choices(texts):
         return part
     there = {value.text for value in part.values}
-    added = [FoundValue(text, Place(f"observed {_times(count)} in {source}", 0), how="run")
+    added = [FieldValue(text, Location(f"observed {_times(count)} in {source}", 0), is_observed=True)
              for text, count in texts.most_common() if text.strip() and text not in there]  # fmt: skip
     return replace(part, values=(*part.values, *added))
 
 
 def _are_choices(texts: Iterable[str]) -> bool:
     """Whether texts are few and short, so that one is chosen, and not written."""
-    return len(list(texts)) <= MOST_TEXTS and all(len(text) <= LONGEST for text in texts)
+    return len(list(texts)) <= MAX_TEXTS and all(len(text) <= MAX_LENGTH for text in texts)
 
 
 def _times(count: int) -> str:
@@ -127,42 +126,47 @@ def _times(count: int) -> str:
 
 def _unshared(
     messages: Sequence[Message], seen: Observed, recordings: Sequence[Recording]
-) -> Iterator[tuple[str, Place | None]]:
+) -> Iterator[tuple[str, Location | None]]:
     """What only the code has, and what only the recordings have."""
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
         if topic is None:
-            verb = {"heard": "hears", "said": "says", "both": "says and hears"}[message.direction]
+            verb = {"received": "receives", "published": "publishes", "both": "publishes and receives"}[
+                message.direction
+            ]
             text = f"the code {verb} {message.name}: no message of it in {seen.source}, so nothing is observed of it"
-            yield text, message.place
+            yield text, message.location
             continue
         yield from _unshared_fields(message, topic, seen.source)
     known = {key_of(message.topic) for message in messages}
     for key, topic in seen.topics.items():
         if key not in known and not is_infrastructure(topic.name):
             count = "1 message" if topic.count == 1 else f"{topic.count} messages"
-            yield f"{seen.source}: has {count} of {topic.name}, which the code neither says nor hears", None
+            yield f"{seen.source}: has {count} of {topic.name}, which the code neither publishes nor receives", None
     for recording in recordings:
         for name in recording.topics:
             if key_of(name) not in seen.topics and key_of(name) in known:
                 yield f"{recording.name}: has topic {name}, and no message of it", None
 
 
-def _unshared_fields(message: Message, topic: Topic, source: str) -> Iterator[tuple[str, Place | None]]:
+def _unshared_fields(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, Location | None]]:
     if not topic.numbers and not topic.texts:
         return
     for part in message.fields:
         if part.kind and part.name not in topic.numbers and part.name not in topic.texts:
-            yield f"{message.name}.{part.name} is in the code, and in no message of {source}", part.place
+            yield f"{message.name}.{part.name} is in the code, but in no message of {source}", part.location
         texts = topic.texts.get(part.name, Counter())
-        lacking = [value.text for value in part.values if value.text not in texts and value.how == "analysis"]
+        lacking = [value.text for value in part.values if value.text not in texts and not value.is_observed]
         if part.kind == "str" and texts and lacking:
-            yield f"{message.name}.{part.name}: never observed in {source}: {', '.join(map(repr, lacking))}", part.place
+            yield (
+                f"{message.name}.{part.name}: never observed in {source}: {', '.join(map(repr, lacking))}",
+                part.location,
+            )
         new = [text for text in texts if part.by_type and text not in {value.text for value in part.values}]
         if part.kind == "str" and new:
             yield (
                 f"{message.name}.{part.name}: {source} has {', '.join(map(repr, new))}, which its type has not",
-                part.place,
+                part.location,
             )
 
 
@@ -178,14 +182,14 @@ def _settled(questions: Sequence[Question], seen: Observed) -> tuple[Question, .
 def _questions(messages: Sequence[Message], seen: Observed) -> Iterator[Question]:
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
-        if topic is None or message.direction == "said":
+        if topic is None or message.direction == "published":
             continue
-        if topic.count < TRUSTED:
+        if topic.count < MIN_OBSERVATIONS:
             count = "one message" if topic.count == 1 else f"{topic.count} messages"
             text = f"Is that all? {seen.source} has {count} of {topic.name}: too few to trust its ranges"
-            yield Question(text, topic.name, message.place)
+            yield Question(text, topic.name, message.location)
         for part in message.fields:
             texts = topic.texts.get(part.name, Counter())
             if part.kind == "str" and not _are_choices(texts):
                 text = f"Which texts of `{message.topic}.{part.name}` matter? {seen.source} has {len(texts)} of them"
-                yield Question(text, f"{message.topic}.{part.name}", part.place)
+                yield Question(text, f"{message.topic}.{part.name}", part.location)

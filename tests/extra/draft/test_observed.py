@@ -11,13 +11,11 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.bdi.__main__ import main as bdi
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.first_runs.session import Trial
-from pytest_hricdv.extra.draft.first_runs.trial import tried
-from pytest_hricdv.extra.draft.writing.drafted import Draft
-from pytest_hricdv.extra.draft.writing.project import files
-from pytest_hricdv.extra.draft.writing.requirements import requirement_ids
+from pytest_hricdv.extra.draft.first_runs import FirstRuns, settle
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.files import files
+from pytest_hricdv.extra.draft.project.requirements import requirement_ids
 from tests.extra.draft import robots
 
 MOWER = '''
@@ -98,34 +96,6 @@ def mower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Recorde
     return base, recorder, bus, kernel
 
 
-def test_what_a_device_is_told_is_a_signal_of_its_kind(tmp_path: Path) -> None:
-    draft, texts = drafted(tmp_path, MOWER)
-    assert {told.signal: told.kind for told in draft.told} == {
-        "base_blade": "bool",
-        "base_say_argument_1": "str",
-        "base_drive_slow_m_s": "float",
-        "base_drive_argument_2": "float",
-    }
-    signals = module(texts["world.py"], "world").SIGNALS
-    assert {name: signals[name] for name in (told.signal for told in draft.told)} == {
-        told.signal: {"bool": bool, "str": str, "float": float}[told.kind] for told in draft.told
-    }
-
-
-def test_a_stand_in_records_arguments_and_what_is_set(mower: tuple[Any, Recorder, Bus, SimpleNamespace]) -> None:
-    base, recorder, bus, kernel = mower
-    base.blade = True
-    base.say("mowing")
-    base.drive(0.2, 0.0)
-    kernel.now_s = 0.1
-    base.drive(float("nan"), "left")  # no numbers: nothing to record
-    recorded = [(name, value) for _, name, value in recorder.signals if name != "base_did"]
-    assert recorded[:2] == [("base_blade", True), ("base_say_argument_1", "mowing")]
-    assert [value for name, value in recorded if name.startswith("base_drive")] == [0.2, 0.0]
-    assert base.blade is True
-    assert bus.sent == [("base", "say"), ("base", "drive")]
-
-
 def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice_at_once_twice(
     mower: tuple[Any, Recorder, Bus, SimpleNamespace],
 ) -> None:
@@ -140,41 +110,21 @@ def test_a_call_that_comes_again_and_again_is_told_once_and_one_that_comes_twice
     assert bus.sent == [("base", "drive")] * 3
 
 
-def test_sensors_say_something_else_while_the_robot_is_at_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    _, texts = drafted(tmp_path, MOWER)
-    person = texts["models/person.asl"]
-    assert "@go_in_time +!do_go : go_in_time <- !say_go(in_time); !meanwhile; wait_answer." in person
-    assert "let_pass(How); set_base_is_lifted(yes); let_pass(How); set_base_is_lifted(no)." in person
-    assert '"meanwhile": ("nothing_changes", "changes_soon", "changes_later")' in texts["conftest.py"]
-    for file, text in texts.items():
-        (tmp_path / file).parent.mkdir(exist_ok=True)
-        (tmp_path / file).write_text(text, encoding="utf-8")
-    assert bdi(["lint", str(tmp_path / "models" / "robot_code.mas2j")]) == 0
-    assert "nothing found" in capsys.readouterr().err
-
-
-def test_a_robot_without_sensors_has_none_that_change(tmp_path: Path) -> None:
-    _, texts = drafted(tmp_path, robots.TRANSITIONS)
-    assert "meanwhile" not in texts["models/person.asl"]
-    assert "let_pass" not in texts["conftest.py"]
-
-
 def test_a_draft_asks_for_the_transitions_of_the_code_and_for_no_stutter(tmp_path: Path) -> None:
-    draft, texts = drafted(tmp_path, robots.MATCH)
+    draft, texts = drafted(tmp_path, robots.TRANSITIONS)
     formulas = {each["title"]: each["formula"] for each in tomllib.loads(texts["requirements.toml"]).values()}
-    (idle,) = (title for title in formulas if title.startswith("From idle "))
-    assert idle == "From idle the robot goes to fetching only"
-    state = draft.findings.state
+    (idle,) = (title for title in formulas if title.startswith("From moving "))
+    assert idle == "From moving the robot goes to open, halted or idle only"
+    state = draft.code.state
     topic = state.partition(".")[0]
     assert formulas[idle] == (
-        f"always(on({topic}) & last({state}) == 'idle' -> {state} == 'idle' | {state} == 'fetching')"
+        f"always(on({topic}) & last({state}) == 'moving' -> {state} == 'moving' | {state} == 'open' | "
+        f"{state} == 'halted' | {state} == 'idle')"
     )
-    assert formulas["The robot does not say mode changed twice at once"] == (
+    assert formulas["The robot does not publish status twice at one instant"] == (
         f"always(on({topic}) -> count[0:0](on({topic})) <= 1 | last({state}) != {state})"
     )
-    assert "The robot says no more often something than it has heard something" in formulas
+    assert "The robot does not publish more messages than it has received" in formulas
 
 
 def test_a_requirement_that_one_suite_triggers_is_seen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -182,12 +132,11 @@ def test_a_requirement_that_one_suite_triggers_is_seen(monkeypatch: pytest.Monke
     names = requirement_ids(draft)
     never = {"rl": tuple(names.values())[1:], "closure": tuple(names.values())[:2]}
 
-    def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
-        return Trial(8, 8, (), () if tests else never[suite], "", ())
+    def run(draft: Draft, suite: str, tests: int | None = None) -> FirstRuns:
+        return FirstRuns(8, 8, (), () if tests else never[suite], "")
 
-    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.run", run)
-    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.covered", lambda draft, dialogs: {})
-    settled, _ = tried(draft)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.run", run)
+    settled, _ = settle(draft)
     assert settled.dropped == tuple(names)[1:2]
 
 
@@ -197,13 +146,12 @@ def test_runs_may_end_as_the_first_ones_did(monkeypatch: pytest.MonkeyPatch, tmp
     assert 'run.kernel.stop("the robot has ended its work")' in texts["conftest.py"]
     asked: list[tuple[str, ...]] = []
 
-    def run(draft: Draft, suite: str, tests: int | None = None) -> Trial:
+    def run(draft: Draft, suite: str, tests: int | None = None) -> FirstRuns:
         asked.append(draft.may_end)
-        return Trial(8, 8, (), (), "", (), ends=() if "idle" in draft.may_end else ("idle",))
+        return FirstRuns(8, 8, (), (), "", ends=() if "idle" in draft.may_end else ("idle",))
 
-    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.run", run)
-    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.trial.covered", lambda draft, dialogs: {})
-    settled, _ = tried(draft)
+    monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.run", run)
+    settled, _ = settle(draft)
     assert asked == [(), ("idle",), ("idle",), ("idle",)]
     text = dict(files(settled))["conftest.py"]
     assert 'may_end=("idle",),  # TODO' in text

@@ -11,12 +11,12 @@ import pytest
 
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.first_runs.session import run
-from pytest_hricdv.extra.draft.found.findings import Findings
+from pytest_hricdv.extra.draft.code_model import CodeModel
+from pytest_hricdv.extra.draft.first_runs import run
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.files import files
 from pytest_hricdv.extra.draft.recorded import with_recordings
-from pytest_hricdv.extra.draft.writing.drafted import Draft
-from pytest_hricdv.extra.draft.writing.project import files
-from tests.extra.recordings.bags import Entry, write_mcap
+from tests.extra.draft.bags import Entry, write_mcap
 
 BAR = '''
 from dataclasses import dataclass
@@ -67,12 +67,12 @@ def orders(count: int) -> list[Entry]:
     return entries
 
 
-def drafted(tmp_path: Path, entries: Sequence[Entry]) -> tuple[Findings, dict[str, str]]:
+def drafted(tmp_path: Path, entries: Sequence[Entry]) -> tuple[CodeModel, dict[str, str]]:
     (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", entries)
-    findings, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
-    draft = Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=observed)
-    return findings, dict(files(draft))
+    model, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
+    draft = Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=observed)
+    return model, dict(files(draft))
 
 
 def test_numbers_and_times_are_those_of_the_recording(tmp_path: Path) -> None:
@@ -92,11 +92,11 @@ def test_numbers_and_times_are_those_of_the_recording(tmp_path: Path) -> None:
 
 
 def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -> None:
-    findings, texts = drafted(tmp_path, orders(12))
-    drink = findings.heard[0].fields[0]
-    assert [str(value.place) for value in drink.values][2:] == ["observed once in day.mcap"]
+    model, texts = drafted(tmp_path, orders(12))
+    drink = model.received[0].fields[0]
+    assert [str(value.location) for value in drink.values][2:] == ["observed once in day.mcap"]
     assert '"order.drink": ("tea", "coffee", "milk", "something else")' in texts["conftest.py"]
-    assert "Order.drink: never observed in day.mcap: 'coffee'" in said(findings)
+    assert "Order.drink: never observed in day.mcap: 'coffee'" in problems(model)
 
 
 @pytest.mark.parametrize(
@@ -104,36 +104,36 @@ def test_texts_that_were_observed_come_after_those_of_the_code(tmp_path: Path) -
 )
 def test_texts_that_people_write_are_a_question(tmp_path: Path, drinks: list[str]) -> None:
     entries: list[Entry] = [(10.0 * n, "/order", order(n, drinks[n % len(drinks)])) for n in range(12)]
-    findings, texts = drafted(tmp_path, entries)
+    model, texts = drafted(tmp_path, entries)
     assert '"order.drink": ("tea", "coffee"' in texts["conftest.py"]
     assert drinks[0] not in texts["conftest.py"]
     asked = f"Which texts of `order.drink` matter? day.mcap has {len(drinks)} of them"
-    assert asked in [question.text for question in findings.questions]
+    assert asked in [question.text for question in model.questions]
 
 
 def test_messages_that_only_one_of_them_has_are_said(tmp_path: Path) -> None:
     stray: list[Entry] = [(1.0, "/joy", {"x": 1.0}), (2.0, "/joy", {"x": 2.0}), (3.0, "/rosout", {"msg": "hello"})]
-    findings, _ = drafted(tmp_path, [*orders(12), *stray])
-    assert "the code hears Cancel: no message of it in day.mcap, so nothing is observed of it" in said(findings)
-    assert "day.mcap: has 2 messages of /joy, which the code neither says nor hears" in said(findings)
-    assert "rosout" not in said(findings)
+    model, _ = drafted(tmp_path, [*orders(12), *stray])
+    assert "the code receives Cancel: no message of it in day.mcap, so nothing is observed of it" in problems(model)
+    assert "day.mcap: has 2 messages of /joy, which the code neither publishes nor receives" in problems(model)
+    assert "rosout" not in problems(model)
 
 
 def test_few_messages_are_a_question(tmp_path: Path) -> None:
-    findings, texts = drafted(tmp_path, orders(1))
+    model, texts = drafted(tmp_path, orders(1))
     assert "# TODO: observed 150 to 150 ml in 1 message of day.mcap: too few to trust" in texts["conftest.py"]
     assert "TIMES_OF" not in texts["conftest.py"]
-    questions = [question.text for question in findings.questions]
+    questions = [question.text for question in model.questions]
     assert "Is that all? day.mcap has one message of /order: too few to trust its ranges" in questions
 
 
 def test_a_recording_of_which_nothing_can_be_read_changes_nothing_else(tmp_path: Path) -> None:
     _, plain = drafted(tmp_path, orders(12))
     (tmp_path / "day.mcap").write_bytes(b"")
-    findings, observed = with_recordings(analyse("bar", tmp_path), [tmp_path / "day.mcap"], {})
+    model, observed = with_recordings(analyse("bar", tmp_path), [tmp_path / "day.mcap"], {})
     assert observed is None
-    assert "day.mcap: not an MCAP file that can be read" in said(findings)
-    draft = Draft(findings, "bar_tests", "person", tmp_path.resolve())
+    assert "day.mcap: not an MCAP file that can be read" in problems(model)
+    draft = Draft(model, "bar_tests", "person", tmp_path.resolve())
     assert '"level_ml": Range(0.0, 1.0, "ml")' in dict(files(draft))["conftest.py"]
     assert plain.keys() == dict(files(draft)).keys()
 
@@ -144,8 +144,8 @@ def test_a_namespace_of_the_recording_is_no_other_topic(tmp_path: Path) -> None:
     assert 'Range(139.0, 271.0, "ml")' in texts["conftest.py"]
 
 
-def said(findings: Findings) -> str:
-    return "\n".join(problem.text for problem in findings.problems)
+def problems(model: CodeModel) -> str:
+    return "\n".join(problem.text for problem in model.problems)
 
 
 @pytest.mark.parametrize(
@@ -173,8 +173,8 @@ def test_a_wrong_option_is_one_sentence(
 def test_the_learned_suite_of_a_draft_of_a_recording_is_green(tmp_path: Path) -> None:
     (tmp_path / "bar.py").write_text(BAR, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", orders(12))
-    findings, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
-    trial = run(Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 6)
+    model, observed = with_recordings(analyse("bar", tmp_path), [recording], {})
+    trial = run(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=observed), "rl", 6)
     assert not trial.error
     assert trial.tests == 6
 
@@ -191,8 +191,8 @@ def test_a_number_stays_on_its_side_of_what_the_code_compares_it_with(tmp_path: 
     code = BAR.replace('order.drink in ("tea", "coffee")', "order.level_ml > 200.0")
     (tmp_path / "bar.py").write_text(code, encoding="utf-8")
     recording = write_mcap(tmp_path / "day.mcap", orders(12))
-    findings, seen = with_recordings(analyse("bar", tmp_path), [recording], {})
-    texts = dict(files(Draft(findings, "bar_tests", "person", tmp_path.resolve(), observed=seen)))
+    model, seen = with_recordings(analyse("bar", tmp_path), [recording], {})
+    texts = dict(files(Draft(model, "bar_tests", "person", tmp_path.resolve(), observed=seen)))
     lines = [line for line in texts["conftest.py"].splitlines() if '"level_ml": Range(' in line]
     assert len(lines) > 1
     assert all("# of the code; observed 150 to 260 ml" in line for line in lines)

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv.__main__ import main
-from pytest_hricdv.extra.draft.node_analysis import ros_findings
-from pytest_hricdv.extra.draft.ros.executable import executable
-from pytest_hricdv.extra.draft.writing.drafted import Draft
-from pytest_hricdv.extra.draft.writing.project import files
+from pytest_hricdv.extra.draft.node_analysis import analyse_node
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.files import files
+from pytest_hricdv.extra.draft.ros.executable import find_executable
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from tests.extra.draft import ros_robots
 
@@ -69,15 +69,15 @@ def workspace(tmp_path: Path) -> Path:
 
 
 def drafted(workspace: Path, asked: str) -> tuple[Draft, dict[str, str]]:
-    findings, start = ros_findings(executable(asked, workspace))
-    draft = Draft(findings, "node_tests", "person", workspace / "draft", ros=start)
+    model, start = analyse_node(find_executable(asked, workspace))
+    draft = Draft(model, "node_tests", "person", workspace / "draft", ros=start)
     return draft, dict(files(draft))
 
 
 def test_an_executable_is_the_console_script_of_its_package(workspace: Path) -> None:
-    assert executable("home_robot door", workspace).entry == "home_robot.door:main"
-    assert executable("src/home_robot/home_robot/arm.py", workspace).entry == "home_robot.arm:main"
-    assert executable("src/home_robot/home_robot/scanner.py", workspace).entry == "home_robot.scanner:Scanner"
+    assert find_executable("home_robot door", workspace).entry == "home_robot.door:main"
+    assert find_executable("src/home_robot/home_robot/arm.py", workspace).entry == "home_robot.arm:main"
+    assert find_executable("src/home_robot/home_robot/scanner.py", workspace).entry == "home_robot.scanner:Scanner"
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_an_executable_is_the_console_script_of_its_package(workspace: Path) -> 
         ("nothing/here.py", "there is no file "),
         ("src/home_robot/home_robot/arm.py:start", "has no start; say PATH.py:FUNCTION"),
         ("", 'expected "PACKAGE EXECUTABLE"'),
-        ("plain.py", "expected a node of ROS 2; plain:main and what it imports of the code beside it use no rclpy"),
+        ("plain.py", "expected a node of ROS 2; plain:main and the code that it imports use no rclpy"),
         ("src/home_robot/setup.py", "has no function main, and no class of a node"),
     ],
 )
@@ -128,7 +128,7 @@ def test_values_parameters_and_names_have_their_places(workspace: Path) -> None:
 
 def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
     draft, texts = drafted(workspace, "src/home_robot/home_robot/scanner.py")
-    parts = {part.name: (part.kind, part.type) for part in draft.findings.heard[0].fields}
+    parts = {part.name: (part.kind, part.type) for part in draft.code.received[0].fields}
     assert parts == {
         "limits.low": ("float", "float"),
         "limits.high": ("float", "float"),
@@ -146,8 +146,8 @@ def test_fields_are_those_of_the_interface_files(workspace: Path) -> None:
 def test_messages_that_are_nowhere_are_said_with_their_place(tmp_path: Path) -> None:
     (tmp_path / "transport.py").write_text(ros_robots.TRANSPORT, encoding="utf-8")
     draft, texts = drafted(tmp_path, "transport.py")
-    missing = [problem for problem in draft.findings.problems if "`transport_msgs`" in problem.text]
-    assert [str(problem.place) for problem in missing] == ["transport.py:7"]
+    missing = [problem for problem in draft.code.problems if "`transport_msgs`" in problem.text]
+    assert [str(problem.location) for problem in missing] == ["transport.py:7"]
     assert '"/fetch": "transport_msgs/action/Fetch",  # transport.py:19' in texts["conftest.py"]
 
 
@@ -191,10 +191,10 @@ def test_a_package_of_messages_beside_a_node_is_no_code_under_test(tmp_path: Pat
         (tmp_path / "src" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "src" / name).write_text(text, encoding="utf-8")
     draft, _ = drafted(tmp_path, "src/patrol.py")
-    assert draft.findings.code == ("patrol",)
+    assert draft.code.modules == ("patrol",)
     assert draft.ros is not None
     assert draft.ros.interfaces == (str(tmp_path / "src" / "bar_msgs"),)
-    assert [part.name for part in draft.findings.heard[0].fields] == ["drink"]
+    assert [part.name for part in draft.code.received[0].fields] == ["drink"]
 
 
 def test_a_package_of_nodes_and_messages_is_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,7 +209,7 @@ def test_a_package_of_nodes_and_messages_is_both(tmp_path: Path, monkeypatch: py
         (tmp_path / "src" / "bar_robot" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "src" / "bar_robot" / name).write_text(text, encoding="utf-8")
     draft, _ = drafted(tmp_path, "src/bar_robot/bar_robot/patrol.py")
-    assert draft.findings.code == ("bar_robot",)
+    assert draft.code.modules == ("bar_robot",)
     assert draft.ros is not None
     assert draft.ros.interfaces == (str(tmp_path / "src" / "bar_robot"),)
     monkeypatch.syspath_prepend(tmp_path / "src" / "bar_robot")
@@ -234,8 +234,8 @@ class Beacon(Node):
 
 def test_a_person_stays_with_a_node_that_hears_nothing_and_no_requirement_is_always_true(workspace: Path) -> None:
     (workspace / "beacon.py").write_text(BEACON, encoding="utf-8")
-    findings, start = ros_findings(executable("beacon.py", workspace))
-    texts = dict(files(Draft(findings, "beacon", "person", workspace / "hri", ros=start)))
+    model, start = analyse_node(find_executable("beacon.py", workspace))
+    texts = dict(files(Draft(model, "beacon", "person", workspace / "hri", ros=start)))
     assert "stays_long <- stay(long)." in texts["models/person.asl"]
     assert '"stay long": {"after_s": Range(20.0, 60.0, "s")}' in texts["conftest.py"]
     formulas = [entry["formula"] for entry in tomllib.loads(texts["requirements.toml"]).values()]
@@ -246,8 +246,8 @@ def test_a_person_stays_with_a_node_that_hears_nothing_and_no_requirement_is_alw
 def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace: Path) -> None:
     counter = SCANNER.replace("scan_msgs.msg import Scan", "scan_msgs.msg import Limits").replace("(Scan,", "(Limits,")
     (workspace / "counter.py").write_text(counter, encoding="utf-8")
-    findings, start = ros_findings(executable("counter.py", workspace))
-    text = dict(files(Draft(findings, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
+    model, start = analyse_node(find_executable("counter.py", workspace))
+    text = dict(files(Draft(model, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
     assert '"count": Range(0, 10, "")' in text
     assert '"low": Range(0.0, 1.0, "")' in text
 
@@ -255,10 +255,10 @@ def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace
 def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_package(workspace: Path) -> None:
     package = workspace / "src" / "home_robot" / "home_robot"
     (package / "hinges.py").write_text("COUNT = 2\n", encoding="utf-8")
-    findings, _ = ros_findings(executable("home_robot door", workspace))
-    assert findings.code == ("home_robot.door", "home_robot.hinges")
+    model, _ = analyse_node(find_executable("home_robot door", workspace))
+    assert model.modules == ("home_robot.door", "home_robot.hinges")
     _, texts = drafted(workspace, "home_robot door")
     assert 'packages=("home_robot",),  # all of them see virtual time' in texts["conftest.py"]
     (package / "__init__.py").write_text("from home_robot import door\n", encoding="utf-8")
-    findings, _ = ros_findings(executable("home_robot door", workspace))
-    assert findings.code == ("home_robot",)
+    model, _ = analyse_node(find_executable("home_robot door", workspace))
+    assert model.modules == ("home_robot",)

@@ -6,11 +6,11 @@ import pytest
 
 from pytest_hricdv.__main__ import main
 from pytest_hricdv.extra.draft.analysis import analyse
-from pytest_hricdv.extra.draft.found.findings import Findings
+from pytest_hricdv.extra.draft.code_model import CodeModel
 from tests.extra.draft import ros_robots
 
 
-def read(tmp_path: Path, source: str) -> Findings:
+def read(tmp_path: Path, source: str) -> CodeModel:
     (tmp_path / "node_code.py").write_text(source, encoding="utf-8")
     return analyse("node_code", tmp_path)
 
@@ -42,10 +42,9 @@ def test_topics_services_and_actions_are_those_of_the_source(name: str, tmp_path
     assert {f"{e.kind} {e.name} {e.type} of {e.node}, called: {e.callback}" for e in endpoints} == ENDPOINTS[name]
 
 
-def test_parameters_and_timers_have_their_defaults_and_places(tmp_path: Path) -> None:
+def test_parameters_have_their_defaults_and_locations(tmp_path: Path) -> None:
     arm = read(tmp_path, ros_robots.ARM).ros
-    assert [(p.name, p.default, str(p.place)) for p in arm.parameters] == [("period_s", "0.1", "node_code.py:11")]
-    assert [(t.callback, str(t.place)) for t in arm.timers] == [("self.step", "node_code.py:18")]
+    assert [(p.name, p.default, str(p.location)) for p in arm.parameters] == [("period_s", "0.1", "node_code.py:11")]
     door = read(tmp_path, ros_robots.DOOR).ros
     assert {(p.name, p.default) for p in door.parameters} == {
         ("limits.open_s", "5.0"),
@@ -56,7 +55,7 @@ def test_parameters_and_timers_have_their_defaults_and_places(tmp_path: Path) ->
 
 def test_what_the_source_does_not_name_is_a_question_with_its_place(tmp_path: Path) -> None:
     questions = read(tmp_path, ros_robots.TRANSPORT).questions
-    asked = [(str(q.place), q.text) for q in questions if q.about == "publisher"]
+    asked = [(str(q.location), q.text) for q in questions if q.about == "publisher"]
     assert asked == [("node_code.py:21", "Which name and which type has this publisher?")]
 
 
@@ -73,7 +72,7 @@ def test_the_terminal_says_what_nodes_say_and_hear_and_what_is_not_drafted(
     assert main(["init", "draft", "--from", "node_code", "--no-run"]) == 0
     said = capsys.readouterr().out
     assert "nodes of ROS 2: 1 (arm)" in said
-    assert "node_code.py:16: topics heard: /request (std_msgs/msg/Empty) -> self.on_request" in said
+    assert "node_code.py:16: subscribes: /request (std_msgs/msg/Empty) -> self.on_request" in said
     assert "node_code.py:11: parameter: period_s, default 0.1" in said
-    assert "docs/ros2.md" in said
+    assert "use --ros2" in said
     assert "/arm/done (std_msgs/msg/Empty)" in (tmp_path / "draft" / "README.md").read_text(encoding="utf-8")

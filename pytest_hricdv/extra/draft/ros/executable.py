@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.extra.draft.reading.sources import DraftError, Sources, find
+from pytest_hricdv.extra.draft.code.sources import DraftError, Sources, find
 from pytest_hricdv.extra.draft.ros.nodes import NODES
-from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, packages_around, sources_in
+from pytest_hricdv.extra.draft.ros.tools import ros_tools
 
 _FOLDERS = ("scripts", "nodes", "bin", "src", "")
 """Of a package that CMake builds, where its programs of Python are by custom; "" is the package itself."""
@@ -23,22 +23,22 @@ class Executable:
     Args:
         asked: as it was asked for.
         entry: "package.module:function", or a class of nodes.
-        sources: its module, and what this imports of the code beside it.
+        sources: its module, and the neighbouring code that it imports.
         packages: packages of the workspace, by name: their interface files are of use.
     """
 
     asked: str
     entry: str
     sources: Sources
-    packages: Mapping[str, SourcePackage]
+    packages: Mapping[str, Path]
 
 
-def executable(asked: str, start: Path, near: Path | None = None) -> Executable:
+def find_executable(asked: str, start: Path, near: Path | None = None) -> Executable:
     """Find the code of "PACKAGE EXECUTABLE", or of a file "PATH.py", "PATH.py:FUNCTION".
 
     Args:
         start: the folder of the workspace or package: where sources are looked for.
-        near: a further folder around which packages are, as that of a launch file.
+        near: another folder around which packages are, such as that of a launch file.
 
     Raises:
         DraftError: there is no such package or executable, or it is not Python.
@@ -51,8 +51,8 @@ def executable(asked: str, start: Path, near: Path | None = None) -> Executable:
             f'--ros2={asked!r}: expected "PACKAGE EXECUTABLE", as of `ros2 run`, or the path of a file *.py'
         )
     package, name = words
-    packages = workspace(start, *([] if near is None else [near]))
-    scripts = console_scripts(package, packages)
+    packages = ros_tools().packages(start, *([] if near is None else [near]))
+    scripts = ros_tools().console_scripts(package, packages)
     if scripts is None:
         raise DraftError(
             f"--ros2: package {package!r} is neither installed nor in {start}"
@@ -62,21 +62,12 @@ def executable(asked: str, start: Path, near: Path | None = None) -> Executable:
     if name in scripts:
         return _of_script(asked, scripts[name], packages.get(package), start, packages)
     if package in packages:
-        for file in _programs(packages[package].folder, package, name):
+        for file in _programs(packages[package], package, name):
             return _of_file(asked, str(file), start)
     raise DraftError(
         f"--ros2: package {package!r} has no executable {name!r} of Python{nearest(name, list(scripts))}; "
         + (f"it has {', '.join(sorted(scripts))}" if scripts else "give the path of the node's file, if it is Python")
     )
-
-
-def workspace(*folders: Path) -> dict[str, SourcePackage]:
-    """Packages around folders and in them, by name."""
-    packages: dict[str, SourcePackage] = {}
-    for folder in folders:
-        for package in (*packages_around(folder / "package.xml").values(), *sources_in(folder)):
-            packages.setdefault(package.name, package)
-    return packages
 
 
 def _programs(folder: Path, package: str, name: str) -> list[Path]:
@@ -86,14 +77,12 @@ def _programs(folder: Path, package: str, name: str) -> list[Path]:
     return [file for file in files if file.is_file()]
 
 
-def _of_script(
-    asked: str, entry: str, package: SourcePackage | None, start: Path, packages: Mapping[str, SourcePackage]
-) -> Executable:
+def _of_script(asked: str, entry: str, package: Path | None, start: Path, packages: Mapping[str, Path]) -> Executable:
     module, _, function = entry.partition(":")
     root = start
     if package is not None:
-        is_below = not (package.folder / module.partition(".")[0]).exists() and (package.folder / "src").is_dir()
-        root = package.folder / "src" if is_below else package.folder
+        is_below = not (package / module.partition(".")[0]).exists() and (package / "src").is_dir()
+        root = package / "src" if is_below else package
     try:
         sources = find(module, root)
     except DraftError as error:
@@ -122,4 +111,4 @@ def _of_file(asked: str, path: str, start: Path) -> Executable:
     if not function or sources.definition(module, function) is None:
         lacks = function or "function main, and no class of a node"
         raise DraftError(f"--ros2={asked!r}: {module.file} has no {lacks}; say PATH.py:FUNCTION")
-    return Executable(asked, f"{module.name}:{function}", sources, packages_around(file, [start]))
+    return Executable(asked, f"{module.name}:{function}", sources, ros_tools().packages(start, file.parent))

@@ -11,12 +11,11 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from pytest_hricdv.extra.draft.found.nodes import Endpoint, Kind, RosNodes, RosParameter, Timer
-from pytest_hricdv.extra.draft.found.place import Place
-from pytest_hricdv.extra.draft.reading.sources import Module, Scope, Sources, dotted_name, imported_name
-from pytest_hricdv.extra.draft.reading.value_flow import Call, ValueFlow
+from pytest_hricdv.extra.draft.code.flow import Call, Flow
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.ros_model import Endpoint, EndpointKind, Location, RosNodes, RosParameter
 
-_PARAMETERS: dict[str, tuple[Kind, int, tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
+_PARAMETERS: dict[str, tuple[EndpointKind, int, tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
     "create_publisher": ("publisher", 0, ("msg_type",), ("topic",), ()),
     "create_lifecycle_publisher": ("publisher", 0, ("msg_type",), ("topic",), ()),
     "create_subscription": ("subscription", 0, ("msg_type",), ("topic",), ("callback",)),
@@ -25,7 +24,7 @@ _PARAMETERS: dict[str, tuple[Kind, int, tuple[str, ...], tuple[str, ...], tuple[
     "ActionServer": ("action server", 1, ("action_type",), ("action_name",), ("execute_callback",)),
     "ActionClient": ("action client", 1, ("action_type",), ("action_name",), ()),
 }
-"""Called -> its kind, the place of the type among the arguments, the names of type, name, callback (`rclpy` 9.1)."""
+"""Called -> its kind, the index of the type among the arguments, the names of type, name, callback (`rclpy` 9.1)."""
 
 FOLDERS = ("msg", "srv", "action")
 NODES = ("rclpy.node.Node", "rclpy.lifecycle.Node", "rclpy.lifecycle.LifecycleNode", "rclpy.create_node", "rclpy.Node")
@@ -33,24 +32,22 @@ NODES = ("rclpy.node.Node", "rclpy.lifecycle.Node", "rclpy.lifecycle.LifecycleNo
 
 
 @dataclass(frozen=True)
-class _Owner:
+class _OwningNode:
     """The node that a call belongs to."""
 
     name: str = ""
     namespace: str = ""
 
 
-def ros_nodes(sources: Sources, flow: ValueFlow) -> RosNodes:
+def ros_nodes(sources: Sources, flow: Flow) -> RosNodes:
     """What the nodes of the code have; nothing where it does not use `rclpy`."""
     if not any(name.partition(".")[0] == "rclpy" for module in sources.modules for name in module.imports.values()):
         return RosNodes()
-    reader = _Reader(sources, flow)
-    return RosNodes(
-        tuple(reader.nodes()), tuple(reader.endpoints()), tuple(ros_parameters(flow)), tuple(reader.timers())
-    )
+    reader = _NodeReader(sources, flow)
+    return RosNodes(tuple(reader.nodes()), tuple(reader.endpoints()), tuple(ros_parameters(flow)))
 
 
-def ros_parameters(flow: ValueFlow) -> Iterator[RosParameter]:
+def ros_parameters(flow: Flow) -> Iterator[RosParameter]:
     """What nodes declare with `declare_parameter` and `declare_parameters`."""
     for call in flow.calls.get("declare_parameter", ()):
         yield from _parameter(flow, call, _argument(call.node, 0, "name"), _argument(call.node, 1, "value"), "")
@@ -64,43 +61,43 @@ def ros_parameters(flow: ValueFlow) -> Iterator[RosParameter]:
 
 
 def _parameter(
-    flow: ValueFlow, call: Call, name: ast.expr | None, default: ast.expr | None, space: str
+    flow: Flow, call: Call, name: ast.expr | None, default: ast.expr | None, space: str
 ) -> Iterator[RosParameter]:
     owner = call.scope.owner.name if call.scope is not None and call.scope.owner is not None else ""
-    place = call.module.place(name or call.node)
-    constants = flow.constants(default, call.module, call.scope) if default is not None else {}
+    location = call.module.location(name or call.node)
+    constants = flow.values(default, call.module, call.scope) if default is not None else []
     text = ast.unparse(default) if default is not None else ""
     if len(constants) == 1:
-        text = repr(next(iter(constants)))
+        text = repr(constants[0])
     for name_text in _texts(flow, call, name):
         full = f"{space}.{name_text}" if space else name_text
-        yield RosParameter(full, text, owner, place)
+        yield RosParameter(full, text, owner, location)
 
 
-def _texts(flow: ValueFlow, call: Call, expression: ast.expr | None) -> list[str]:
+def _texts(flow: Flow, call: Call, expression: ast.expr | None) -> list[str]:
     """The texts that an expression can be."""
     return [value for value in _values(flow, call, expression) if isinstance(value, str)]
 
 
-def _values(flow: ValueFlow, call: Call, expression: ast.expr | None) -> list[object]:
+def _values(flow: Flow, call: Call, expression: ast.expr | None) -> list[object]:
     """The constants that an expression can be; of a parameter that it declares or reads, its default."""
     values: list[object] = []
     for node, module, scope in flow.expressions(expression, call.module, call.scope):
         if isinstance(node, ast.expr):
-            values += flow.constants(node, module, scope)
+            values += flow.values(node, module, scope)
         value = node.value if isinstance(node, ast.Attribute) and node.attr == "value" else node
         called = dotted_name(value.func).rpartition(".")[2] if isinstance(value, ast.Call) else ""
         if isinstance(value, ast.Call) and called == "declare_parameter":
-            values += flow.constants(_argument(value, 1, "value"), module, scope)
+            values += flow.values(_argument(value, 1, "value"), module, scope)
         for inner in ast.walk(node) if not called or called == "get_parameter" else ():
             if isinstance(inner, ast.Call) and dotted_name(inner.func).endswith(".get_parameter"):
-                values += _default(flow, flow.constants(_argument(inner, 0, "name"), module, scope))
-    return list(dict.fromkeys(values))
+                values += _default(flow, flow.values(_argument(inner, 0, "name"), module, scope))
+    return [value for number, value in enumerate(values) if value not in values[:number]]
 
 
-def _default(flow: ValueFlow, names: object) -> list[object]:
+def _default(flow: Flow, names: list[object]) -> list[object]:
     """The default of a parameter that is a text or a number."""
-    wanted = [name for name in names if isinstance(name, str)] if isinstance(names, dict) else []
+    wanted = [name for name in names if isinstance(name, str)]
     defaults: list[object] = []
     for parameter in ros_parameters(flow) if wanted else ():
         if parameter.name in wanted:
@@ -115,42 +112,30 @@ def _argument(node: ast.Call, number: int, name: str) -> ast.expr | None:
     return by_name if by_name is not None or number >= len(positional) else positional[number]
 
 
-class _Reader:
+class _NodeReader:
     """Reads calls of `rclpy` in all functions of the code."""
 
-    def __init__(self, sources: Sources, flow: ValueFlow) -> None:
+    def __init__(self, sources: Sources, flow: Flow) -> None:
         self._sources, self._flow = sources, flow
 
-    def nodes(self) -> Iterator[tuple[str, Place]]:
+    def nodes(self) -> Iterator[tuple[str, Location]]:
         """Classes of nodes, but those that only others are derived from, and nodes that functions make."""
         classes = [scope for scope in self._sources.classes if self._is_node(scope)]
         bases = {base.rpartition(".")[2] for scope in classes for base in self._sources.bases(scope)}
         for scope in classes:
             assert isinstance(scope.node, ast.ClassDef)
             if scope.node.name not in bases or scope.node.name in self._flow.calls:
-                yield self._class_owner(scope.module, scope.node).name, scope.place
+                yield self._class_owner(scope.module, scope.node).name, scope.location
         for calls in self._flow.calls.values():
             for call in calls:
                 if self._makes_node(call.module, call.node):
-                    yield self._owner_of(call, call.node).name, call.module.place(call.node)
+                    yield self._owner_of(call, call.node).name, call.module.location(call.node)
 
     def endpoints(self) -> Iterator[Endpoint]:
         """Topics, services and actions."""
         read = [endpoint for called in _PARAMETERS for call in self._flow.calls.get(called, ())
                 for endpoint in self._of_call(called, call)]  # fmt: skip
-        yield from sorted(read, key=lambda endpoint: endpoint.place)
-
-    def timers(self) -> Iterator[Timer]:
-        """What is called periodically."""
-        for call in self._flow.calls.get("create_timer", ()):
-            period = _values(self._flow, call, _argument(call.node, 0, "timer_period_sec"))
-            numbers = [number for number in period if isinstance(number, int | float)]
-            callback = _argument(call.node, 1, "callback")
-            yield Timer(
-                float(numbers[0]) if len(numbers) == 1 else None,
-                ast.unparse(callback) if callback is not None else "",
-                call.module.place(call.node),
-            )
+        yield from sorted(read, key=lambda endpoint: endpoint.location)
 
     def _of_call(self, called: str, call: Call) -> Iterator[Endpoint]:
         kind, first, type_names, names, callbacks = _PARAMETERS[called]
@@ -162,7 +147,7 @@ class _Reader:
         owner = self._owner(call, _argument(call.node, 0, "node") if first else None)
         endpoint = Endpoint(
             kind, "", types[0] if len(types) == 1 else "", owner.name,
-            ast.unparse(callback) if callback is not None else "", call.module.place(call.node),
+            ast.unparse(callback) if callback is not None else "", call.module.location(call.node),
             namespace=owner.namespace,
         )  # fmt: skip
         for text in _texts(self._flow, call, name) or [""]:
@@ -176,7 +161,7 @@ class _Reader:
                 types["/".join(parts)] = None
         return list(types)
 
-    def _owner(self, call: Call, handed: ast.expr | None) -> _Owner:
+    def _owner(self, call: Call, handed: ast.expr | None) -> _OwningNode:
         """The node on which something is created: `self`, or a variable that holds one."""
         receiver = handed
         if receiver is None and isinstance(call.node.func, ast.Attribute):
@@ -191,25 +176,25 @@ class _Reader:
                 made = self._sources.class_of(module, node.func)
                 if made is not None and isinstance(made.node, ast.ClassDef) and self._is_node(made):
                     return self._class_owner(made.module, made.node)
-        return _Owner()
+        return _OwningNode()
 
-    def _class_owner(self, module: Module, node: ast.ClassDef) -> _Owner:
+    def _class_owner(self, module: Module, node: ast.ClassDef) -> _OwningNode:
         """As the class says it; else its base in the code, or the only class that is derived from it."""
-        owner = self._said(node)
+        owner = self._named(node)
         if owner.name:
             return owner
         for base in node.bases:
             own = self._sources.class_of(module, base)
             if own is not None and isinstance(own.node, ast.ClassDef) and own.node is not node:
-                owner = self._said(own.node)
+                owner = self._named(own.node)
                 if owner.name:
                     return owner
-        derived = {self._said(scope.node) for scope in self._sources.classes
+        derived = {self._named(scope.node) for scope in self._sources.classes
                    if isinstance(scope.node, ast.ClassDef)
                    and any(base.rpartition(".")[2] == node.name for base in self._sources.bases(scope))}  # fmt: skip
-        return derived.pop() if len(derived) == 1 else _Owner()
+        return derived.pop() if len(derived) == 1 else _OwningNode()
 
-    def _said(self, node: ast.ClassDef) -> _Owner:
+    def _named(self, node: ast.ClassDef) -> _OwningNode:
         """By `super().__init__(name)`."""
         for call in self._flow.calls.get("__init__", ()):
             if call.scope is not None and call.scope.owner is node and isinstance(call.node.func, ast.Attribute):
@@ -217,12 +202,12 @@ class _Reader:
                 owner = self._owner_of(call, call.node, 0 if is_super else 1)
                 if owner.name:
                     return owner
-        return _Owner()
+        return _OwningNode()
 
-    def _owner_of(self, call: Call, node: ast.Call, number: int = 0) -> _Owner:
+    def _owner_of(self, call: Call, node: ast.Call, number: int = 0) -> _OwningNode:
         names = _texts(self._flow, call, _argument(node, number, "node_name"))
         spaces = _texts(self._flow, call, _argument(node, 99, "namespace"))
-        return _Owner(names[0] if len(names) == 1 else "", spaces[0] if len(spaces) == 1 else "")
+        return _OwningNode(names[0] if len(names) == 1 else "", spaces[0] if len(spaces) == 1 else "")
 
     def _makes_node(self, module: Module, node: ast.Call) -> bool:
         return imported_name(module, node.func) in NODES
@@ -231,7 +216,7 @@ class _Reader:
         return any(base in NODES for base in self._sources.bases(scope))
 
 
-def _expanded(name: str, owner: _Owner) -> str:
+def _expanded(name: str, owner: _OwningNode) -> str:
     """A name as ROS expands it; empty where the name of the node is needed for it, and not known."""
     space = "/" + owner.namespace.strip("/") if owner.namespace.strip("/") else ""
     if name.startswith("/"):

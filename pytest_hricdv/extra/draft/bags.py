@@ -1,0 +1,195 @@
+"""The messages of a bag of ROS 2 or an MCAP file, with their fields: CDR by the definitions of their types, or JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from pytest_hricdv._base.error_text import error_text
+
+Value = bool | float | str | tuple[float, ...]
+"""Of a field; the numbers of an array."""
+
+MAX_ELEMENTS = 1000
+"""Elements of an array that are looked at one by one: an image has millions."""
+
+SUFFIXES = (".mcap", ".db3")
+
+
+class UnreadableError(ValueError):
+    """A message, or the rest of a file, cannot be read; the text says why."""
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """A message as it was written: when (ns), on which topic, its type, encoding and bytes, and the definition."""
+
+    time_ns: int
+    topic: str
+    type: str
+    encoding: str
+    data: bytes
+    definition: str
+
+
+def bag_files(path: Path) -> list[Path]:
+    """The files of a bag, to be read one after the other; a folder of SQLite is read as a whole.
+
+    Raises:
+        UnreadableError: it is no bag.
+    """
+    if not path.is_dir():
+        if path.suffix not in SUFFIXES:
+            raise UnreadableError(f"{path.name}: the file is neither *.mcap nor *.db3")
+        return [path]
+    files = sorted(path.glob("*.mcap"))
+    if not files and not any(path.glob("*.db3*")):
+        raise UnreadableError(f"{path.name}: neither metadata.yaml nor a file *.mcap or *.db3 is in this folder")
+    return files or [path]
+
+
+def read_messages(file: Path) -> Iterator[BagMessage]:
+    """The messages of a file, or of a folder of SQLite, as far as it can be read.
+
+    Raises:
+        UnreadableError: the rest cannot be read.
+    """
+    try:
+        yield from _of_mcap(file) if file.suffix == ".mcap" else _of_rosbag(file)
+    except UnreadableError:
+        raise
+    except Exception as error:  # each library has errors of its own
+        kind = "not an MCAP file that can be read" if file.suffix == ".mcap" else "not a database that can be read"
+        raise UnreadableError(f"{file.name}: {kind}, or cut off: {error_text(error)}") from None
+
+
+def _of_mcap(file: Path) -> Iterator[BagMessage]:
+    from mcap.reader import NonSeekingReader
+
+    with file.open("rb") as stream:
+        reader = NonSeekingReader(stream)  # needs no index, which a file that was cut off has not
+        for schema, channel, message in reader.iter_messages(log_time_order=False):
+            definition = schema.data.decode(errors="replace") if schema is not None else ""
+            kind = schema.name if schema is not None else ""
+            yield BagMessage(message.log_time, channel.topic, kind, channel.message_encoding, message.data, definition)
+
+
+def _of_rosbag(path: Path) -> Iterator[BagMessage]:
+    from rosbags.rosbag2 import Reader
+
+    with Reader(path) as reader:
+        for connection, time_ns, data in reader.messages():
+            definition = connection.msgdef.data if connection.msgdef is not None else ""
+            yield BagMessage(time_ns, connection.topic, connection.msgtype, "cdr", bytes(data), definition)
+
+
+class Decoder:
+    """Decodes messages.
+
+    Args:
+        file_of: the interface file of a type such as "std_msgs/msg/Bool", for bags without definitions; None where
+            there is none.
+    """
+
+    def __init__(self, file_of: Callable[[str], Path | None]) -> None:
+        from rosbags.typesys import Stores, get_typestore
+
+        self._file_of = file_of
+        self._types = get_typestore(Stores.EMPTY)
+
+    def fields(self, message: BagMessage) -> dict[str, Value]:
+        """The fields of a message, those of messages in it by paths (`linear.x`).
+
+        Raises:
+            UnreadableError: its type is not known, or its bytes are none of it.
+        """
+        if message.encoding == "json":
+            return dict(_flat(_parsed_json(message.data), ""))
+        if message.encoding != "cdr":
+            named = message.encoding or "of no format that it names"
+            raise UnreadableError(f"its messages are {named}; expected cdr or json")
+        self._add(message.type, message.definition)
+        try:
+            content = self._types.deserialize_cdr(message.data, message.type)
+        except KeyError as error:
+            raise _undefined(str(error).strip("'")) from None
+        except Exception as error:  # of its reader there are several
+            raise UnreadableError(f"its bytes are no {message.type}: {error_text(error)}") from None
+        return dict(_flat(_attributes(content), ""))
+
+    def _add(self, kind: str, definition: str) -> None:
+        """Add the definition of a type, and of those in it."""
+        from rosbags.typesys import TypesysError, get_types_from_msg
+
+        if kind in self._types.fielddefs:
+            return
+        text = definition
+        if not text:
+            file = self._file_of(kind) if kind.count("/") == 2 else None
+            if file is None:
+                raise _undefined(kind)
+            text = file.read_text(encoding="utf-8")
+        try:
+            types = get_types_from_msg(text, kind)
+            self._types.register({name: made for name, made in types.items() if name not in self._types.fielddefs})
+        except (TypesysError, KeyError) as error:
+            raise UnreadableError(f"type {kind}: {error_text(error)}") from None
+        for _, (_, fields) in types.items() if not definition else ():
+            for inner in (field for _, field in fields):
+                named = _named(inner)
+                if named:
+                    self._add(named, "")
+
+
+def _undefined(kind: str) -> UnreadableError:
+    return UnreadableError(f"type {kind or 'unknown'} is defined neither in it, nor here: install its package")
+
+
+def _named(field: Any) -> str:
+    """The type of messages that a field has, or an array of it; empty for numbers and texts."""
+    kind, content = field
+    if kind.name == "NAME":
+        return str(content)
+    return _named(content[0]) if kind.name in ("ARRAY", "SEQUENCE") else ""
+
+
+def _parsed_json(data: bytes) -> Mapping[str, Any]:
+    try:
+        content = json.loads(data)
+    except (ValueError, RecursionError):
+        raise UnreadableError("its bytes are no JSON") from None
+    if not isinstance(content, dict):
+        raise UnreadableError("its JSON is no object")
+    return content
+
+
+def _attributes(content: Any) -> Mapping[str, Any]:
+    return {name: value for name, value in vars(content).items() if not name.startswith("__")}
+
+
+def _flat(content: Mapping[str, Any], above: str) -> Iterator[tuple[str, Value]]:
+    for name, value in content.items():
+        path = f"{above}{name}"
+        if is_dataclass(value):
+            yield from _flat(_attributes(value), f"{path}.")
+        elif isinstance(value, Mapping):
+            yield from _flat(value, f"{path}.")
+        elif isinstance(value, bool | str):
+            yield path, value
+        elif isinstance(value, int | float):
+            yield path, float(value)
+        elif hasattr(value, "tolist") or isinstance(value, list):
+            elements = _sampled(value.tolist() if hasattr(value, "tolist") else value)
+            if elements and all(type(element) in (int, float) for element in elements):
+                yield path, tuple(map(float, elements))
+
+
+def _sampled(values: list[Any]) -> list[Any]:
+    """The elements of an array; of a long one, the extremes and some at equal distances."""
+    step = -(-len(values) // MAX_ELEMENTS)
+    if step <= 1 or not isinstance(values[0], int | float):
+        return values[:MAX_ELEMENTS]
+    return [min(values), max(values), *values[::step]]

@@ -1,0 +1,138 @@
+"""Classes of the code: their forms (dataclasses, typed dicts, enumerations ...), methods, and neutral values."""
+
+from __future__ import annotations
+
+import ast
+
+from pytest_hricdv.extra.draft.code.constants import is_enum, members
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.code_model import Imports
+
+_PLAIN = {"bool": "False", "int": "0", "float": "0.0", "str": '""', "bytes": 'b""', "None": "None"}
+_EMPTY = {"list": "[]", "List": "[]", "dict": "{}", "Dict": "{}", "set": "set()", "Sequence": "[]", "Iterable": "[]",
+          "Mapping": "{}", "frozenset": "frozenset()", "deque": "[]"}  # fmt: skip
+
+ARRAY_LENGTH = 36
+"""Numbers in an array of any length: a scan with a ray each ten degrees."""
+
+FAR = "10.0"
+"""Each of them: of distances, nobody is near."""
+
+_MAX_DEPTH = 4
+
+Neutral = tuple[str, Imports]
+"""Source text, and the names that it needs."""
+
+
+def form_of(sources: Sources, scope: Scope) -> str:
+    """The form of a class that can be a message; empty where it cannot be one."""
+    node = scope.node
+    assert isinstance(node, ast.ClassDef)
+    for decorator in node.decorator_list:
+        name = imported_name(scope.module, decorator.func if isinstance(decorator, ast.Call) else decorator)
+        if name.rpartition(".")[2] == "dataclass":
+            return "dataclass"
+        if name in ("attr.s", "attrs.define", "attrs.frozen", "attr.define", "attr.frozen", "attr.attrs"):
+            return "model"
+    bases = {base.rpartition(".")[2] for base in sources.bases(scope)}
+    for base, form in (("NamedTuple", "namedtuple"), ("TypedDict", "typeddict"), ("BaseModel", "model"),
+                       ("Struct", "model")):  # fmt: skip
+        if base in bases:
+            return form
+    if any(form_of(sources, base) == "dataclass" for base in own_bases(sources, scope)):
+        return "dataclass"
+    return "enum" if is_enum(sources, scope) else ""
+
+
+def own_bases(sources: Sources, scope: Scope) -> list[Scope]:
+    """Its bases that are classes of the code."""
+    assert isinstance(scope.node, ast.ClassDef)
+    bases = [sources.class_of(scope.module, base) for base in scope.node.bases]
+    return [base for base in bases if base is not None and base.node is not scope.node]
+
+
+def methods_of(sources: Sources, scope: Scope) -> dict[str, Scope]:
+    """The methods of a class by their names, with those of its bases in the code."""
+    assert isinstance(scope.node, ast.ClassDef)
+    methods: dict[str, Scope] = {}
+    for base in reversed(own_bases(sources, scope)):
+        methods |= methods_of(sources, base)
+    for statement in scope.node.body:
+        if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
+            methods[statement.name] = Scope(scope.module, statement, scope.node)
+    return methods
+
+
+def parsed(annotation: ast.expr | None) -> ast.expr | None:
+    """An annotation; of one that is written as a text, what the text says."""
+    if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
+        try:
+            return ast.parse(annotation.value, mode="eval").body
+        except SyntaxError:
+            return None
+    return annotation
+
+
+def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None, depth: int = 0) -> Neutral | None:
+    """A value of the annotated type that says as little as possible; None where nothing is known of the type."""
+    annotation = parsed(annotation)
+    if annotation is None or depth > _MAX_DEPTH:
+        return None
+    if isinstance(annotation, ast.Constant) and annotation.value is None:
+        return "None", ()
+    if isinstance(annotation, ast.BinOp):
+        left = neutral_value(sources, module, annotation.left, depth + 1)
+        return left or neutral_value(sources, module, annotation.right, depth + 1)
+    if isinstance(annotation, ast.Subscript):
+        return _of_subscript(sources, module, annotation, depth)
+    name = dotted_name(annotation).rpartition(".")[2]
+    if name in _PLAIN or name in _EMPTY:
+        return _PLAIN.get(name) or _EMPTY[name], ()
+    own = sources.class_of(module, annotation)
+    if own is not None:
+        return _instance(sources, own, depth)
+    defined = sources.definition(module, dotted_name(annotation)) if name else None
+    if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign):
+        return neutral_value(sources, defined[0], defined[1].value, depth + 1)
+    return ("()", ()) if name == "tuple" else None
+
+
+def _of_subscript(sources: Sources, module: Module, annotation: ast.Subscript, depth: int) -> Neutral | None:
+    name = dotted_name(annotation.value).rpartition(".")[2]
+    parts = annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
+    if name == "Optional":
+        return "None", ()
+    if name in ("Union", "Annotated"):
+        return neutral_value(sources, module, parts[0], depth + 1)
+    if name == "Literal":
+        return ast.unparse(parts[0]), ()
+    if name in ("tuple", "Tuple"):
+        if len(parts) == 2 and isinstance(parts[1], ast.Constant) and parts[1].value is Ellipsis:
+            return (f"({FAR},) * {ARRAY_LENGTH}" if dotted_name(parts[0]) == "float" else "()"), ()
+        values = [neutral_value(sources, module, part, depth + 1) or ("None", ()) for part in parts]
+        text = "(" + ", ".join(text for text, _ in values) + ",)"
+        return text, tuple(need for _, imports in values for need in imports)
+    if name in ("list", "List", "Sequence") and dotted_name(parts[0]) == "float":
+        return f"[{FAR}] * {ARRAY_LENGTH}", ()
+    return (_EMPTY[name], ()) if name in _EMPTY else None
+
+
+def _instance(sources: Sources, scope: Scope, depth: int) -> Neutral | None:
+    assert isinstance(scope.node, ast.ClassDef)
+    name, own = scope.node.name, ((scope.module.name, scope.node.name),)
+    if is_enum(sources, scope):
+        first = members(sources, scope)[:1]
+        return (f"{name}.{first[0][0].name}", own) if first else None
+    if form_of(sources, scope) not in ("dataclass", "namedtuple", "model", "typeddict"):
+        return None
+    arguments, imports = [], list(own)
+    for base in (*own_bases(sources, scope), scope):
+        assert isinstance(base.node, ast.ClassDef)
+        for statement in base.node.body:
+            if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):
+                continue
+            if statement.value is None and "ClassVar" not in ast.unparse(statement.annotation):
+                value = neutral_value(sources, base.module, statement.annotation, depth + 1) or ("None", ())
+                arguments.append(f"{statement.target.id}={value[0]}")
+                imports += value[1]
+    return f"{name}({', '.join(arguments)})", tuple(dict.fromkeys(imports))

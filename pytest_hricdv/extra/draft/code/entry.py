@@ -1,0 +1,120 @@
+"""What runs the code, and what it has to be given."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.extra.draft.code.classes import form_of, methods_of
+from pytest_hricdv.extra.draft.code.flow import Flow, parameter_names
+from pytest_hricdv.extra.draft.code.ports import PortReader
+from pytest_hricdv.extra.draft.code.sources import DraftError, Scope, Sources
+from pytest_hricdv.extra.draft.code_model import Entry
+
+_RUNS = ("run", "main", "work", "serve", "loop", "start", "spin")
+"""Functions, and methods of a robot's class, that make it work, the likeliest first."""
+
+_NO_ROBOTS = {"Protocol", "ABC", "Exception", "NamedTuple", "TypedDict"}
+"""Bases of classes that are none."""
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """Something that may be the entry: a function, or a class with its method, and how likely."""
+
+    score: float
+    scope: Scope
+    method: Scope | None
+
+
+class EntryFinder:
+    """Finds the entry, and reads its ports."""
+
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
+        self._ports = PortReader(sources, flow)
+
+    def entry(self, name: str) -> Entry | None:
+        """The entry; None where there is nothing to call.
+
+        Args:
+            name: of a function, class, or `Class.method`; empty for the likeliest one.
+
+        Raises:
+            DraftError: there is no such function.
+        """
+        if name:
+            return self._read(self._named(name), is_certain=True)
+        candidates = sorted(self._candidates(), key=lambda candidate: -candidate.score)
+        if not candidates or candidates[0].score <= 0:
+            return None
+        is_alone = len(candidates) == 1 or candidates[0].score >= candidates[1].score + 2
+        return self._read(candidates[0], is_certain=is_alone)
+
+    def _named(self, name: str) -> _Candidate:
+        head, _, method = name.partition(".")
+        scopes = [s for s in (*self._sources.functions, *self._sources.classes) if s.owner is None]
+        scope = next((scope for scope in scopes if scope.node.name == head), None)
+        asked = f"--from={self._sources.package}:{name}"
+        if scope is None:
+            near = nearest(head, [scope.node.name for scope in scopes])
+            raise DraftError(f"{asked}: no function or class {head!r}{near}")
+        if not isinstance(scope.node, ast.ClassDef):
+            return _Candidate(0.0, scope, None)
+        methods = methods_of(self._sources, scope)
+        if method and method not in methods:
+            raise DraftError(f"{asked}: {head} has no method {method!r}{nearest(method, methods)}")
+        return _Candidate(0.0, scope, methods.get(method or _run_method(methods)))
+
+    def _candidates(self) -> Iterator[_Candidate]:
+        """Functions and classes; what gets a bus or a queue is likely, and so is what nothing of the code calls."""
+        for scope in self._sources.functions:
+            is_top = scope.owner is None and scope.node in scope.module.tree.body
+            if is_top and not scope.node.name.startswith("_"):
+                named = 2 if scope.node.name in _RUNS else -2
+                yield _Candidate(self._outside_score(scope) + self._port_score(scope) + named, scope, None)
+        for scope in self._sources.classes:
+            bases = {base.rpartition(".")[2] for base in self._sources.bases(scope)}
+            methods = methods_of(self._sources, scope)
+            run = _run_method(methods)
+            if bases & _NO_ROBOTS or (form_of(self._sources, scope) and not run):
+                continue
+            begin = methods.get("__init__")
+            score = self._outside_score(scope) + (1 if run else -1)
+            yield _Candidate(score + (self._port_score(begin) if begin else 0), scope, methods.get(run))
+
+    def _port_score(self, scope: Scope) -> float:
+        assert not isinstance(scope.node, ast.ClassDef)
+        roles = {self._ports.port(scope, name).role for name in parameter_names(scope.node) if name != "self"}
+        return 4.0 if roles & {"bus", "publish", "queue"} else 0.0
+
+    def _outside_score(self, scope: Scope) -> float:
+        """More where nothing of the code calls it, most where its main program does."""
+        calls = [call.scope for call in self._flow.calls.get(scope.node.name, ())
+                 if call.scope is None or call.scope.node is not scope.node]  # fmt: skip
+        return 2.5 if None in calls else -1.0 if calls else 1.5
+
+    def _read(self, candidate: _Candidate, *, is_certain: bool) -> Entry:
+        scope, method = candidate.scope, candidate.method
+        module, name = scope.module.name, scope.node.name
+        if not isinstance(scope.node, ast.ClassDef):
+            ports = tuple(self._ports.ports(scope))
+            return Entry(module, name, "", _is_async(scope), ports, (), scope.location, is_certain)
+        methods = methods_of(self._sources, scope)
+        begin = methods.get("__init__")
+        ports = tuple(self._ports.ports(begin, skip=1)) if begin is not None else tuple(self._ports.fields(scope))
+        method_ports = tuple(self._ports.ports(method, skip=1)) if method is not None else ()
+        # Where no method runs it, its bus calls one back.
+        is_async = any(_is_async(called) for called in ([method] if method is not None else methods.values()))
+        run = method.node.name if method is not None else ""
+        return Entry(module, name, run, is_async, ports, method_ports, scope.location, is_certain)
+
+
+def _run_method(methods: dict[str, Scope]) -> str:
+    return next((name for name in _RUNS if name in methods), "")
+
+
+def _is_async(scope: Scope) -> bool:
+    return isinstance(scope.node, ast.AsyncFunctionDef)

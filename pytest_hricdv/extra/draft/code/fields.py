@@ -1,0 +1,154 @@
+"""Fields of message classes, with the values that the code makes them of or compares them with."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, parsed
+from pytest_hricdv.extra.draft.code.constants import Member, UnknownValueError, evaluate, is_enum, members
+from pytest_hricdv.extra.draft.code.flow import Flow, Origin, last_name, parameter_names, texts
+from pytest_hricdv.extra.draft.code.naming import unit_of
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.code_model import FieldValue, Location, MessageField
+
+KINDS = {"bool": "bool", "int": "float", "float": "float", "str": "str"}
+MAX_NAMES = 2
+"""Names that a value may have between its field and a comparison: `kind = order.kind`, or a parameter."""
+
+
+class FieldReader:
+    """Reads the fields of message classes."""
+
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
+
+    def fields(self, scope: Scope) -> tuple[MessageField, ...]:
+        """The fields of a message class, those of its bases first, with their values."""
+        node = scope.node
+        assert isinstance(node, ast.ClassDef)
+        if is_enum(self._sources, scope):
+            values = tuple(FieldValue(m.text, scope.module.location(s)) for m, s in members(self._sources, scope))
+            return (MessageField("name", node.name, "str", scope.location, values, by_type=True),)
+        fields = {part.name: part for base in own_bases(self._sources, scope) for part in self.fields(base)}
+        for statement in node.body:
+            if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):
+                continue
+            if "ClassVar" not in ast.unparse(statement.annotation):
+                part = self._field(scope.module, statement.target.id, statement)
+                fields[part.name] = part
+        return tuple(self._with_values(scope, part) for part in fields.values())
+
+    def _field(self, module: Module, name: str, statement: ast.AnnAssign) -> MessageField:
+        written = ast.unparse(statement.annotation)
+        default = ast.unparse(statement.value) if statement.value is not None else ""
+        kind = KINDS.get(written.strip("\"'"), "")
+        neutral, imports = neutral_value(self._sources, module, statement.annotation) or ("", ())
+        part = MessageField(name, written, kind, module.location(statement), default=default, neutral=neutral,
+                            imports=imports, unit=unit_of(name) if kind == "float" else "")  # fmt: skip
+        own = self._sources.class_of(module, statement.annotation)
+        if own is not None and is_enum(self._sources, own):
+            values = tuple(FieldValue(m.text, own.module.location(s)) for m, s in members(self._sources, own))
+            return replace(part, kind="str", values=values, by_type=True)
+        literal = self._literal_of(module, statement.annotation)
+        if literal is None:
+            return part
+        contents = [self._constant(module, option) for option in literal]
+        values = tuple(FieldValue(text, part.location) for text in contents if isinstance(text, str))
+        return replace(part, kind="str" if values else "float", values=values, by_type=True)
+
+    def _literal_of(self, module: Module, annotation: ast.expr) -> list[ast.expr] | None:
+        """The options of a `Literal`, also of one that has a name."""
+        annotation = parsed(annotation) or annotation
+        if isinstance(annotation, ast.Name):
+            defined = self._sources.definition(module, annotation.id)
+            if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign) and defined[1].value:
+                annotation = defined[1].value
+        if isinstance(annotation, ast.Subscript) and dotted_name(annotation.value).rpartition(".")[2] == "Literal":
+            return annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
+        return None
+
+    def _constant(self, module: Module, node: ast.expr) -> object:
+        try:
+            value = evaluate(self._sources, module, node)
+        except UnknownValueError:
+            return None
+        return value.text if isinstance(value, Member) else value
+
+    def _with_values(self, scope: Scope, part: MessageField) -> MessageField:
+        """The same with the texts that it is made of or compared with, or the numbers that it is compared with."""
+        if part.by_type or part.kind not in ("float", "str"):
+            return part
+        others = list(self._others(scope, part.name))
+        if part.kind == "float":
+            numbers = [number for other in others for number in self._numbers(other)]
+            return replace(part, compared=tuple(dict.fromkeys(numbers)))
+        made_of = list(self._arguments(scope, part.name))
+        values: dict[str, Location] = {}
+        for other in (*made_of, *others):
+            for text, location in texts(self._flow.constants(*other)).items():
+                values.setdefault(text, location)
+        is_partial = not all(self._flow.is_complete(*made) for made in made_of)
+        return replace(part, values=tuple(FieldValue(*value) for value in values.items()), is_partial=is_partial)
+
+    def _numbers(self, other: Origin) -> Iterator[float]:
+        """Numbers that an expression can be, or that are in a tuple or the keys of a table."""
+        for value in self._flow.values(*other):
+            for number in value if isinstance(value, tuple | dict) else (value,):
+                if isinstance(number, int | float) and not isinstance(number, bool):
+                    yield float(number)
+
+    def _arguments(self, scope: Scope, name: str) -> Iterator[Origin]:
+        """What a field of a message is made of, wherever one is made."""
+        assert isinstance(scope.node, ast.ClassDef)
+        names = [
+            s.target.id for s in scope.node.body if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name)
+        ]
+        index = names.index(name) if name in names else len(names)
+        for call in self._flow.calls.get(scope.node.name, ()):
+            value = next((keyword.value for keyword in call.node.keywords if keyword.arg == name), None)
+            if value is None and index < len(call.node.args):
+                value = call.node.args[index]
+            if value is not None:
+                yield value, call.module, call.scope
+
+    def _others(self, scope: Scope, name: str) -> Iterator[Origin]:
+        """What a field is compared with, or looked up in, where a message can be of this class."""
+        for module, at, node in self._flow.nodes:
+            if isinstance(node, ast.Attribute) and node.attr == name and dotted_name(node.value) != "self":
+                owner = self._flow.owner_of(node.value, module, at)
+                if owner is None or owner is scope.node:
+                    yield from self._compared(node, module, at, 0)
+
+    def _compared(self, node: ast.AST, module: Module, scope: Scope | None, names: int) -> Iterator[Origin]:
+        """What is compared with an expression where it stands, and under the names that it gets."""
+        parent = self._flow.parents.get(id(node))
+        if isinstance(parent, ast.Compare):
+            yield from ((other, module, scope) for other in (parent.left, *parent.comparators) if other is not node)
+        elif isinstance(parent, ast.Match):
+            patterns = (part for case in parent.cases for part in ast.walk(case.pattern))
+            yield from ((part.value, module, scope) for part in patterns if isinstance(part, ast.MatchValue))
+        elif isinstance(parent, ast.Subscript) and parent.slice is node:
+            yield parent.value, module, scope
+        elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value"):
+            above = self._flow.parents.get(id(parent))
+            yield from self._compared(above if isinstance(above, ast.Call) else parent, module, scope, names)
+        elif isinstance(parent, ast.Assign) and scope is not None and names < MAX_NAMES:
+            for target in parent.targets:
+                if isinstance(target, ast.Name):
+                    yield from self._compared_name(target.id, scope, names + 1)
+        elif isinstance(parent, ast.Call) and node in parent.args and names < MAX_NAMES:
+            if isinstance(parent.func, ast.Attribute) and parent.func.attr == "get":
+                yield parent.func.value, module, scope
+            for method in self._flow.methods.get(last_name(parent.func), ()):
+                assert not isinstance(method.node, ast.ClassDef)
+                parameters = parameter_names(method.node)[1 if method.owner is not None else 0 :]
+                index = parent.args.index(node) if isinstance(node, ast.expr) else 0
+                if index < len(parameters):
+                    yield from self._compared_name(parameters[index], method, names + 1)
+
+    def _compared_name(self, name: str, scope: Scope, names: int) -> Iterator[Origin]:
+        for node in ast.walk(scope.node):
+            if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
+                yield from self._compared(node, scope.module, scope, names)

@@ -1,0 +1,296 @@
+"""Which constants and expressions reach an expression, through names, parameters and attributes, a few steps back.
+
+It errs on the side of saying less: a value that comes from further away, or through a loop, is not known.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from pytest_hricdv.extra.draft.code.constants import Member, UnknownValueError, evaluate
+from pytest_hricdv.extra.draft.code.sources import Function, Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.code_model import Location
+
+MAX_STEPS = 4
+"""From an expression back to a constant: a local name, a parameter and its argument, an attribute, a return value."""
+
+Origin = tuple[ast.expr, Module, Scope | None]
+"""An expression, and where it stands."""
+
+_SAME = ("strip", "lstrip", "rstrip", "decode", "encode")
+"""Methods of a text that return it, as far as it is compared."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call in a function (None: at the top of a module)."""
+
+    module: Module
+    scope: Scope | None
+    node: ast.Call
+
+
+@dataclass
+class Flow:
+    """Follows values through the code; all look-ups are made once."""
+
+    sources: Sources
+
+    @cached_property
+    def nodes(self) -> list[tuple[Module, Scope | None, ast.AST]]:
+        """All nodes, each with the innermost function around it."""
+        scopes = {id(scope.node): scope for scope in self.sources.functions}
+        waiting: list[tuple[Module, Scope | None, ast.AST]] = [(m, None, m.tree) for m in self.sources.modules[::-1]]
+        nodes = []
+        while waiting:
+            module, scope, node = waiting.pop()
+            children = [(module, scopes.get(id(node), scope), child) for child in ast.iter_child_nodes(node)]
+            nodes.append((module, scope, node))
+            waiting += children[::-1]
+        return nodes
+
+    @cached_property
+    def parents(self) -> dict[int, ast.AST]:
+        """What is around each node, by the identity of the node."""
+        return {id(child): node for _, _, node in self.nodes for child in ast.iter_child_nodes(node)}
+
+    @cached_property
+    def calls(self) -> dict[str, list[Call]]:
+        """All calls, by the last part of what is called."""
+        by_name: dict[str, list[Call]] = defaultdict(list)
+        for module, scope, node in self.nodes:
+            if isinstance(node, ast.Call):
+                by_name[last_name(node.func)].append(Call(module, scope, node))
+        return by_name
+
+    @cached_property
+    def methods(self) -> dict[str, list[Scope]]:
+        """Functions and methods by name."""
+        by_name: dict[str, list[Scope]] = defaultdict(list)
+        for scope in self.sources.functions:
+            by_name[scope.node.name].append(scope)
+        return by_name
+
+    @cached_property
+    def attributes(self) -> dict[tuple[int, str], list[tuple[Scope, ast.expr]]]:
+        """What methods assign to attributes of `self`: (identity of the class, attribute) -> where, and what."""
+        assigned: dict[tuple[int, str], list[tuple[Scope, ast.expr]]] = defaultdict(list)
+        for _, scope, node in self.nodes:
+            if scope is not None and scope.owner is not None:
+                for target, value in assignments(node):
+                    if isinstance(target, ast.Attribute) and dotted_name(target.value) == "self":
+                        assigned[id(scope.owner), target.attr].append((scope, value))
+        return assigned
+
+    def owner_of(
+        self, expression: ast.expr, module: Module, scope: Scope | None, steps: int = 0
+    ) -> ast.ClassDef | None:
+        """The class of `self`, of a new instance, or of an annotated parameter or attribute; None: not known."""
+        if dotted_name(expression) == "self" and scope is not None:
+            return scope.owner
+        if isinstance(expression, ast.Call):
+            own = self.sources.class_of(module, expression.func)
+            return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
+        if isinstance(expression, ast.Attribute) and steps < MAX_STEPS:
+            owner = self.owner_of(expression.value, module, scope, steps + 1)
+            for where, value in self.attributes.get((id(owner), expression.attr), ()):
+                made = self.owner_of(value, where.module, where, steps + 1)
+                if made is not None:
+                    return made
+        if isinstance(expression, ast.Name) and scope is not None and not isinstance(scope.node, ast.ClassDef):
+            annotation = annotation_of(scope.node, expression.id)
+            own = self.sources.class_of(module, annotation) if annotation is not None else None
+            return own.node if own is not None and isinstance(own.node, ast.ClassDef) else None
+        return None
+
+    def constants(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[tuple[Any, Location]]:
+        """The constants that an expression can be, as far as they are known, each with its location."""
+        known: list[tuple[Any, Location]] = []
+        for node, where, at in self.expressions(expression, module, scope):
+            if not self._is_local(node, at):
+                try:
+                    value = evaluate(self.sources, where, node)
+                except UnknownValueError:
+                    continue
+                if all(value != other or type(value) is not type(other) for other, _ in known):
+                    known.append((value, where.location(node)))
+        return known
+
+    def values(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[Any]:
+        """The same without locations."""
+        return [value for value, _ in self.constants(expression, module, scope)]
+
+    def numbers(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> list[float]:
+        """Those of them that are numbers."""
+        values = self.values(expression, module, scope)
+        return [float(value) for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+
+    def expressions(self, expression: ast.AST | None, module: Module, scope: Scope | None) -> Iterator[Origin]:
+        """The expression, and all that it may come from."""
+        seen: set[int] = set()
+        waiting: list[tuple[Any, Module, Scope | None, int]] = [(expression, module, scope, 0)]
+        while waiting:
+            node, where, at, steps = waiting.pop(0)
+            if not isinstance(node, ast.expr) or id(node) in seen or steps > MAX_STEPS:
+                continue
+            seen.add(id(node))
+            yield node, where, at
+            is_plain = isinstance(node, ast.Await | ast.NamedExpr | ast.IfExp | ast.BoolOp)
+            waiting += [(*origin, steps + (not is_plain)) for origin in self._origins(node, where, at)]
+
+    def is_complete(self, expression: ast.AST, module: Module, scope: Scope | None) -> bool:
+        """Whether all that an expression can be is known: each way to it begins with a constant."""
+        return all(
+            self.constants(node, where, at) or any(True for _ in self._origins(node, where, at))
+            for node, where, at in self.expressions(expression, module, scope)
+        )
+
+    def _is_local(self, node: ast.expr, scope: Scope | None) -> bool:
+        """Whether a name is one of a function: then no constant of its module."""
+        if not isinstance(node, ast.Name) or scope is None or isinstance(scope.node, ast.ClassDef):
+            return False
+        return node.id in parameter_names(scope.node) or any(
+            isinstance(part, ast.Name) and part.id == node.id and isinstance(part.ctx, ast.Store)
+            for part in ast.walk(scope.node)
+        )
+
+    def _origins(self, node: ast.expr, module: Module, scope: Scope | None) -> Iterator[Origin]:
+        """What an expression comes from, one step back."""
+        if isinstance(node, ast.Await | ast.NamedExpr):
+            yield node.value, module, scope
+        elif isinstance(node, ast.IfExp):
+            yield from ((part, module, scope) for part in (node.body, node.orelse))
+        elif isinstance(node, ast.BoolOp):
+            yield from ((value, module, scope) for value in node.values)
+        elif isinstance(node, ast.Name) and scope is not None:
+            yield from self._local(node.id, module, scope)
+        elif isinstance(node, ast.Attribute):
+            yield from self._attribute(node, module, scope)
+        elif isinstance(node, ast.Call):
+            if isinstance(node.func, ast.Attribute) and node.func.attr in _SAME:
+                yield node.func.value, module, scope
+            called = self._called(node.func, scope)
+            for part in ast.walk(called.node) if called is not None else ():
+                if isinstance(part, ast.Return) and part.value is not None and called is not None:
+                    yield part.value, called.module, called
+
+    def _local(self, name: str, module: Module, scope: Scope) -> Iterator[Origin]:
+        function = scope.node
+        assert not isinstance(function, ast.ClassDef)
+        if name in parameter_names(function):
+            yield from self._arguments(scope, function, name)
+        for node in ast.walk(function):
+            for target, value in assignments(node):
+                if isinstance(target, ast.Name) and target.id == name:
+                    yield value, module, scope
+
+    def _arguments(self, scope: Scope, function: Function, name: str) -> Iterator[Origin]:
+        """What a parameter is called with."""
+        called = scope.owner.name if scope.owner is not None and function.name == "__init__" else function.name
+        for call in self.calls[called]:
+            value = argument_of(call.node, function, name, is_method=scope.owner is not None)
+            if value is not None:
+                yield value, call.module, call.scope
+        default = default_of(function, name)
+        if default is not None:
+            yield default, scope.module, None
+
+    def _attribute(self, node: ast.Attribute, module: Module, scope: Scope | None) -> Iterator[Origin]:
+        if node.attr in ("value", "name"):  # of a member of an enumeration
+            yield node.value, module, scope
+        owner = self.owner_of(node.value, module, scope)
+        if owner is None:
+            return
+        for where, value in self.attributes.get((id(owner), node.attr), ()):
+            yield value, where.module, where
+        for statement in owner.body:
+            for target, value in assignments(statement):
+                if isinstance(target, ast.Name) and target.id == node.attr:
+                    yield value, module, None
+
+    def _called(self, called: ast.expr, scope: Scope | None) -> Scope | None:
+        """The function of the code that is called by its name, or as a method of `self`; None: it is not known."""
+        name = dotted_name(called)
+        owner = scope.owner if scope is not None and name.startswith("self.") and name.count(".") == 1 else None
+        if "." in name and owner is None:
+            return None
+        methods = [method for method in self.methods.get(last_name(called), ()) if method.owner is owner]
+        return methods[0] if len(methods) == 1 else None
+
+
+def assignments(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Targets and values of a statement, those of tuples one by one."""
+    if isinstance(node, ast.AnnAssign | ast.NamedExpr) and node.value is not None:
+        yield node.target, node.value
+    for target in node.targets if isinstance(node, ast.Assign) else ():
+        assert isinstance(node, ast.Assign)
+        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+            yield from zip(target.elts, node.value.elts, strict=False)
+        else:
+            yield target, node.value
+
+
+def texts(constants: list[tuple[Any, Location]]) -> dict[str, Location]:
+    """Those that are texts or members of enumerations, as the record calls them; also those of tuples and dicts."""
+    found: dict[str, Location] = {}
+    for value, location in constants:
+        for part in value if isinstance(value, tuple | dict) else (value,):
+            text = part.text if isinstance(part, Member) else part
+            if isinstance(text, str) and text:
+                found.setdefault(text, location)
+    return found
+
+
+def parameters_of(function: Function) -> list[ast.arg]:
+    """Positional and keyword parameters, in their order."""
+    return [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+
+
+def parameter_names(function: Function) -> list[str]:
+    """Their names."""
+    return [parameter.arg for parameter in parameters_of(function)]
+
+
+def annotation_of(function: Function, name: str) -> ast.expr | None:
+    """The annotation of a parameter; None where it has none."""
+    return next((part.annotation for part in parameters_of(function) if part.arg == name), None)
+
+
+def default_of(function: Function, name: str) -> ast.expr | None:
+    """The default of a parameter; None where it has none."""
+    positional = [part.arg for part in (*function.args.posonlyargs, *function.args.args)]
+    defaults = function.args.defaults
+    if name in positional:
+        index = positional.index(name) - (len(positional) - len(defaults))
+        return defaults[index] if index >= 0 else None
+    for part, default in zip(function.args.kwonlyargs, function.args.kw_defaults, strict=True):
+        if part.arg == name:
+            return default
+    return None
+
+
+def argument_of(call: ast.Call, function: Function, name: str, is_method: bool) -> ast.expr | None:
+    """What a call passes for a parameter; None where it does not say."""
+    for keyword in call.keywords:
+        if keyword.arg == name:
+            return keyword.value
+    names = parameter_names(function)
+    if is_method and not any(last_name(decorator) == "staticmethod" for decorator in function.decorator_list):
+        names = names[1:]
+    if name in names and names.index(name) < len(call.args):
+        value = call.args[names.index(name)]
+        if not any(isinstance(argument, ast.Starred) for argument in call.args[: names.index(name) + 1]):
+            return value
+    return None
+
+
+def last_name(node: ast.AST) -> str:
+    """The last part of a name: `self._bus.publish` -> `publish`; empty for what is no name."""
+    if isinstance(node, ast.Name):
+        return node.id
+    return node.attr if isinstance(node, ast.Attribute) else ""

@@ -1,0 +1,195 @@
+"""The ports of an entry: what a function or a class has to be given, and what the code does with it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parsed
+from pytest_hricdv.extra.draft.code.constants import is_enum
+from pytest_hricdv.extra.draft.code.flow import (
+    Flow,
+    argument_of,
+    assignments,
+    default_of,
+    last_name,
+    parameter_names,
+    parameters_of,
+)
+from pytest_hricdv.extra.draft.code.naming import unit_of
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.code_model import Operation, Port
+
+_QUEUE = {"get", "put", "get_nowait", "put_nowait", "empty", "qsize", "task_done", "join", "full"}
+_CLOCK = {"sleep", "now_s", "now", "time", "monotonic"}
+
+MAX_HANDOVERS = 3
+"""Calls and attributes through which a port is followed."""
+
+
+class PortReader:
+    """Reads the ports of functions and classes."""
+
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
+
+    def ports(self, scope: Scope, skip: int = 0) -> Iterator[Port]:
+        """The parameters of a function, without the first ones."""
+        assert not isinstance(scope.node, ast.ClassDef)
+        for name in parameter_names(scope.node)[skip:]:
+            yield self.port(scope, name)
+
+    def fields(self, scope: Scope) -> Iterator[Port]:
+        """Of a dataclass, its fields are the parameters."""
+        assert isinstance(scope.node, ast.ClassDef)
+        for statement in scope.node.body if form_of(self._sources, scope) == "dataclass" else ():
+            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+                name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
+                operations = list(self._of_attribute(scope.node, name, 0))
+                yield self._port(scope.module, name, statement.annotation, default, operations, statement)
+
+    def port(self, scope: Scope, name: str) -> Port:
+        """A parameter of a function."""
+        function = scope.node
+        assert not isinstance(function, ast.ClassDef)
+        part = next(parameter for parameter in parameters_of(function) if parameter.arg == name)
+        default = default_of(function, name)
+        operations = list(self._of_parameter(scope, name, 0))
+        port = self._port(
+            scope.module, name, part.annotation, ast.unparse(default) if default is not None else "", operations, part
+        )
+        return replace(port, is_keyword=part in function.args.kwonlyargs)
+
+    def _port(
+        self,
+        module: Module,
+        name: str,
+        annotation: ast.expr | None,
+        default: str,
+        operations: list[Operation],
+        node: ast.AST,
+    ) -> Port:
+        written = ast.unparse(annotation).strip("'\"") if annotation is not None else ""
+        own = self._sources.class_of(module, parsed(annotation))
+        by_name: dict[str, Operation] = {}
+        for operation in operations:
+            by_name[operation.name] = _merge(by_name.get(operation.name), operation)
+        declared = tuple(self._declared(operation, own) for operation in by_name.values())
+        used = set(by_name)
+        role = self._role(name, written, default, used, own)
+        received, published = used & {"get", "get_nowait"}, used & {"put", "put_nowait"}
+        side = "received" if received and not published else "published" if published and not received else ""
+        neutral, imports = neutral_value(self._sources, module, annotation) or ("", ())
+        return Port(name, role, written, default, declared, module.location(node), side, False, neutral, imports)
+
+    def _role(self, name: str, written: str, default: str, used: set[str], own: Scope | None) -> str:
+        if "Queue" in written or (used and used <= _QUEUE and used & {"get", "put", "get_nowait", "put_nowait"}):
+            return "queue"
+        if used & {"publish", "subscribe"}:
+            return "bus"
+        if (used and used <= _CLOCK) or name == "clock" or (used == {"__call__"} and name in _CLOCK):
+            return "clock"
+        if used == {"__call__"}:
+            return "publish"
+        if own is not None and form_of(self._sources, own) in ("dataclass", "model", "namedtuple"):
+            return "settings"
+        is_plain = written in ("int", "float", "str", "bool") or unit_of(name) or (default and not used)
+        if is_plain or (own is not None and is_enum(self._sources, own)):
+            return "parameter"
+        return "device" if used or written else "parameter"
+
+    def _declared(self, operation: Operation, own: Scope | None) -> Operation:
+        """The same with what the class of the annotation says of it."""
+        for statement in own.node.body if own is not None else ():
+            assert own is not None
+            if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef) and statement.name == operation.name:
+                is_property = any(last_name(decorator) == "property" for decorator in statement.decorator_list)
+                made = replace(operation, is_method=not is_property, arguments=len(parameter_names(statement)) - 1,
+                               is_async=operation.is_async or isinstance(statement, ast.AsyncFunctionDef))  # fmt: skip
+                return self._returning(made, own, statement.returns, statement)
+            if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
+                return self._returning(replace(operation, is_method=False), own, statement.annotation, statement)
+        return operation
+
+    def _returning(self, operation: Operation, own: Scope, annotation: ast.expr | None, at: ast.AST) -> Operation:
+        neutral, imports = neutral_value(self._sources, own.module, annotation) or ("", ())
+        returns = ast.unparse(annotation).strip("'\"") if annotation is not None else ""
+        location = own.module.location(at)
+        return replace(operation, returns=returns, neutral=neutral, imports=imports, location=location)
+
+    # --- what the code does with it
+
+    def _of_parameter(self, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
+        """What a function does with a parameter, and those do to which it is passed on."""
+        for node in ast.walk(scope.node) if handovers <= MAX_HANDOVERS else ():
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name:
+                yield self._operation(node, scope.module)
+            elif isinstance(node, ast.Call):
+                if isinstance(node.func, ast.Name) and node.func.id == name:
+                    yield Operation("__call__", True, scope.module.location(node))
+                yield from self._passed_on(node, scope, name, handovers)
+            for target, value in assignments(node) if scope.owner is not None else ():
+                is_kept = isinstance(value, ast.Name) and value.id == name and dotted_name(target).startswith("self.")
+                if is_kept and scope.owner is not None:
+                    yield from self._of_attribute(scope.owner, dotted_name(target)[5:], handovers + 1)
+
+    def _of_attribute(self, owner: ast.ClassDef, attribute: str, handovers: int) -> Iterator[Operation]:
+        """What is done with an attribute of a class."""
+        for module, scope, node in self._flow.nodes if handovers <= MAX_HANDOVERS else ():
+            if scope is None:
+                continue
+            if isinstance(node, ast.Attribute) and self._is_attribute(node.value, owner, attribute, scope):
+                yield self._operation(node, module)
+            elif isinstance(node, ast.Call):
+                if self._is_attribute(node.func, owner, attribute, scope):
+                    yield Operation("__call__", True, module.location(node))
+                for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
+                    if self._is_attribute(argument, owner, attribute, scope):
+                        yield from self._passed(node, argument, scope, handovers)
+
+    def _passed_on(self, node: ast.Call, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
+        for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
+            if isinstance(argument, ast.Name) and argument.id == name:
+                yield from self._passed(node, argument, scope, handovers)
+
+    def _passed(self, node: ast.Call, argument: ast.expr, scope: Scope, handovers: int) -> Iterator[Operation]:
+        for callee in self._callees(node, scope):
+            assert not isinstance(callee.node, ast.ClassDef)
+            for parameter in parameter_names(callee.node):
+                if argument_of(node, callee.node, parameter, is_method=callee.owner is not None) is argument:
+                    yield from self._of_parameter(callee, parameter, handovers + 1)
+
+    def _callees(self, node: ast.Call, scope: Scope) -> list[Scope]:
+        own = self._sources.class_of(scope.module, node.func)
+        if own is not None:
+            begin = methods_of(self._sources, own).get("__init__")
+            return [begin] if begin is not None else []
+        methods = self._flow.methods.get(last_name(node.func), [])
+        return methods if len(methods) == 1 else [method for method in methods if method.owner is scope.owner]
+
+    def _is_attribute(self, node: ast.expr, owner: ast.ClassDef, attribute: str, scope: Scope) -> bool:
+        if not isinstance(node, ast.Attribute) or node.attr != attribute:
+            return False
+        return self._flow.owner_of(node.value, scope.module, scope) is owner
+
+    def _operation(self, node: ast.Attribute, module: Module) -> Operation:
+        parent = self._flow.parents.get(id(node))
+        location = module.location(node)
+        if isinstance(parent, ast.Call) and parent.func is node:
+            is_async = isinstance(self._flow.parents.get(id(parent)), ast.Await)
+            return Operation(node.attr, True, location, is_async=is_async, arguments=len(parent.args))
+        return Operation(node.attr, False, location, is_set=isinstance(node.ctx, ast.Store))
+
+
+def _merge(before: Operation | None, operation: Operation) -> Operation:
+    """Two uses of the same operation as one."""
+    if before is None:
+        return operation
+    return replace(
+        before,
+        is_method=before.is_method or operation.is_method,
+        is_async=before.is_async or operation.is_async,
+        is_set=before.is_set or operation.is_set,
+        arguments=max(before.arguments, operation.arguments),
+    )

@@ -1,0 +1,323 @@
+"""State machines that can be read off: of `transitions` and `python-statemachine`, and tables of transitions."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from pytest_hricdv.extra.draft.code.constants import Member, Reference, UnknownValueError, evaluate, is_enum, members
+from pytest_hricdv.extra.draft.code.flow import Flow, assignments
+from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.code_model import Location, State, StateMachine, Transition
+
+MACHINE_ARGUMENTS = ("model", "states", "initial", "transitions")
+"""Positional parameters of `transitions.Machine`, in their order."""
+
+TRANSITION_ARGUMENTS = ("trigger", "source", "dest")
+
+
+@dataclass
+class _Builder:
+    """A machine while it is read."""
+
+    name: str
+    kind: str
+    location: Location
+    states: dict[str, State] = field(default_factory=dict)
+    transitions: list[Transition] = field(default_factory=list)
+    held_in: str = ""
+
+    def add_state(self, name: str, location: Location, initial: bool = False, final: bool = False) -> None:
+        """Add a state, or what is new about one."""
+        before = self.states.get(name)
+        if before is not None:
+            initial, final, location = initial or before.initial, final or before.final, before.location
+        self.states[name] = State(name, location, initial, final)
+
+    def add_transition(self, source: str, target: str, location: Location, event: str = "") -> None:
+        """Add a transition, once."""
+        if all((source, target) != (other.source, other.target) for other in self.transitions):
+            self.transitions.append(Transition(source, target, location, event))
+
+    def build(self) -> StateMachine:
+        """What was read."""
+        states, transitions = tuple(self.states.values()), tuple(self.transitions)
+        return StateMachine(self.name, self.kind, states, transitions, self.location, held_in=self.held_in)
+
+
+class StateMachines:
+    """Finds the machines of libraries."""
+
+    def __init__(self, sources: Sources, flow: Flow) -> None:
+        self._sources, self._flow = sources, flow
+
+    def machines(self) -> Iterator[StateMachine]:
+        """All of them, in the order of the code."""
+        yield from self._transitions_library()
+        for scope in self._sources.classes:
+            bases = self._sources.bases(scope)
+            if any(base.startswith("statemachine.") for base in bases):
+                yield from self._state_classes(scope)
+        yield from _table_machines(self._sources)
+
+    # --- transitions
+
+    def _transitions_library(self) -> Iterator[StateMachine]:
+        for module, scope, node in self._flow.nodes:
+            if not isinstance(node, ast.Call):
+                continue
+            origin = imported_name(module, node.func)
+            owner = scope.owner if scope is not None else None
+            is_base = (owner is not None and dotted_name(node.func).rpartition(".")[2] == "__init__") or _is_super(node)
+            if origin.startswith("transitions.") and origin.rpartition(".")[2].endswith("Machine"):
+                yield self._read(module, scope, node, owner)
+            elif is_base and owner is not None:
+                bases = self._sources.bases(Scope(module, owner))
+                if any(base.startswith("transitions.") and base.endswith("Machine") for base in bases):
+                    yield self._read(module, scope, node, owner)
+
+    def _read(self, module: Module, scope: Scope | None, node: ast.Call, owner: ast.ClassDef | None) -> StateMachine:
+        arguments = _arguments(node, MACHINE_ARGUMENTS)
+        builder = _Builder(owner.name if owner else "machine", "transitions", module.location(node))
+        is_own = dotted_name(arguments.get("model")) in ("self", "") and owner is not None
+        if is_own and owner is not None:
+            attribute = self._text(arguments.get("model_attribute"), module, scope) or "state"
+            builder.held_in = f"{owner.name}.{attribute}"
+        states = arguments.get("states")
+        for value in self._values(states, module, scope):
+            self._add_states(builder, value, module.location(states or node), "")
+        initial = self._first(arguments.get("initial"), module, scope)
+        if initial is None and "initial" not in arguments and builder.states:
+            initial = "initial"
+        if initial is not None:
+            builder.add_state(_state(initial), module.location(arguments.get("initial") or node), initial=True)
+        for value in self._values(arguments.get("transitions"), module, scope):
+            for row in value if isinstance(value, tuple) else ():
+                self._add_row(builder, row, module.location(arguments["transitions"]))
+        self._calls_on(builder, module, scope, owner)
+        return builder.build()
+
+    def _add_states(self, builder: _Builder, value: Any, location: Location, prefix: str) -> None:
+        rows = value if isinstance(value, tuple) else (value,)
+        if isinstance(value, Reference):
+            rows = tuple(member for scope in self._sources.classes if scope.node.name == value.name
+                         for member, _ in members(self._sources, scope))  # fmt: skip
+        for row in rows:
+            content = row
+            if isinstance(content, dict):
+                name = prefix + _state(content.get("name", ""))
+                builder.add_state(name, location, final=bool(content.get("final")))
+                if content.get("children"):
+                    self._add_states(builder, content["children"], location, name + "_")
+                for inner in content.get("transitions", ()) or ():
+                    self._add_row(builder, inner, location, name + "_")
+            elif isinstance(content, str | Member):
+                builder.add_state(prefix + _state(content), location)
+
+    def _add_row(self, builder: _Builder, row: Any, location: Location, prefix: str = "") -> None:
+        content = row
+        if isinstance(content, tuple) and len(content) >= 3:
+            content = dict(zip(TRANSITION_ARGUMENTS, content, strict=False))
+        if not isinstance(content, dict):
+            return
+        sources, target, event = content.get("source"), content.get("dest"), _name(content.get("trigger", ""))
+        if sources is None or target is None:
+            return
+        every = [prefix + _state(source) for source in (sources if isinstance(sources, tuple) else (sources,))]
+        if every == [prefix + "*"]:
+            every = list(builder.states)
+        for source in every:
+            into = source if target == "=" else prefix + _state(target)
+            for name in (source, into):
+                if name not in builder.states:
+                    builder.add_state(name, location)
+            builder.add_transition(source, into, location, event)
+
+    def _calls_on(self, builder: _Builder, module: Module, scope: Scope | None, owner: ast.ClassDef | None) -> None:
+        """`machine.add_transition(...)`, `add_states`, `add_ordered_transitions` in the same class or module."""
+        for where, at, node in self._flow.nodes:
+            if not isinstance(node, ast.Call) or where is not module or (at.owner if at else None) is not owner:
+                continue
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else ""
+            if called == "add_transition":
+                arguments = _arguments(node, TRANSITION_ARGUMENTS)
+                row = {name: self._first(arguments.get(name), where, at) for name in TRANSITION_ARGUMENTS}
+                self._add_row(builder, row, where.location(node))
+            elif called == "add_transitions" and node.args:
+                for value in self._values(node.args[0], where, at):
+                    for row in value if isinstance(value, tuple) else ():
+                        self._add_row(builder, row, where.location(node))
+            elif called in ("add_states", "add_state") and node.args:
+                for value in self._values(node.args[0], where, at):
+                    self._add_states(builder, value, where.location(node), "")
+            elif called == "add_ordered_transitions":
+                names = list(builder.states)
+                loop = self._first(next((k.value for k in node.keywords if k.arg == "loop"), None), where, at)
+                for source, target in zip(names, names[1:] + (names[:1] if loop is not False else []), strict=False):
+                    builder.add_transition(source, target, where.location(node), "next_state")
+
+    # --- python-statemachine
+
+    def _state_classes(self, scope: Scope) -> Iterator[StateMachine]:
+        assert isinstance(scope.node, ast.ClassDef)
+        builder = _Builder(scope.node.name, "python-statemachine", scope.location)
+        builder.held_in = f"{scope.node.name}.current_state"
+        events: list[tuple[str, ast.expr]] = []
+        for statement in scope.node.body:
+            if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
+                name, value = statement.targets[0].id, statement.value
+                origin = imported_name(scope.module, value.func) if isinstance(value, ast.Call) else ""
+                if isinstance(value, ast.Call) and origin.startswith("statemachine.") and origin.endswith(".State"):
+                    flags = {k.arg: getattr(k.value, "value", None) for k in value.keywords}
+                    location = scope.module.location(statement)
+                    builder.add_state(name, location, flags.get("initial") is True, flags.get("final") is True)
+                elif isinstance(value, ast.Call) and origin.endswith("States.from_enum"):
+                    self._states_of_enum(builder, scope.module, value)
+                else:
+                    events.append((name, value))
+            elif isinstance(statement, ast.Expr):
+                events.append(("", statement.value))
+        for event, value in events:
+            for source, target in _moves(value, list(builder.states)):
+                if source in builder.states and target in builder.states:
+                    builder.add_transition(source, target, scope.module.location(value), event)
+        if builder.states:
+            yield builder.build()
+
+    def _states_of_enum(self, builder: _Builder, module: Module, call: ast.Call) -> None:
+        own = self._sources.class_of(module, call.args[0]) if call.args else None
+        flags = {keyword.arg: keyword.value for keyword in call.keywords}
+        if own is not None and is_enum(self._sources, own):
+            for member, statement in members(self._sources, own):
+                initial = dotted_name(flags.get("initial")).endswith("." + member.name)
+                finals = [dotted_name(node) for node in ast.walk(flags["final"])] if "final" in flags else []
+                final = any(name.endswith("." + member.name) for name in finals)
+                builder.add_state(member.name, own.module.location(statement), initial, final)
+
+    # --- values
+
+    def _values(self, node: ast.AST | None, module: Module, scope: Scope | None) -> list[Any]:
+        return self._flow.values(node, module, scope)
+
+    def _first(self, node: ast.AST | None, module: Module, scope: Scope | None) -> Any:
+        if node is None:
+            return None
+        try:
+            return evaluate(self._sources, module, node)
+        except UnknownValueError:
+            values = self._values(node, module, scope)
+            return values[0] if values else None
+
+    def _text(self, node: ast.AST | None, module: Module, scope: Scope | None) -> str:
+        value = self._first(node, module, scope)
+        return _name(value) if isinstance(value, str | Member) else ""
+
+
+def _moves(value: ast.expr, states: list[str]) -> Iterator[tuple[str, str]]:
+    """Pairs of states of `a.to(b) | b.from_(c)`, also within `Event(...)`."""
+    if isinstance(value, ast.BinOp):
+        yield from _moves(value.left, states)
+        yield from _moves(value.right, states)
+    elif isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute):
+        owner, called = value.func.value, value.func.attr
+        own = dotted_name(owner).rpartition(".")[2]
+        others = [dotted_name(argument).rpartition(".")[2] for argument in value.args]
+        if called == "to":
+            yield from ((own, other) for other in others)
+        elif called == "from_":
+            yield from ((other, own) for other in others)
+        elif called == "itself":
+            state = dotted_name(owner).split(".")[-2:]
+            yield (state[0], state[0])
+        elif called == "any":
+            target = dotted_name(owner).split(".")[0]
+            yield from ((state, target) for state in states if state != target)
+    elif isinstance(value, ast.Call):
+        for argument in value.args:
+            yield from _moves(argument, states)
+
+
+def _arguments(node: ast.Call, names: tuple[str, ...]) -> dict[str, ast.expr]:
+    arguments = dict(zip(names, node.args, strict=False))
+    if isinstance(node.func, ast.Attribute) and dotted_name(node.func).endswith("Machine.__init__"):
+        arguments = dict(zip(names, node.args[1:], strict=False))
+    return arguments | {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg}
+
+
+def _is_super(node: ast.Call) -> bool:
+    return (
+        isinstance(node.func, ast.Attribute)
+        and node.func.attr == "__init__"
+        and isinstance(node.func.value, ast.Call)
+        and dotted_name(node.func.value.func) == "super"
+    )
+
+
+def _name(value: Any) -> str:
+    return value.name if isinstance(value, Member | Reference) else str(value)
+
+
+def _state(value: Any) -> str:
+    """How `transitions` tells a state: a member of an enumeration stays one, which is recorded as `text_of` says."""
+    return value.text if isinstance(value, Member) else _name(value)
+
+
+_TABLES = re.compile(r"transition", re.IGNORECASE)
+"""Names of tables whose rows are transitions, where neither their shape nor an enumeration says so."""
+
+
+def _table_machines(sources: Sources) -> Iterator[StateMachine]:
+    """A machine for each constant of a module or class that is a table of transitions."""
+    for module in sources.modules:
+        bodies = [module.tree.body, *(node.body for node in ast.walk(module.tree) if isinstance(node, ast.ClassDef))]
+        for name, value in (pair for body in bodies for statement in body for pair in assignments(statement)):
+            try:
+                content = evaluate(sources, module, value)
+            except UnknownValueError:
+                continue
+            rows = _rows(content, _TABLES.search(dotted_name(name)) is not None)
+            if len({source for source, _, _ in rows}) > 1:
+                builder = _Builder(dotted_name(name), "table", module.location(value))
+                locations = {node.value: module.location(node) for node in reversed(list(ast.walk(value)))
+                             if isinstance(node, ast.Constant) and isinstance(node.value, str)}  # fmt: skip
+                for source, target, event in rows:
+                    for state in (source, target):
+                        builder.add_state(state, locations.get(state, builder.location))
+                    builder.add_transition(source, target, locations.get(source, builder.location), event)
+                yield builder.build()
+
+
+def _rows(content: Any, is_named: bool) -> list[tuple[str, str, str]]:
+    """Source, target and event of each row of a table; none where it is no table of transitions.
+
+    Tables are `{(state, event): state}`, `{state: {event: state}}`, `{state: (state, ...)}`, `((state, state), ...)`.
+    Of the last two, all names have to be of one enumeration, or the table is called after transitions.
+    """
+    rows: list[tuple[Any, Any, Any]] = []
+    if isinstance(content, dict):
+        for key, value in content.items():
+            if isinstance(key, tuple) and len(key) == 2:
+                rows.append((key[0], value[0] if isinstance(value, tuple) and value else value, key[1]))
+            elif isinstance(value, dict):
+                rows += [(key, target, event) for event, target in value.items()]
+            elif is_named or _is_of_one_enum((key, value)):
+                rows += [(key, target, "") for target in (value if isinstance(value, tuple) else (value,))]
+    elif is_named and isinstance(content, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in content):
+        rows = [(*row, "") for row in content]
+    names = [(_state_name(source), _state_name(target), _state_name(event)) for source, target, event in rows]
+    sources, targets = {row[0] for row in names}, {row[1] for row in names}
+    is_table = "" not in sources | targets and len(sources & targets) * 2 >= len(targets)
+    return names if is_table else []
+
+
+def _is_of_one_enum(parts: tuple[Any, Any]) -> bool:
+    values = [parts[0], *(parts[1] if isinstance(parts[1], tuple) else parts[1:])]
+    return all(isinstance(value, Member) for value in values) and len({value.enum for value in values}) == 1
+
+
+def _state_name(value: Any) -> str:
+    """How a state is called that a constant names; empty where it names none."""
+    return value.text if isinstance(value, Member) else value if isinstance(value, str) else ""

@@ -1,0 +1,138 @@
+"""How the code waits, its numbers with units, what can be set from outside, and what keeps it from running."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from importlib.machinery import PathFinder
+
+from pytest_hricdv.extra.draft.code.constants import UnknownValueError, evaluate
+from pytest_hricdv.extra.draft.code.flow import Flow
+from pytest_hricdv.extra.draft.code.naming import unit_of
+from pytest_hricdv.extra.draft.code.sources import Module, Sources, dotted_name, imported_name
+from pytest_hricdv.extra.draft.code_model import Constant, Entry, Parameter, Problem, Wait
+
+VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "threading", "queue": "threading",
+           "concurrent": "threading", "asyncio": "asyncio"}  # fmt: skip
+"""Top-level module that the code imports -> the name under which a testbench simulates it."""
+
+
+def virtual(sources: Sources) -> tuple[str, ...]:
+    """What `Testbench.virtual` has to name."""
+    tops = {name.partition(".")[0] for name, _ in sources.outside}
+    return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
+
+
+def waits(flow: Flow) -> Iterator[Wait]:
+    """All calls that wait."""
+    for module, scope, node in flow.nodes:
+        if not isinstance(node, ast.Call):
+            continue
+        call = imported_name(module, node.func)
+        if _is_wait(call, node, module):
+            bound = _bound(node, call)
+            seconds = max(flow.numbers(bound, module, scope), default=None)
+            yield Wait(dotted_name(node.func) or "?", module.location(node), seconds, bound is not None)
+
+
+def _is_wait(call: str, node: ast.Call, module: Module) -> bool:
+    last = call.rpartition(".")[2]
+    if not isinstance(node.func, ast.Attribute) or last == "sleep":
+        return last == "sleep"
+    if call.startswith("asyncio."):
+        return last in ("wait", "wait_for", "timeout")
+    if last in ("create_timer", "create_rate"):
+        return True
+    # `get("key")` is of a dict
+    is_text = bool(node.args) and isinstance(node.args[0], ast.Constant) and isinstance(node.args[0].value, str)
+    is_threaded = any(origin.partition(".")[0] in ("threading", "queue") for origin in module.imports.values())
+    return last == "wait" or (is_threaded and last in ("get", "join", "acquire") and not is_text)
+
+
+def _bound(node: ast.Call, call: str) -> ast.expr | None:
+    """The expression of how long it waits at most."""
+    for keyword in node.keywords:
+        if keyword.arg in ("timeout", "timeout_s", "delay", "timer_period_sec", "timeout_sec"):
+            return keyword.value
+    if call == "asyncio.wait_for":
+        return node.args[1] if len(node.args) > 1 else None
+    if call == "asyncio.wait" or call.endswith((".join", ".acquire", ".get")):
+        return None
+    return node.args[0] if node.args else None
+
+
+def constants(sources: Sources) -> Iterator[Constant]:
+    """Numbers of modules and classes whose names have a unit."""
+    for module in sources.modules:
+        for body in (module.tree.body, *(n.body for n in ast.walk(module.tree) if isinstance(n, ast.ClassDef))):
+            for statement in body:
+                if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
+                    yield from _constants_of(sources, module, statement)
+
+
+def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.AnnAssign) -> Iterator[Constant]:
+    for target in statement.targets if isinstance(statement, ast.Assign) else [statement.target]:
+        names = target.elts if isinstance(target, ast.Tuple) else [target]
+        is_pair = isinstance(target, ast.Tuple) and isinstance(statement.value, ast.Tuple)
+        values = statement.value.elts if is_pair and isinstance(statement.value, ast.Tuple) else [statement.value]
+        for name, value in zip(names, values, strict=False):
+            if not isinstance(name, ast.Name) or not unit_of(name.id):
+                continue
+            try:
+                number = evaluate(sources, module, value)
+            except UnknownValueError:
+                continue
+            if isinstance(number, int | float) and not isinstance(number, bool):
+                yield Constant(name.id, float(number), unit_of(name.id), module.location(statement))
+
+
+def parameters(sources: Sources, entry: Entry | None) -> Iterator[Parameter]:
+    """Fields of the settings that the entry gets."""
+    ports = (*entry.ports, *entry.method_ports) if entry is not None else ()
+    settings = {port.annotation.rpartition(".")[2] for port in ports if port.role == "settings"}
+    for scope in sources.classes:
+        assert isinstance(scope.node, ast.ClassDef)
+        for statement in scope.node.body if scope.node.name in settings else ():
+            if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+                name, default = statement.target.id, ast.unparse(statement.value) if statement.value else ""
+                written, location = ast.unparse(statement.annotation), scope.module.location(statement)
+                yield Parameter(name, scope.node.name, written, default, unit_of(name), location)
+
+
+def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
+    """Files that cannot be read, modules that are not installed, and the first place where a terminal is read."""
+    yield from sources.problems
+    guarded = {name for module in sources.modules for name in _guarded_imports(module)}
+    seen: set[str] = set()
+    for dotted, location in sources.outside:
+        top = dotted.partition(".")[0]
+        if top in seen or top in guarded or top in sys.stdlib_module_names or not top:
+            continue
+        seen.add(top)
+        if PathFinder.find_spec(top, [str(sources.root), *sys.path]) is None:
+            text = f"`{top}` is not installed here: the draft replaces it by a stand-in; better install it"
+            yield Problem("missing module", text, location)
+    for module, _, node in flow.nodes:
+        call = imported_name(module, node.func) if isinstance(node, ast.Call) else imported_name(module, node)
+        if (isinstance(node, ast.Call) and call == "input") or (
+            isinstance(node, ast.Attribute) and call == "sys.stdin"
+        ):
+            text = (
+                "reads a terminal, at which nobody types in the draft: docs/bring-your-code.md says how a person does"
+            )
+            yield Problem("terminal", f"{text} (`run.terminal`)", module.location(node))
+            return
+
+
+def _guarded_imports(module: Module) -> Iterator[str]:
+    """What a module imports within `try: ... except ImportError`: it runs without."""
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Try) and any(
+            "Error" in ast.unparse(h.type or ast.Constant("Error")) for h in node.handlers
+        ):
+            for statement in (part for body in node.body for part in ast.walk(body)):
+                if isinstance(statement, ast.Import):
+                    yield from (alias.name.partition(".")[0] for alias in statement.names)
+                elif isinstance(statement, ast.ImportFrom) and statement.module:
+                    yield statement.module.partition(".")[0]

@@ -1,0 +1,338 @@
+"""What a draft knows of the code under test, as plain data, each item with its location in the source.
+
+What the code leaves open is a `Question`, and what keeps it from running as it is a `Problem`: sentences for people.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pytest_hricdv.extra.draft.ros_model import Location as Location
+from pytest_hricdv.extra.draft.ros_model import RosNodes
+
+Direction = Literal["published", "received", "both"]
+"""Seen from the code."""
+
+Imports = tuple[tuple[str, str], ...]
+"""Names that a piece of source text needs, each as (module, name)."""
+
+
+@dataclass(frozen=True)
+class FieldValue:
+    """A text that a field can have; `is_observed` where a recording has it, and not the code."""
+
+    text: str
+    location: Location
+    is_observed: bool = False
+
+
+@dataclass(frozen=True)
+class MessageField:
+    """A field of a message.
+
+    Args:
+        name: of the field; a path (`linear.x`) within messages of ROS 2.
+        type: as the source writes it, such as `tuple[float, ...]`; empty where it does not.
+        kind: what requirements see of it: "bool", "float" (also for int), "str"; empty where they cannot compare it.
+        location: of its declaration.
+        values: the texts that it can have, in the order of the source; empty where they are not known.
+        unit: by its name (`level_ml`: "ml"); empty where the name has none.
+        default: the source text of its default; empty where there is none.
+        by_type: whether its type alone says which values it has (Literal, Enum): a testbench need not declare them.
+        compared: numbers that the code compares it with.
+        is_partial: whether the code also makes it of texts that are not known: `values` are some of them.
+        neutral: source text of a neutral value of its type; empty where nothing is known of the type.
+        imports: names that the neutral value needs.
+    """
+
+    name: str
+    type: str
+    kind: str
+    location: Location
+    values: tuple[FieldValue, ...] = ()
+    unit: str = ""
+    default: str = ""
+    by_type: bool = False
+    compared: tuple[float, ...] = ()
+    is_partial: bool = False
+    neutral: str = ""
+    imports: Imports = ()
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message that the code publishes or receives.
+
+    Args:
+        name: of its class.
+        topic: as requirements call it (`leg_ready`).
+        module: dotted name of the module that has the class; of ROS 2, the type, such as `std_msgs/msg/Bool`.
+        direction: published, received, or both.
+        fields: in their order.
+        location: of the definition.
+        uses: where it is published or received.
+        form: "dataclass", "namedtuple", "typeddict", "model" (pydantic, attrs, msgspec), "enum"; of ROS 2 "topic",
+            "service", "action".
+        channel: the queue that carries it, or its name in ROS 2; empty for a bus of classes.
+    """
+
+    name: str
+    topic: str
+    module: str
+    direction: Direction
+    fields: tuple[MessageField, ...]
+    location: Location
+    uses: tuple[Location, ...]
+    form: str = "dataclass"
+    channel: str = ""
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of a state machine, by the text under which the code tells it."""
+
+    name: str
+    location: Location
+    initial: bool = False
+    final: bool = False
+
+
+@dataclass(frozen=True)
+class Transition:
+    """From a state to the next one; `event` is what the code calls the cause, empty where it has no name."""
+
+    source: str
+    target: str
+    location: Location
+    event: str = ""
+
+
+@dataclass(frozen=True)
+class StateMachine:
+    """A state machine.
+
+    Args:
+        name: of its class or table.
+        kind: the library (`transitions`, `python-statemachine`), or "table".
+        states: in the order of the source.
+        transitions: likewise.
+        location: of its definition.
+        field: the field of a message in which the code publishes its state, `state.name`; empty where it has none.
+        held_in: the attribute that holds the state, `Class.attribute`; empty where none is known.
+    """
+
+    name: str
+    kind: str
+    states: tuple[State, ...]
+    transitions: tuple[Transition, ...]
+    location: Location
+    field: str = ""
+    held_in: str = ""
+
+
+@dataclass(frozen=True)
+class Wait:
+    """A call that waits.
+
+    Args:
+        call: as the source writes what is called, `time.sleep`.
+        location: of the call.
+        seconds: how long at most, where a constant says so; None otherwise.
+        bounded: whether it has a time-out.
+    """
+
+    call: str
+    location: Location
+    seconds: float | None = None
+    bounded: bool = False
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number with a unit in its name: `TOO_LONG_S = 12.0`."""
+
+    name: str
+    value: float
+    unit: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number, text or switch that can be set from outside: of the entry, of its settings, of a ROS 2 node.
+
+    `owner` is the class or function whose parameter it is; `default` is the source text, empty where there is none.
+    """
+
+    name: str
+    owner: str
+    type: str
+    default: str
+    unit: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class Operation:
+    """What the code does with a port: a method that it calls, or an attribute that it reads or sets.
+
+    Args:
+        name: of the method or attribute; `__call__` where the port itself is called.
+        is_method: False for an attribute.
+        location: in the class of the port, or where the code uses it.
+        returns: source text of the annotation; empty where there is none.
+        neutral: source text of a neutral value of this type; empty where nothing is known of it.
+        imports: names that the neutral value needs.
+        is_async: whether it is awaited.
+        is_set: whether the attribute is set.
+        arguments: number of positional arguments of a method.
+    """
+
+    name: str
+    is_method: bool
+    location: Location
+    returns: str = ""
+    neutral: str = ""
+    imports: Imports = ()
+    is_async: bool = False
+    is_set: bool = False
+    arguments: int = 0
+
+
+@dataclass(frozen=True)
+class Port:
+    """A parameter of the entry.
+
+    Args:
+        name: of the parameter.
+        role: "bus", "clock", "publish" (a function that is called with each message), "queue", "parameter" (a number
+            or text), "settings" (an object of numbers and texts), "device" (hardware, or whatever else the code gets).
+        annotation: source text; empty where there is none.
+        default: source text; empty where there is none.
+        operations: what the code does with it.
+        location: of the parameter.
+        direction: of a queue: received or published; empty where it is not known.
+        is_keyword: whether it can be passed by name only.
+        neutral: source text of a neutral value of its type, where the type says one.
+        imports: names that the neutral value needs.
+    """
+
+    name: str
+    role: str
+    annotation: str
+    default: str
+    operations: tuple[Operation, ...]
+    location: Location
+    direction: str = ""
+    is_keyword: bool = False
+    neutral: str = ""
+    imports: Imports = ()
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What runs the code.
+
+    Args:
+        module: dotted name.
+        name: of a function, or of a class.
+        method: of the class, called on an instance of it; empty for a function.
+        is_async: whether it is a coroutine.
+        ports: parameters of the function or constructor.
+        method_ports: parameters of the method.
+        location: of its definition.
+        is_certain: whether it was named, or is the only candidate.
+    """
+
+    module: str
+    name: str
+    method: str
+    is_async: bool
+    ports: tuple[Port, ...]
+    method_ports: tuple[Port, ...]
+    location: Location
+    is_certain: bool = False
+
+    @property
+    def is_class(self) -> bool:
+        """Whether an instance is made, whose method is called, or which its bus calls back."""
+        return bool(self.method) or self.name[:1].isupper()
+
+
+@dataclass(frozen=True)
+class Question:
+    """What only a person can say; `about` is its subject in a word, such as a field or a port."""
+
+    text: str
+    about: str
+    location: Location | None
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What keeps code from running as it is; the rest is drafted.
+
+    `kind` is "syntax", "missing module", "terminal", "launch", "recording", "side effect", "raised", "unrepeatable".
+    """
+
+    kind: str
+    text: str
+    location: Location | None
+
+
+@dataclass(frozen=True)
+class CodeModel:
+    """What is known of the code under test.
+
+    Args:
+        package: its name, as it was asked for.
+        root: absolute path of the folder from which its modules can be imported.
+        modules: names of the top-level modules and packages under test.
+        messages: published and received.
+        machines: state machines; the one whose state the code publishes first.
+        waits: all calls that wait.
+        virtual: "time", "threading", "asyncio": for `Testbench.virtual`.
+        constants: numbers with units.
+        parameters: what can be set.
+        entry: what to call; None where nothing was found.
+        questions: what the code leaves open.
+        problems: what keeps it from running as it is.
+        ros: nodes of ROS 2, with their topics, services and actions.
+        roots: other folders from which its modules can be imported, of several packages.
+    """
+
+    package: str
+    root: str
+    modules: tuple[str, ...]
+    messages: tuple[Message, ...] = ()
+    machines: tuple[StateMachine, ...] = ()
+    waits: tuple[Wait, ...] = ()
+    virtual: tuple[str, ...] = ()
+    constants: tuple[Constant, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    entry: Entry | None = None
+    questions: tuple[Question, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    ros: RosNodes = field(default_factory=RosNodes)
+    roots: tuple[str, ...] = ()
+
+    @property
+    def published(self) -> tuple[Message, ...]:
+        """Messages that the code publishes."""
+        return tuple(message for message in self.messages if message.direction != "received")
+
+    @property
+    def received(self) -> tuple[Message, ...]:
+        """Messages that the code receives."""
+        return tuple(message for message in self.messages if message.direction != "published")
+
+    @property
+    def machine(self) -> StateMachine | None:
+        """The machine whose state the code publishes; None where it publishes none."""
+        return next((machine for machine in self.machines if machine.field), None)
+
+    @property
+    def state(self) -> str:
+        """For `Testbench.state`: the field in which the code publishes its state; empty where there is none."""
+        return self.machine.field if self.machine is not None else ""

@@ -1,0 +1,197 @@
+"""What code has that its testbench lacks: messages, values, states, transitions, parameters that are never varied."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal
+
+from pytest_hricdv._base import own_json as json
+from pytest_hricdv.extra.draft.analysis import analyse
+from pytest_hricdv.extra.draft.code.naming import unit_of
+from pytest_hricdv.extra.draft.code.sources import DraftError
+from pytest_hricdv.extra.draft.code_model import CodeModel, Message, Parameter, StateMachine
+from pytest_hricdv.results.model import TestResult
+from pytest_hricdv.testbench import Testbench
+
+DriftKind = Literal["message", "value", "state", "transition", "gone", "parameter"]
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Something that the code has and the testbench lacks, or the other way round.
+
+    Args:
+        kind: message: it is not on the bus of the testbench; value: of a text, not declared; state, transition: no test
+            of the report reaches it; gone: declared, and no longer in the code; parameter: no test varies it.
+        name: as the code calls it.
+        location: in the code, as `barista.py:12`; empty where it is gone.
+        text: a sentence for people.
+        message: of a message that is lacking.
+        parameter: of a parameter that is never varied.
+        is_undeclared: of a transition: the testbench does not declare it; otherwise no test reaches it.
+    """
+
+    kind: DriftKind
+    name: str
+    location: str
+    text: str
+    message: Message | None = None
+    parameter: Parameter | None = None
+    is_undeclared: bool = False
+
+    @property
+    def key(self) -> str:
+        """What it is called in `hri_known_drift`."""
+        return f"{self.kind} {self.name}"
+
+
+def models_of(code: Iterable[str], roots: Sequence[Path]) -> tuple[list[CodeModel], list[str]]:
+    """Models of packages, without importing them; and what could not be read, a sentence each.
+
+    Args:
+        code: names of the packages under test.
+        roots: folders from which they can be imported, looked at in this order.
+    """
+    models, problems = [], []
+    for package in code:
+        errors = []
+        for root in roots:
+            try:
+                models.append(analyse(package, root))
+                break
+            except DraftError as error:
+                errors.append(str(error))
+        else:
+            problems.append(errors[0] if errors else f"{package}: no folder to look for it")
+    return models, problems
+
+
+def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[TestResult] | None) -> list[Drift]:
+    """What the code has that the testbench lacks.
+
+    Args:
+        models: of the packages under test.
+        testbench: of the project.
+        tests: of a report, whose runs tell which states and transitions were reached; None where there is none.
+    """
+    by_key: dict[str, Drift] = {}
+    for code in models:
+        machine = next((machine for machine in code.machines if machine.field == testbench.state != ""), None)
+        for drift in (
+            *_messages(code, testbench),
+            *_values(code, testbench, machine),
+            *(_machine(machine, testbench) if machine is not None else ()),
+            *(_reached(machine, tests) if machine is not None and tests else ()),
+            *_parameters(code, testbench),
+        ):
+            by_key.setdefault(drift.key, drift)
+    return [*by_key.values()]
+
+
+def _messages(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
+    topics = testbench.vocabulary().messages
+    for message in code.messages:
+        # Of other forms, the testbench has classes of its own, whose names nobody knows here.
+        if message.form == "dataclass" and message.topic not in topics:
+            verb = {"published": "publishes", "received": "receives", "both": "publishes and receives"}[
+                message.direction
+            ]
+            text = f"the code {verb} {message.name}, which is none of the testbench's messages"
+            yield Drift("message", message.topic, str(message.location), text, message)
+
+
+def _values(code: CodeModel, testbench: Testbench, machine: StateMachine | None) -> Iterator[Drift]:
+    declared = testbench.vocabulary().values
+    for message in code.messages:
+        for field in message.fields:
+            name = f"{message.topic}.{field.name}"
+            if name not in declared or (machine is not None and machine.field == name):
+                continue
+            for value in field.values:
+                if value.text not in declared[name]:
+                    text = f"{name} can be {value.text!r}, which `values` of the testbench does not have"
+                    yield Drift("value", f"{name}={value.text}", str(value.location), text)
+
+
+def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
+    states = {state.name: state for state in machine.states}
+    declared = testbench.vocabulary().values.get(testbench.state, ())
+    for name, state in states.items():
+        if declared and name not in declared:
+            text = f"the code has state {name}, which `values` of {testbench.state} does not have"
+            yield Drift("value", f"{testbench.state}={name}", str(state.location), text)
+    if not testbench.transitions or not machine.transitions:
+        return
+    moves = {(transition.source, transition.target): transition for transition in machine.transitions}
+    for (source, target), transition in moves.items():
+        if (source, target) not in testbench.transitions and source in states and target in states:
+            text = f"the code goes from {source} to {target}, which is none of the testbench's transitions"
+            yield Drift("transition", f"{source}->{target}", str(transition.location), text, is_undeclared=True)
+    for source, target in testbench.transitions:
+        if (source, target) not in moves:
+            text = f"the testbench has a transition from {source} to {target}, which the code no longer has"
+            yield Drift("gone", f"{source}->{target}", "", text)
+
+
+def _reached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Drift]:
+    """States and transitions that no test reaches: no plan of the model leads there."""
+    topic, _, field = machine.field.partition(".")
+    states: set[str] = set()
+    moves: set[tuple[str, str]] = set()
+    for test in tests:
+        visited = [*_published(test, topic, field)]
+        states |= {*visited}
+        moves |= {*pairwise(visited)}
+    if not states:
+        return
+    of_tests = f"of {len(tests)} tests" if len(tests) > 1 else "of the one test"
+    for state in machine.states:
+        if state.name not in states:
+            text = f"no plan leads to state {state.name}: none {of_tests} reaches it"
+            yield Drift("state", state.name, str(state.location), text)
+    for transition in machine.transitions:
+        move = transition.source, transition.target
+        if move not in moves and {*move} <= states:
+            text = f"no plan leads from {move[0]} to {move[1]}: none {of_tests} goes there"
+            yield Drift("transition", f"{move[0]}->{move[1]}", str(transition.location), text)
+
+
+def _published(test: TestResult, topic: str, field: str) -> Iterator[str]:
+    for line in test.timeline.messages if test.timeline is not None else ():
+        _, _, sent, fields = line.split("\t", 3)
+        if sent == topic:
+            yield str(json.loads(fields)[field])
+
+
+def _parameters(code: CodeModel, testbench: Testbench) -> Iterator[Drift]:
+    varied = {*testbench.concretization.run}
+    for samplers in testbench.concretization.commands.values():
+        varied |= {*samplers}
+    for parameter in (*code.parameters, *_of_entry(code)):
+        # A switch or a number with a unit is what tests can vary; what else is handed over is the world's.
+        if parameter.name not in varied and parameter.unit and parameter.type in ("float", "int", ""):
+            text = f"{parameter.owner}.{parameter.name} ({parameter.default or 'no default'}) is never varied"
+            yield Drift("parameter", parameter.name, str(parameter.location), text, parameter=parameter)
+
+
+def _of_entry(code: CodeModel) -> Iterator[Parameter]:
+    """The numbers that the code is called with."""
+    entry = code.entry
+    for port in () if entry is None else (*entry.ports, *entry.method_ports):
+        if entry is not None and port.role == "parameter":
+            yield Parameter(port.name, entry.name, port.annotation, port.default, unit_of(port.name), port.location)
+
+
+def split(drift: Sequence[Drift], known: Mapping[str, str]) -> tuple[list[Drift], list[Drift], list[str]]:
+    """Those that are not known, those that are, and what is known and is there no longer.
+
+    Args:
+        drift: of the code.
+        known: key -> reason, of `hri_known_drift`.
+    """
+    keys = {one.key for one in drift}
+    new = [one for one in drift if one.key not in known]
+    return new, [one for one in drift if one.key in known], [key for key in known if key not in keys]

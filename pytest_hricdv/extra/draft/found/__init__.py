@@ -1,1 +1,0 @@
-"""What is found in code, as plain data: messages, states, ports, waits, nodes, each with its place."""

@@ -1,0 +1,246 @@
+"""What recordings show: ranges of numbers, texts, times between messages, and times to reactions."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from pytest_hricdv.extra.draft.recording import Recorded, Recording, is_periodic
+
+MARGIN = 0.1
+"""Share of its width by which a range is wider than what was observed, at each end."""
+
+MIN_OBSERVATIONS = 10
+"""Observations that make a range; with fewer, it is a question. The next value lies outside the extremes of n
+observations with a chance of 2 / (n + 1), whatever their distribution: 18 % with 10."""
+
+
+MAX_TEXTS = 8
+"""A field with more texts than this is no choice among a few."""
+
+
+def key_of(topic: str) -> str:
+    """A topic as drafts and requirements call it.
+
+    >>> key_of("/arm/moving")
+    'arm_moving'
+    """
+    return re.sub(r"[^a-z0-9]+", "_", topic.lower()).strip("_")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Observed numbers.
+
+    Args:
+        count: of them.
+        low: the least one.
+        high: the greatest one.
+        low_5: below it are 5 % of them.
+        high_95: above it are 5 %.
+        source: the files that they are of.
+        is_complete: whether all are whole numbers.
+    """
+
+    count: int
+    low: float
+    high: float
+    low_5: float
+    high_95: float
+    source: str
+    is_complete: bool = False
+
+    @property
+    def is_trusted(self) -> bool:
+        """Whether there are enough for a range."""
+        return self.count >= MIN_OBSERVATIONS
+
+    def ends(self, *, whole: bool = False) -> tuple[float, float]:
+        """A range with the margin; not below 0 where nothing was.
+
+        Args:
+            whole: whether only whole numbers are possible: then there is no margin.
+        """
+        margin = 0.0 if whole else MARGIN * (self.high - self.low)
+        low, high = _rounded(self.low - margin, up=False), _rounded(self.high + margin, up=True)
+        return (max(low, 0.0) if self.low >= 0 else low), (min(high, 0.0) if self.high <= 0 else high)
+
+    def comment(self, unit: str = "", of: str = "messages", *, whole: bool = False) -> str:
+        """Where the range is from: `observed 0.4 to 3.2 s in 41 messages of run.mcap`."""
+        unit = f" {unit}" if unit else ""
+        inner = f" (5 to 95 %: {self.low_5:.3g} to {self.high_95:.3g})" if self.is_trusted else ""
+        margin = "" if whole or self.low == self.high else f"; margin {MARGIN * 100:g} %"
+        of = of.removesuffix("s") if self.count == 1 else of
+        text = f"observed {self.low:.3g} to {self.high:.3g}{unit}{inner} in {self.count} {of} of {self.source}{margin}"
+        return text if self.is_trusted else f"TODO: {text}: too few to trust"
+
+
+def _rounded(value: float, *, up: bool) -> float:
+    """A number with three digits, upwards or downwards."""
+    if value == 0:
+        return 0.0
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    steps = math.ceil(value / step - 1e-9) if up else math.floor(value / step + 1e-9)
+    return float(f"{steps * step:.12g}")
+
+
+def spread(values: Collection[float], source: str) -> Spread | None:
+    """The spread of numbers, of which those that are not finite do not count; None where there are none."""
+    ordered = sorted(value for value in values if math.isfinite(value))
+    if not ordered:
+        return None
+    last = len(ordered) - 1
+    low, high = ordered[round(0.05 * last)], ordered[round(0.95 * last)]
+    is_complete = all(value == int(value) for value in ordered)
+    return Spread(len(ordered), ordered[0], ordered[-1], low, high, source, is_complete)
+
+
+@dataclass(frozen=True)
+class ObservedTopic:
+    """What was observed of a topic.
+
+    Args:
+        name: as it was recorded.
+        count: of its messages.
+        numbers: path of a field -> its numbers, those of all elements of an array.
+        texts: path of a field -> how often each text, or truth, was observed.
+        gaps: times between its messages (s); None of a single one.
+        waits: times from the last message of another topic, that is not periodic, to one of it (s).
+        repeats: times between its messages without one of another topic, that is not periodic, between them (s).
+        is_periodic: whether it is periodic: its messages come at nearly equal times.
+    """
+
+    name: str
+    count: int
+    numbers: dict[str, Spread]
+    texts: dict[str, Counter[str]]
+    gaps: Spread | None
+    waits: Spread | None
+    repeats: Spread | None
+    is_periodic: bool = False
+
+
+Keyed = tuple[tuple[str, Recorded], ...]
+"""Messages in the order of time, each with the key of its topic."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What recordings show.
+
+    Args:
+        source: the names of the files.
+        topics: key of a topic (`arm_moving`) -> what was observed of it.
+    """
+
+    source: str
+    topics: dict[str, ObservedTopic] = field(default_factory=dict)
+    _parts: tuple[Keyed, ...] = ()
+
+    def reactions(self, key: str, answers: Collection[str]) -> Spread | None:
+        """Times from a message of a topic to the next answer before another one of it (s); None where there are none.
+
+        Args:
+            key: of the topic.
+            answers: keys of the topics that are answers.
+        """
+        return spread([time for part in self._parts for time in _reactions(part, key, answers)], self.source)
+
+    def renamed(self, names: Mapping[str, str]) -> Observed:
+        """The same with other keys of topics."""
+        topics = {names.get(key, key): topic for key, topic in self.topics.items()}
+        parts = tuple(tuple((names.get(key, key), message) for key, message in part) for part in self._parts)
+        return Observed(self.source, topics, parts)
+
+
+def observe(recordings: Sequence[Recording]) -> Observed:
+    """What recordings show together; times are those within each part of one."""
+    source = ", ".join(dict.fromkeys(recording.name for recording in recordings if recording.parts))
+    if len(recordings) > 2:
+        source = f"{len(recordings)} recordings"
+    keys: dict[str, str] = {}
+    parts: list[Keyed] = []
+    for part in (part for recording in recordings for part in recording.parts):
+        for message in part:
+            if message.topic not in keys:
+                keys[message.topic] = key_of(message.topic)
+        parts.append(tuple((keys[message.topic], message) for message in part))
+    messages: dict[str, list[Recorded]] = defaultdict(list)
+    for key, message in (keyed for part in parts for keyed in part):
+        messages[key].append(message)
+    gaps = _gaps(parts)
+    periodic = {key for key in messages if is_periodic(gaps.get(key, []))}
+    waits, repeats = _waits(parts, periodic)
+    topics = {
+        key: ObservedTopic(own[0].topic, len(own), _numbers(own, source), _texts(own),
+                           spread(gaps.get(key, []), source), spread(waits.get(key, []), source),
+                           spread(repeats.get(key, []), source), key in periodic)
+        for key, own in messages.items()
+    }  # fmt: skip
+    return Observed(source, topics, tuple(parts))
+
+
+def _numbers(messages: Sequence[Recorded], source: str) -> dict[str, Spread]:
+    values: dict[str, list[float]] = defaultdict(list)
+    for message in messages:
+        for path, value in message.fields.items():
+            if isinstance(value, tuple):
+                values[path] += value
+            elif isinstance(value, float):
+                values[path].append(value)
+    spreads = {path: spread(numbers, source) for path, numbers in values.items()}
+    return {path: made for path, made in spreads.items() if made is not None}
+
+
+def _texts(messages: Sequence[Recorded]) -> dict[str, Counter[str]]:
+    texts: dict[str, Counter[str]] = defaultdict(Counter)
+    for message in messages:
+        for path, value in message.fields.items():
+            if isinstance(value, bool | str):
+                texts[path][str(value)] += 1
+    return dict(texts)
+
+
+def _gaps(parts: Sequence[Keyed]) -> dict[str, list[float]]:
+    gaps: dict[str, list[float]] = defaultdict(list)
+    for part in parts:
+        last_s: dict[str, float] = {}
+        for key, message in part:
+            if key in last_s:
+                gaps[key].append(message.time_s - last_s[key])
+            last_s[key] = message.time_s
+    return gaps
+
+
+def _waits(parts: Sequence[Keyed], periodic: Collection[str]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
+    """Times from the last message that is of no periodic topic: of another topic, and of the same one."""
+    waits: dict[str, list[float]] = defaultdict(list)
+    repeats: dict[str, list[float]] = defaultdict(list)
+    for part in parts:
+        last: tuple[str, float] | None = None
+        for key, message in part:
+            if last is not None:
+                (repeats if last[0] == key else waits)[key].append(message.time_s - last[1])
+            if key not in periodic and not is_infrastructure(message.topic):
+                last = key, message.time_s
+    return waits, repeats
+
+
+def _reactions(part: Keyed, key: str, answers: Collection[str]) -> Iterator[float]:
+    asked_s: float | None = None
+    for own, message in part:
+        if own == key:
+            asked_s = message.time_s
+        elif own in answers and asked_s is not None:
+            yield message.time_s - asked_s
+            asked_s = None
+
+
+def is_infrastructure(topic: str) -> bool:
+    """Whether a topic is of no node's own making: of ROS 2, of recorders, or of this tool's traces beside messages."""
+    head = topic.strip("/").partition("/")[0]
+    return head in ("rosout", "parameter_events", "clock", "events", "hricdv", "signals", "diagnostics", "log", "scene",
+                    "bond", "robot_description") or "/_" in topic or topic in ("/tf", "/tf_static")  # fmt: skip

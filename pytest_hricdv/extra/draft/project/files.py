@@ -1,0 +1,195 @@
+"""The files of a draft, how they are written, and its README: what to edit next."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from pytest_hricdv._base import atomic_file
+from pytest_hricdv.extra.draft.code.sources import DraftError
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.model import mas2j, meta, person, robot
+from pytest_hricdv.extra.draft.project.ports import ports, world
+from pytest_hricdv.extra.draft.project.requirements import requirements
+from pytest_hricdv.extra.draft.project.ros_testbench import ros_conftest
+from pytest_hricdv.extra.draft.project.testbench import conftest
+from pytest_hricdv.extra.draft.ros_model import ros_lines
+
+_HOST = '''"""The host test: runs once for each generated test."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def test_{robot}(hri_case: Any) -> None:
+    """One generated test."""
+    hri_case.check(hri_case.run())
+'''
+
+
+_SIZES = """# TODO: more tests and runs reach more, and take longer.
+hri_tests = {tests}
+hri_close_runs = {runs}
+"""
+_ISOLATES = """\
+# In the first runs a test left a state to the next (a variable of a module?). So each has its own process.
+hri_isolate = true
+"""
+_NO_WAIVERS = """\
+# {place} is waived as unreachable, and first runs executed it: the waivers of the code are of another testbench.
+hri_no_waivers = true
+"""
+_TESTS, _RUNS = 30, 60
+"""Tests of the suite `rl`, runs of a closing loop: less than two minutes, with the first runs."""
+_NODE_TESTS, _NODE_RUNS = 20, 30
+"""The same for nodes of ROS 2, whose timers make runs longer."""
+
+
+def files(draft: Draft) -> Iterator[tuple[str, str]]:
+    """Name, relative to the project's folder, and content of each file."""
+    if draft.ros is not None:
+        yield "conftest.py", ros_conftest(draft, draft.ros)
+    else:
+        yield "conftest.py", conftest(draft)
+        yield "world.py", world(draft)
+        yield "ports.py", ports(draft)
+    yield f"models/{draft.robot}.mas2j", mas2j(draft)
+    yield "models/meta.asl", meta(draft)
+    yield f"models/{draft.person}.asl", person(draft)
+    if draft.inputs:
+        yield "models/robot.asl", robot(draft)
+    yield "requirements.toml", requirements(draft)
+    yield f"test_{draft.robot}.py", _HOST.replace("{robot}", draft.robot)
+    yield ("README.md" if not (draft.folder / "README.md").exists() else "README-hri.md"), readme(draft)
+    tests, runs = (_TESTS, _RUNS) if draft.ros is None else (_NODE_TESTS, _NODE_RUNS)
+    sizes = _SIZES.format(tests=draft.sizes.get("rl", tests), runs=draft.sizes.get("closure", runs))
+    isolates = (_ISOLATES if draft.isolates else "") + (
+        _NO_WAIVERS.format(location=draft.no_waivers) if draft.no_waivers else ""
+    )
+    folders = [os.path.relpath(root, draft.folder) for root in (draft.code.root, *draft.code.roots)]
+    roots = [root for root in folders if root != "."]
+    if roots:
+        yield "mypy.ini", f"[mypy]\nmypy_path = {':'.join(roots)}\nignore_missing_imports = true\n"
+    lines = [f"  {name} in {suite}: no test came to it in the first runs" for name, suite in draft.untriggered.items()]
+    allowed = "\n".join(["hri_allow_nc =", *lines, ""]) if lines else ""
+    yield "pytest.ini", f"[pytest]\npythonpath = {' '.join(['.', *roots])}\nhri_suite = rl\n{sizes}{isolates}{allowed}"
+
+
+def check(draft: Draft, folder: Path) -> None:
+    """Raises DraftError where a file of the draft exists, or a module of the code has its name."""
+    for name, _ in files(draft):
+        if (folder / name).exists():
+            raise DraftError(
+                f"{folder / name} exists: nothing was written; choose another folder: init FOLDER --from ..."
+            )
+    taken = {"world", "ports", "conftest"} & set(draft.code.modules)
+    if taken:
+        raise DraftError(f"the code has a module {min(taken)!r}, which is the name of a file of the draft; rename it")
+
+
+def write(draft: Draft, folder: Path) -> tuple[str, ...]:
+    """Write all files; returns their names.
+
+    Raises:
+        DraftError: a file exists, then none is written; or the folder cannot be written.
+    """
+    texts = dict(files(draft))
+    check(draft, folder)
+    try:
+        for name, text in texts.items():
+            atomic_file.write_text(folder / name, text)
+    except OSError as error:
+        raise DraftError(f"{folder}: cannot be written: {error.strerror or error}") from None
+    return tuple(texts)
+
+
+# --- the README
+
+
+MAX_EDITS = 10
+"""Lines to edit that are listed."""
+
+
+def readme(draft: Draft) -> str:
+    """The README."""
+    code = draft.code
+    lines = [
+        f"# Tests of {draft.robot}, drafted",
+        "",
+        f"`python -m pytest_hricdv init {_asked(draft)}` read the code and wrote this folder. Nothing in",
+        "it is required of the robot yet; it runs, and each value has the location that it comes from.",
+        "",
+        "```sh",
+        "pytest                       # the learned suite",
+        "pytest --hri-suite=closure   # a small one that reaches what can be reached",
+        "```",
+        "",
+        "## What was found",
+        "",
+        "| what | how many | |",
+        "|---|---|---|",
+        f"| messages that it receives | {len(code.received)} | {', '.join(m.name for m in code.received)} |",
+        f"| messages that it publishes | {len(code.published)} | {', '.join(m.name for m in code.published)} |",
+        f"| states | {len(draft.states)} | {', '.join(draft.states)} |",
+        f"| transitions | {len(draft.transitions)} | |",
+        f"| calls that wait | {len(code.waits)} | virtual: {', '.join(code.virtual) or 'none'} |",
+        f"| numbers with units | {len(code.constants)} | |",
+        "",
+        *_nodes(draft),
+        "## The next lines to edit",
+        "",
+        "The first ones bring most.",
+        "",
+    ]
+    edits = list(dict.fromkeys(_edits(draft)))[:MAX_EDITS]
+    lines += [f"{number}. {edit}" for number, edit in enumerate(edits, 1)]
+    if code.problems:
+        lines += ["", "## What was in the way", ""]
+        lines += [f"- {f'`{p.location}`: ' if p.location is not None else ''}{p.text}" for p in code.problems]
+    questions = code.questions
+    if questions:
+        lines += ["", "## All questions", ""]
+        lines += [f"- {f'`{q.location}`: ' if q.location is not None else ''}{q.text}" for q in questions]
+    return "\n".join(lines) + "\n"
+
+
+def _asked(draft: Draft) -> str:
+    if draft.ros is None:
+        return f"--from {draft.code.package}"
+    return f"--launch {draft.ros.asked}" if draft.ros.launch is not None else f'--ros2 "{draft.ros.asked}"'
+
+
+def _nodes(draft: Draft) -> list[str]:
+    """What nodes of ROS 2 publish, subscribe, serve and use."""
+    nodes = draft.code.ros
+    if not nodes.nodes and not nodes.endpoints:
+        return []
+    return ["## Nodes of ROS 2", "", *(f"- {line}" for line in ros_lines(nodes)), ""]
+
+
+def _edits(draft: Draft) -> Iterator[str]:
+    """What to edit, the most useful first: what is asked of the robot, then who acts, then the world, then numbers."""
+    first = next((q for q in draft.code.questions if q.about in ("entry", "messages")), None)
+    if first is not None:
+        yield f"`conftest.py`, `run`: {first.text}."
+    yield "`requirements.toml`: write what is required of the robot, one `[R...]` with a title and a formula."
+    for subject in draft.dropped[:2]:
+        yield f"`requirements.toml`: *{subject}* did not hold in the first runs, and is a comment: is it to hold?"
+    if draft.sensors:
+        sensor = draft.sensors[0]
+        yield f"`world.py`, `SENSES`: what does `{sensor.name}` return, and when? (`{sensor.operation.location}`)"
+    yield f"`models/{draft.person}.asl`: what do people do with this robot, and in which order?"
+    yield "`conftest.py`, `TIMES`: how early and how late is too early and too late for your people?"
+    for port in draft.devices[:2]:
+        yield f"`ports.py`, `{port.name}`: what does it do in the world? (`{port.location}`)"
+    for port in draft.parameters[:2]:
+        yield f"`conftest.py`, `run={{...}}`: between which values is `{port.name}`? (`{port.location}`)"
+    for thing in draft.inputs:
+        for part in thing.numbers[:1]:
+            yield f"`conftest.py`, `SAYS`: how large is `{part.name}` of {thing.message.name}? (`{part.location}`)"
+    if draft.states:
+        yield "`models/robot.asl`: through which states does the robot go for which message?"
+    if draft.may_end:
+        yield "`conftest.py`, `may_end`: which ends of a run are right?"

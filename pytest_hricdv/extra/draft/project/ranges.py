@@ -1,0 +1,143 @@
+"""Ranges of a drafted testbench that a recording shows, each with the words that say where it comes from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+from pytest_hricdv.extra.draft.code_model import MessageField
+from pytest_hricdv.extra.draft.observed import ObservedTopic, Spread, key_of
+from pytest_hricdv.extra.draft.project.draft import Draft, Input
+
+EARLY_S = 0.05
+"""Who acts sooner is too early, where people of the recording were not as fast (as `TIMES` has it)."""
+
+
+def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
+    """The lines of `SAYS` for a thing: each command with the numbers in it."""
+    topic = topic_of(draft, thing)
+    for command, kind in thing.commands:
+        if topic is None or not any(part.name in topic.numbers for part in thing.numbers):
+            numbers = ", ".join(f'"{p.name}": ' + dict(kind.ranges).get(p.name, _unknown(p)) for p in thing.numbers)
+            is_open = any(p.name not in dict(kind.ranges) for p in thing.numbers)
+            mark = "TODO: between which numbers?" if is_open else str(kind.location)
+            yield f'    "{command}": {{{numbers}}},  # {mark}'
+            continue
+        yield f'    "{command}": {{  # {kind.location}'
+        for part in thing.numbers:
+            chosen, mark = _range(part, topic.numbers.get(part.name), dict(kind.ranges).get(part.name))
+            yield f'        "{part.name}": {chosen},  # {mark}'
+        yield "    },"
+
+
+def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tuple[str, str]:
+    """The range of a number, and where it comes from; one on a side of what the code compares it with stays there."""
+    whole = part.type == "int"
+    comment = seen.comment(part.unit, _counted(part), whole=whole) if seen is not None else ""
+    if of_code is not None:
+        return of_code, f"of the code; {comment or 'nothing was observed'}"
+    if seen is None:
+        return _unknown(part), "TODO: between which numbers?"
+    low, high = seen.ends(whole=whole)
+    return f'Range({low!r}, {high!r}, "{part.unit}")', comment
+
+
+def _unknown(part: MessageField) -> str:
+    """The range of a number of which nothing is known; whole ones are often counts, and 0 and 1 say little."""
+    return f'Range({"0, 10" if part.type == "int" else "0.0, 1.0"}, "{part.unit}")'
+
+
+def _counted(part: MessageField) -> str:
+    return "values" if part.type == "list" else "messages"
+
+
+def topic_of(draft: Draft, thing: Input) -> ObservedTopic | None:
+    """What was observed of a thing."""
+    return draft.observed.topics.get(key_of(thing.message.topic)) if draft.observed is not None else None
+
+
+def times_of_lines(draft: Draft) -> list[str]:
+    """The table `TIMES_OF`: when people said a thing in the recording, in place of `TIMES`; empty without one."""
+    lines: list[str] = []
+    commands: list[tuple[str, str]] = []
+    for thing in draft.inputs:
+        topic = topic_of(draft, thing)
+        entries = list(_times(topic)) if topic is not None else []
+        if entries:
+            name = f"{thing.name.upper()}_TIMES"
+            lines += [f"{name}: dict[str, dict[str, Range]] = {{", *entries, "}"]
+            commands += [(command, name) for command, _ in thing.commands]
+    if not lines:
+        return []
+    return [
+        "",
+        "# When it was said in the recording, in place of TIMES.",
+        *lines,
+        "TIMES_OF = {",
+        *(f"    {json.dumps(command)}: {name}," for command, name in commands),
+        "}",
+    ]
+
+
+def _times(topic: ObservedTopic) -> Iterator[str]:
+    """In time: as after what was said before, or as messages of a periodic topic follow each other; twice: likewise."""
+    after, of, why = topic.waits, "waits", "after what was said before"
+    if topic.is_periodic or after is None:
+        after, of, why = topic.gaps, "gaps", f"between messages of {topic.name}"
+    if after is None:
+        return
+    low, high = _with_default(after, (0.5, 2.0))
+    in_time = f'"after_s": Range({low!r}, {high!r}, "s")'
+    yield f"    # {why}: {after.comment('s', of)}"
+    yield f'    "in_time": {{{in_time}}},'
+    again = topic.gaps if topic.is_periodic else topic.repeats
+    if again is None:
+        yield f'    "twice": {{{in_time}, "again_s": Range(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
+        return
+    least, most = _with_default(again, (0.1, 1.0))
+    yield f"    # {topic.name} again: {again.comment('s', 'gaps')}"
+    yield f'    "twice": {{{in_time}, "again_s": Range({least!r}, {most!r}, "s")}},'
+
+
+def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, float]:
+    """The observed range; where it is of few observations, one that holds the range of `TIMES`, too."""
+    low, high = seen.ends()
+    return (low, high) if seen.is_trusted else (min(low, default[0]), max(high, default[1]))
+
+
+def reaction_lines(draft: Draft) -> list[str]:
+    """Comments on how soon the robot answered in the recording."""
+    if draft.observed is None:
+        return []
+    answers = {key_of(message.topic) for message in draft.answers}
+    lines = []
+    for thing in draft.inputs:
+        seen = draft.observed.reactions(key_of(thing.message.topic), answers)
+        if seen is not None:
+            lines.append(f"# Answers to {thing.name}: {seen.comment('s', 'answers').partition('; margin')[0]}.")
+    return lines
+
+
+def answer_s(draft: Draft, chosen_s: float) -> tuple[float, str]:
+    """How long a person waits for an answer, and why: longer than all that were observed."""
+    if draft.observed is None:
+        return chosen_s, "TODO"
+    answers = {key_of(message.topic) for message in draft.answers}
+    seen = [draft.observed.reactions(key_of(thing.message.topic), answers) for thing in draft.inputs]
+    longest = max((made for made in seen if made is not None), key=lambda made: made.high, default=None)
+    if longest is None:
+        return chosen_s, "TODO"
+    if longest.ends()[1] > chosen_s:
+        return longest.ends()[1], longest.comment("s", "answers")
+    return chosen_s, f"TODO; the longest that was observed took {longest.high:.3g} s, in {longest.source}"
+
+
+def lateness(draft: Draft, name: str) -> tuple[str, str]:
+    """Ends of a range, and its comment, for how late a message of a topic comes: as late as a periodic one did."""
+    topic = draft.observed.topics.get(key_of(name)) if draft.observed is not None else None
+    if topic is None or topic.gaps is None or not topic.is_periodic:
+        return "0.5, 5.0", "TODO: how late?"
+    late_s = topic.gaps.ends()[1] - topic.gaps.low_5
+    if late_s <= 0:
+        return "0.5, 5.0", "TODO: how late?"
+    return f"0.0, {late_s:.3g}", topic.gaps.comment("s", "gaps")

@@ -1,0 +1,210 @@
+"""The first requirements of a draft: what holds of many robots. Those that fail in the first runs become questions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pytest_hricdv.extra.draft.code_model import Message
+from pytest_hricdv.extra.draft.project.draft import Draft
+
+ANSWER_S = STAY_S = 60.0
+"""Within which the robot is to answer, and for which it may be in one state: a person who waits for longer has left."""
+
+HEAD = """\
+# always(a -> b) is checked whenever a holds; if it never holds in a test, the verdict is NC, not checked.
+# These are a draft: they held in the first runs, and nobody has asked for them yet.
+# That no exception ends the code is checked in each run, without a requirement.
+"""
+
+
+@dataclass(frozen=True)
+class DraftedRequirement:
+    """A requirement.
+
+    Args:
+        subject: what it is about, `answer order`; first runs drop it by this.
+        title: of the requirement.
+        formula: likewise.
+        location: in the code, for people.
+        question: that is asked where it does not hold in the first runs.
+    """
+
+    subject: str
+    title: str
+    formula: str
+    location: str
+    question: str
+
+
+def requirement_ids(draft: Draft) -> dict[str, str]:
+    """Subject of each requirement -> its id."""
+    return {requirement.subject: f"R{number}" for number, requirement in enumerate(_requirements(draft), 1)}
+
+
+def requirements(draft: Draft) -> str:
+    """The file of requirements; one that did not hold in the first runs is a comment, with a question."""
+    parts = [HEAD]
+    for number, requirement in enumerate(_requirements(draft), 1):
+        lines = [
+            f"[R{number}]",
+            f"title = {json.dumps(requirement.title, ensure_ascii=False)}",
+            f"formula = {json.dumps(requirement.formula, ensure_ascii=False)}",
+        ]
+        if requirement.subject in draft.dropped:
+            question = f"# TODO: {requirement.question}? In the first runs this did not hold, or was not seen."
+            lines = [question, *(f"# {line}" for line in lines)]
+        parts.append("\n".join(["", f"# {requirement.location}", *lines, ""]))
+    return "".join(parts)
+
+
+def _requirements(draft: Draft) -> Iterator[DraftedRequirement]:
+    yield from _answers(draft)
+    yield from _states(draft)
+    if draft.code.published:
+        yield _cause(draft) if draft.inputs else _sign_of_life(draft)
+    # Where the first runs refuted all that was asked, nobody knows whether the code may end before the person leaves.
+    if draft.inputs and draft.answers:
+        yield _count(draft)
+    yield from _transitions(draft)
+    for message in draft.code.published:
+        yield _repetition(message)
+    if draft.tells_presence:
+        yield from _presence(draft)
+
+
+def _answers(draft: Draft) -> Iterator[DraftedRequirement]:
+    """That what the robot receives is answered; each text of a message by itself."""
+    answers = " | ".join(f"on({message.topic})" for message in draft.answers)
+    for thing in draft.inputs if draft.answers else ():
+        topic, location = thing.message.topic, thing.message.uses[0]
+        part = next((part for part in thing.message.fields if part.kind == "str" and len(part.values) > 1), None)
+        cases = [(_words(topic), f"on({topic})", location)]
+        if part is not None:
+            cases = [(f"{_words(topic)} {value.text}", f"on({topic}) & {topic}.{part.name} == {_quoted(value.text)}",
+                      value.location) for value in part.values]  # fmt: skip
+        for words, condition, at in cases:
+            yield DraftedRequirement(
+                f"answer {words}",
+                f"The robot publishes something within {ANSWER_S:g} s after {words}",
+                f"always({condition} -> eventually[0:{ANSWER_S:g}]({answers}))",
+                str(at),
+                "is it to be answered",
+            )
+
+
+def _states(draft: Draft) -> Iterator[DraftedRequirement]:
+    """That no state lasts."""
+    state, machine = draft.code.state, draft.code.machine
+    topic = state.partition(".")[0]
+    for each in machine.states if machine is not None else ():
+        name = _quoted(each.name)
+        leaves = f"eventually[0:{STAY_S:g}](on({topic}) & {state} != {name})"
+        yield DraftedRequirement(
+            f"state {each.name}",
+            f"The robot is not in {each.name} for more than {STAY_S:g} s",
+            f"always(on({topic}) & {state} == {name} -> {leaves})",
+            str(each.location),
+            "how long may it last",
+        )
+
+
+def _cause(draft: Draft) -> DraftedRequirement:
+    """What holds of each robot that publishes only what it was asked for."""
+    message = draft.answers[0]
+    received = " | ".join(f"on({thing.message.topic})" for thing in draft.inputs)
+    return DraftedRequirement(
+        "cause",
+        f"Before {_words(message.topic)}, the robot has received something",
+        f"always(on({message.topic}) -> once({received}))",
+        str(message.location),
+        "may it come of itself",
+    )
+
+
+def _sign_of_life(draft: Draft) -> DraftedRequirement:
+    """What can be asked of a robot that nobody has to tell anything."""
+    answers = " | ".join(f"on({message.topic})" for message in draft.answers)
+    return DraftedRequirement(
+        "sign of life",
+        f"While a person is there, the robot publishes something every {ANSWER_S:g} s",
+        f"always(person_is_there -> eventually[0:{ANSWER_S:g}]({answers} | not person_is_there))",
+        str(draft.answers[0].location),
+        "may it be silent for longer",
+    )
+
+
+def _count(draft: Draft) -> DraftedRequirement:
+    """What holds of each robot that answers what it receives, and no more."""
+    condition = " | ".join(f"on({message.topic})" for message in draft.answers)
+    published = " + ".join(f"count(on({message.topic}))" for message in draft.answers)
+    received = " + ".join(f"count(on({thing.message.topic}))" for thing in draft.inputs)
+    return DraftedRequirement(
+        "count",
+        "The robot does not publish more messages than it has received",
+        f"always({condition} -> {published} <= {received})",
+        str(draft.answers[0].location),
+        "may it publish more than one message for what it receives",
+    )
+
+
+def _transitions(draft: Draft) -> Iterator[DraftedRequirement]:
+    """That the robot goes from state to state only as its code declares."""
+    state = draft.code.state
+    topic = state.partition(".")[0]
+    for source in dict.fromkeys(source for source, _, _ in draft.transitions):
+        moves = [(target, location) for origin, target, location in draft.transitions if origin == source]
+        targets = list(dict.fromkeys(target for target, _ in moves))
+        allowed = " | ".join(f"{state} == {_quoted(target)}" for target in (source, *targets))
+        listed = " or ".join(filter(None, (", ".join(targets[:-1]), targets[-1])))
+        yield DraftedRequirement(
+            f"transitions of {source}",
+            f"From {source} the robot goes to {listed} only",
+            f"always(on({topic}) & last({state}) == {_quoted(source)} -> {allowed})",
+            str(moves[0][1]),
+            "where else may it go",
+        )
+
+
+def _repetition(message: Message) -> DraftedRequirement:
+    """What holds of each robot that does not publish the same twice at one instant."""
+    topic = message.topic
+    differs = "".join(f" | {_differs(f'{topic}.{part.name}', part.kind)}" for part in message.fields if part.kind)
+    return DraftedRequirement(
+        f"repetition of {topic}",
+        f"The robot does not publish {_words(topic)} twice at one instant",
+        f"always(on({topic}) -> count[0:0](on({topic})) <= 1{differs})",
+        str(message.uses[0] if message.uses else message.location),
+        "may it repeat itself",
+    )
+
+
+def _differs(field: str, kind: str) -> str:
+    """That a field is not what it was last: only numbers and texts can be compared."""
+    return f"last({field}) & !{field} | !last({field}) & {field}" if kind == "bool" else f"last({field}) != {field}"
+
+
+def _presence(draft: Draft) -> Iterator[DraftedRequirement]:
+    """What can be asked of a robot of which nobody knows what it publishes."""
+    if draft.ros is None and not draft.has_dropped_all:
+        yield DraftedRequirement(
+            "works",
+            "The code works as long as the person is there",
+            "always(person_is_there -> robot_works)",
+            draft.code.package,
+            "may it end before",
+        )
+    left = "not person_is_there" if draft.ros is not None else "not person_is_there | not robot_works"
+    formula = f"always(person_is_there -> eventually[0:900]({left}))"
+    yield DraftedRequirement("ends", "A visit ends within 900 s", formula, "TODO: ask for more", "may it be longer")
+
+
+def _words(topic: str) -> str:
+    return topic.replace("_", " ")
+
+
+def _quoted(text: str) -> str:
+    """A text in a formula."""
+    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{escaped}'"

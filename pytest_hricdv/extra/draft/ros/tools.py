@@ -1,0 +1,40 @@
+"""What a draft for nodes needs of ROS 2: the feature `ros2` offers it, if the installation has that feature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+from pytest_hricdv.extra.draft.code.sources import DraftError
+from pytest_hricdv.registry import offers
+
+
+class RosTools(Protocol):
+    """Packages are mappings of names to folders with a package.xml."""
+
+    def packages(self, *folders: Path) -> dict[str, Path]:
+        """Packages around folders and in them."""
+
+    def console_scripts(self, package: str, packages: Mapping[str, Path]) -> dict[str, str] | None:
+        """Name -> "package.module:function", of a package as source or installed; None if there is neither."""
+
+    def expand(self, name: str, node: str, namespace: str) -> str:
+        """The full name of a topic, service or action. Raises ValueError for what is no name."""
+
+    def scalar(self, text: str) -> Any:
+        """A value as ROS reads one of a command line: `1` is a number, `2024-01-01` a text."""
+
+    def launch(self, file: Path, arguments: Mapping[str, str]) -> list[dict[str, Any]] | None:
+        """The processes that a launch file starts, as the launch system runs it; None where this is not installed.
+
+        Each has the keys of `StartedNode`, without the location. Raises InputError where it refuses the file.
+        """
+
+
+def ros_tools() -> RosTools:
+    """The tools. Raises DraftError where there is no feature `ros2`."""
+    offered = offers("drafting", "ROS_TOOLS")
+    if not offered:
+        raise DraftError("nodes of ROS 2 need the feature `ros2`, which this installation does not have")
+    return cast(RosTools, offered[0])

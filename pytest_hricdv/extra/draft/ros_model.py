@@ -1,0 +1,180 @@
+"""Nodes of ROS 2 and how they are started: plain data, each item with its location, and its lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+EndpointKind = Literal["publisher", "subscription", "service", "client", "action server", "action client"]
+
+
+@dataclass(frozen=True, order=True)
+class Location:
+    """A line of the code: its file, relative to the folder that the package is in, and the line from 1.
+
+    Line 0 is none: what was observed has only words for where, instead of a file.
+    """
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+
+@dataclass(frozen=True)
+class StartedNode:
+    """A process that a launch file starts.
+
+    Args:
+        package: of its executable; empty for a command that is no node.
+        executable: its name; of a command its first word.
+        location: in the launch file; line 0 where it is not known.
+        name: of its node; empty where it keeps its own.
+        namespace: likewise.
+        remappings: pairs of names, from and to.
+        parameters: mappings of names to values, and paths of YAML files; later ones win.
+        arguments: of its command line.
+    """
+
+    package: str
+    executable: str
+    location: Location
+    name: str = ""
+    namespace: str = ""
+    remappings: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[Mapping[str, Any] | str, ...] = ()
+    arguments: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """As `Launch.executables` calls it."""
+        return f"{self.package}/{self.executable}" if self.package else self.executable
+
+
+@dataclass(frozen=True)
+class LaunchedNodes:
+    """What a launch file starts.
+
+    Args:
+        file: its path.
+        arguments: with which it was read, name -> value.
+        nodes: in the order in which they are started.
+    """
+
+    file: Path
+    arguments: Mapping[str, str]
+    nodes: tuple[StartedNode, ...]
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A topic, service or action that a node publishes, subscribes, serves or uses.
+
+    Args:
+        kind: seen from the node.
+        name: as ROS expands it, `/cell/scan`; empty where the source does not say it.
+        type: such as `std_msgs/msg/Bool`; empty where the source does not say it.
+        node: name of the node; empty where it is not known.
+        callback: what is called, as the source writes it.
+        location: of the call.
+        written: its name as the source has it, before ROS expands it; empty where the source does not say it.
+        namespace: of the node, as the source says it.
+    """
+
+    kind: EndpointKind
+    name: str
+    type: str
+    node: str
+    callback: str
+    location: Location
+    written: str = ""
+    namespace: str = ""
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether a testbench can declare it."""
+        return bool(self.name and self.type)
+
+    @property
+    def is_outgoing(self) -> bool:
+        """Whether the node begins: it publishes, or asks others."""
+        return self.kind in ("publisher", "client", "action client")
+
+
+@dataclass(frozen=True)
+class RosParameter:
+    """A parameter that a node declares; `owner` is its class, `default` the source text, empty where there is none."""
+
+    name: str
+    default: str
+    owner: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class RosNodes:
+    """What the nodes of a package have.
+
+    Args:
+        nodes: name of each node, with its location; the name is empty where the source does not say it.
+        endpoints: topics, services and actions, in the order of the source.
+        parameters: that nodes declare, with the source text of their defaults.
+    """
+
+    nodes: tuple[tuple[str, Location], ...] = ()
+    endpoints: tuple[Endpoint, ...] = ()
+    parameters: tuple[RosParameter, ...] = ()
+
+    def of(self, *kinds: EndpointKind) -> tuple[Endpoint, ...]:
+        """The endpoints of these kinds, each name and type once."""
+        first: dict[tuple[str, str, str, Location | None], Endpoint] = {}
+        for endpoint in self.endpoints:
+            if endpoint.kind in kinds:
+                location = None if endpoint.is_complete else endpoint.location
+                first.setdefault((endpoint.kind, endpoint.name, endpoint.type, location), endpoint)
+        return tuple(first.values())
+
+
+@dataclass(frozen=True)
+class RosStart:
+    """How a draft starts a node.
+
+    Args:
+        asked: as it was asked for, "PACKAGE EXECUTABLE" or a path.
+        entry: "package.module:function", or a class of nodes.
+        declared: topics, services and actions that requirements can name.
+        interfaces: folders of packages of messages that are not installed.
+        launch: the launch file that the draft starts; None where it starts the node itself.
+        left_out: what the launch file starts and the draft does not, as `Launch.executables` calls it.
+    """
+
+    asked: str
+    entry: str
+    declared: tuple[Endpoint, ...]
+    interfaces: tuple[str, ...] = ()
+    launch: LaunchedNodes | None = None
+    left_out: tuple[str, ...] = ()
+
+
+def ros_lines(nodes: RosNodes) -> Iterator[str]:
+    """What was read of nodes, for the terminal and the README."""
+    counted = (
+        ("subscribes", nodes.of("subscription")),
+        ("publishes", nodes.of("publisher")),
+        ("serves", nodes.of("service")),
+        ("uses the service", nodes.of("client")),
+        ("serves the action", nodes.of("action server")),
+        ("uses the action", nodes.of("action client")),
+    )
+    names = ", ".join(name or "without a name in the source" for name, _ in nodes.nodes)
+    yield f"nodes of ROS 2: {len(nodes.nodes)}{f' ({names})' if names else ''}"
+    for title, endpoints in counted:
+        for endpoint in endpoints:
+            name = f"{endpoint.name or 'unknown name'} ({endpoint.type or 'unknown type'})"
+            callback = f" -> {endpoint.callback}" if endpoint.callback else ""
+            yield f"{endpoint.location}: {title}: {name}{callback}"
+    for parameter in nodes.parameters:
+        yield f"{parameter.location}: parameter: {parameter.name}, default {parameter.default or 'none'}"

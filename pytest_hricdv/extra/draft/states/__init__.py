@@ -1,1 +1,0 @@
-"""State machines of the code, one module for each way to write them."""

@@ -1,1 +1,0 @@
-"""Classes of a drafted `ports.py` as texts with gaps, which the modules above fill in."""

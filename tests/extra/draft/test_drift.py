@@ -1,0 +1,242 @@
+"""What code has that its testbench lacks is told, with the lines to add; what testbench and tests have is not."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, cast
+
+import pytest
+from msgspec.structs import replace
+
+from pytest_hricdv.extra.draft.drift import Drift, drifts, models_of, split
+from pytest_hricdv.extra.draft.feature import FEATURE
+from pytest_hricdv.extra.draft.proposal import add_lines, difference
+from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.session.option import OptionReader
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Range, Run, Testbench
+from tests.docs.page import blocks, write_files
+from tests.report import sample
+
+CODE = """
+from dataclasses import dataclass
+from typing import Literal, cast
+
+SLOW_S = 2.0
+
+
+@dataclass(frozen=True)
+class Call:
+    floor: int
+
+
+@dataclass(frozen=True)
+class State:
+    name: Literal["Idle", "Moving", "Stuck"]
+
+
+@dataclass(frozen=True)
+class Alarm:
+    why: str
+
+
+TRANSITIONS = {("Idle", "called"): "Moving", ("Moving", "there"): "Idle", ("Moving", "blocked"): "Stuck"}
+
+
+class Lift:
+    def __init__(self, bus, patience_s: float = 5.0):
+        self._bus, self._patience_s, self.state = bus, patience_s, "Idle"
+        self._calls = bus.subscribe(Call)
+
+    def serve(self):
+        while self._calls.wait(self._patience_s) is not None:
+            self._bus.publish(State("Moving"))
+            self._bus.publish(Alarm("blocked"))
+            self._bus.publish(State("Idle"))
+"""
+
+CONFTEST = """
+def pytest_hricdv_testbench(config):
+    from lift import Call, State
+
+    return Testbench(
+        name="lift",
+        messages=(Call, State),
+        concretization=Concretization({"call": {}}),
+    )
+"""
+
+
+@dataclass(frozen=True)
+class Call:
+    """A person called the lift."""
+
+    floor: int
+
+
+@dataclass(frozen=True)
+class State:
+    """The lift's state."""
+
+    name: Literal["Idle", "Moving", "Stuck"]
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """Something is wrong."""
+
+    why: str
+
+
+def _run(run: Run) -> Outcome:
+    return Outcome("nothing")
+
+
+def bench(folder: Path, *messages: type, **run: Range) -> Testbench:
+    (folder / "lift.mas2j").write_text("MAS lift { agents: meta; human; }", encoding="utf-8")
+    return Testbench(
+        name="lift",
+        model=Model(folder / "lift.mas2j"),
+        beliefs=BeliefSpace(start=("a",), groups={}),
+        concretization=Concretization({"call": {}}, run=run),
+        requirements=folder / "requirements.toml",
+        messages=messages,
+        signals={},
+        code=("lift",),
+        run=_run,
+        state="state.name",
+        transitions=(("Idle", "Moving"), ("Moving", "Idle"), ("Stuck", "Idle")),
+    )
+
+
+@pytest.fixture
+def of_lift(tmp_path: Path) -> list[Drift]:
+    (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
+    model, problems = models_of(["lift"], [tmp_path])
+    assert problems == []
+    return drifts(model, bench(tmp_path, Call, State), None)
+
+
+def test_a_new_message_and_a_parameter_that_is_never_varied_are_told(of_lift: list[Drift]) -> None:
+    keys = [drift.key for drift in of_lift]
+    assert "message alarm" in keys
+    assert "parameter patience_s" in keys
+    assert not [key for key in keys if key in ("message call", "message state")]
+    [message] = [drift for drift in of_lift if drift.kind == "message"]
+    assert message.text == "the code publishes Alarm, which is none of the testbench's messages"
+    assert message.location.startswith("lift.py:")
+
+
+def test_transitions_are_compared_both_ways(of_lift: list[Drift]) -> None:
+    keys = [drift.key for drift in of_lift]
+    assert "transition Moving->Stuck" in keys
+    assert "gone Stuck->Idle" in keys
+    assert "transition Idle->Moving" not in keys
+
+
+def test_what_the_testbench_has_is_no_drift(tmp_path: Path) -> None:
+    (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
+    model, _ = models_of(["lift"], [tmp_path])
+    made = drifts(model, bench(tmp_path, Call, State, Alarm, patience_s=Range(1.0, 9.0, "s")), None)
+    assert {drift.kind for drift in made} == {"transition", "gone"}
+
+
+def told(*states: str) -> TestResult:
+    report: Report = sample.typed(sample.data(tests=1))
+    [test] = report.tests
+    assert test.timeline is not None
+    lines = tuple(f'{place}\trobot\tstate\t{{"name": "{state}"}}' for place, state in enumerate(states))
+    return replace(test, timeline=replace(test.timeline, messages=lines))
+
+
+def test_states_that_no_test_reaches_are_told(tmp_path: Path) -> None:
+    (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
+    model, _ = models_of(["lift"], [tmp_path])
+    made = drifts(model, bench(tmp_path, Call, State), [told("Idle", "Moving"), told("Idle")])
+    texts = {drift.key: drift.text for drift in made}
+    assert texts["state Stuck"] == "no plan leads to state Stuck: none of 2 tests reaches it"
+    assert texts["transition Moving->Idle"] == "no plan leads from Moving to Idle: none of 2 tests goes there"
+    assert "state Idle" not in texts
+
+
+def test_what_is_known_is_not_new_and_what_is_gone_is_said(of_lift: list[Drift]) -> None:
+    new, declared, gone = split(of_lift, {"message alarm": "later", "message bell": "never"})
+    assert [drift.key for drift in declared] == ["message alarm"]
+    assert "message alarm" not in [drift.key for drift in new]
+    assert gone == ["message bell"]
+
+
+def test_the_lines_to_add_are_a_diff_of_the_conftest_file(of_lift: list[Drift]) -> None:
+    after = add_lines(CONFTEST, of_lift)
+    assert "messages=(Call, State, Alarm)," in after
+    assert "    from lift import Alarm\n    return Testbench(" in after
+    assert 'run={"patience_s": Range(2.5, 10, "s")}' in after
+    compile(after, "conftest.py", "exec")
+    shown = difference(CONFTEST, after, "conftest.py").splitlines()
+    assert shown[0] == "--- a/conftest.py"
+    assert "-        messages=(Call, State)," in shown
+    assert "+        messages=(Call, State, Alarm)," in shown
+
+
+def test_a_file_that_has_no_testbench_stays_as_it_is(of_lift: list[Drift]) -> None:
+    assert add_lines("x = 1\n", of_lift) == "x = 1\n"
+    assert add_lines("def (", of_lift) == "def ("
+
+
+def test_a_package_that_is_not_there_is_said(tmp_path: Path) -> None:
+    model, problems = models_of(["nowhere"], [tmp_path])
+    assert model == []
+    assert len(problems) == 1
+    assert "nowhere" in problems[0]
+
+
+@pytest.mark.slow
+def test_the_vacuum_robot_says_something_new(tmp_path: Path) -> None:
+    write_files(blocks("vacuum.md"), tmp_path)
+    code = tmp_path / "vacuum.py"
+    stuck = '@dataclass(frozen=True)\nclass Stuck:\n    """It cannot go on."""\n\n\nclass Vacuum:'
+    says = "self._bus.publish(Docked())\n            else:\n                self._bus.publish(Stuck())"
+    text = code.read_text(encoding="utf-8").replace("class Vacuum:", stuck)
+    text = text.replace("self._bus.publish(Docked())", says)
+    code.write_text(text, encoding="utf-8")
+
+    def update(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "pytest_hricdv", "init", str(tmp_path), "--update", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    first = update()
+    assert first.returncode == 1, first.stdout + first.stderr
+    assert "the code publishes Stuck, which is none of the testbench's messages  [message stuck]" in first.stdout
+    assert "+        messages=(Docked, Pressed, Stuck)," in first.stdout
+    assert update("--write").returncode == 1
+    assert update().returncode == 0
+
+
+@pytest.mark.slow
+def test_a_session_fails_for_drift_that_nobody_has_declared(tmp_path: Path) -> None:
+    write_files(blocks("vacuum.md"), tmp_path)
+    conftest = tmp_path / "conftest.py"
+    text = conftest.read_text(encoding="utf-8").replace("messages=(Docked, Pressed)", "messages=(Pressed,)")
+    conftest.write_text(text.replace(".subscribe(Docked)", ".subscribe(Pressed)"), encoding="utf-8")
+    (tmp_path / "requirements.toml").write_text(
+        '[R1]\ntitle = "Rest"\nformula = "always(lifted -> eventually[0:0.5](not brush))"\n', encoding="utf-8"
+    )
+    command = [sys.executable, "-m", "pytest", "-q", "--hri-tests=1", "--hri-fail-on-drift", "test_vacuum.py"]
+    for further, expected in (((), True), (("--hri-known-drift=message docked",), False)):
+        ran = subprocess.run([*command, *further], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert ("--hri-fail-on-drift: the code publishes Docked, which is none of" in ran.stdout) is expected, (
+            ran.stdout
+        )
+
+
+def test_known_drift_of_no_kind_is_refused() -> None:
+    class Reader:
+        def texts(self, name: str) -> tuple[str, ...]:
+            return ("settle_s: why",)
+
+    with pytest.raises(
+        pytest.UsageError, match="expected 'KIND NAME: reason', as 'parameter settle_s: fixed by the hardware'"
+    ):
+        FEATURE.read(cast("OptionReader", Reader()))

@@ -1,0 +1,202 @@
+"""Recordings are read as far as they go, and what is wrong with one is a sentence with its name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pytest_hricdv.extra.draft.observed import Observed, observe
+from pytest_hricdv.extra.draft.recording import Recording, read_recordings
+from tests.extra.draft.bags import BEGAN_NS, STRING, clock, text, tray, write_mcap, write_sqlite
+
+SAID = {"/said": STRING}
+BEGAN_S = BEGAN_NS / 1e9
+TRAY = {"/tray": "cell_msgs/msg/Tray", "/said": STRING, "/clock": "rosgraph_msgs/msg/Clock"}
+
+
+def reading(*paths: Path) -> list[Recording]:
+    return read_recordings(paths, lambda topic: True, lambda kind: None)
+
+
+def seen(*paths: Path) -> Observed:
+    return observe(reading(*paths))
+
+
+def said(times_s: list[float]) -> list[tuple[float, str, bytes]]:
+    return [(time_s, "/said", text(f"word {number}")) for number, time_s in enumerate(times_s)]
+
+
+@pytest.mark.parametrize("suffix", ["mcap", "db3"])
+def test_fields_are_read_with_the_definitions_of_the_bag(tmp_path: Path, suffix: str) -> None:
+    write = write_mcap if suffix == "mcap" else write_sqlite
+    entries = [(0.1 * n, "/tray", tray(n, -n / 2, n % 3, [n, n + 0.5], n > 5)) for n in range(12)]
+    topic = seen(write(tmp_path / f"run.{suffix}", entries, TRAY)).topics["tray"]
+    assert {path: (made.low, made.high, made.count) for path, made in topic.numbers.items()} == {
+        "pose.x": (0.0, 11.0, 12),
+        "pose.y": (-5.5, 0.0, 12),
+        "cups": (0.0, 2.0, 12),
+        "loads": (0.0, 11.5, 24),
+    }
+    assert topic.texts["is_wet"] == {"False": 6, "True": 6}
+    assert topic.gaps is not None
+    assert topic.gaps.count == 11
+    assert topic.gaps.low == pytest.approx(0.1)
+
+
+def test_a_range_has_a_margin_and_does_not_change_its_sign(tmp_path: Path) -> None:
+    entries = [(float(n), "/pour", {"ml": value, "cups": n % 2}) for n, value in enumerate([0.5, *[2.25] * 9, 10.5])]
+    topic = seen(write_mcap(tmp_path / "run.mcap", entries)).topics["pour"]
+    pour = topic.numbers["ml"]
+    assert pour.ends() == (0.0, 11.5)
+    assert topic.numbers["cups"].ends(whole=True) == (0.0, 1.0)
+    assert pour.comment("ml") == (
+        "observed 0.5 to 10.5 ml (5 to 95 %: 0.5 to 10.5) in 11 messages of run.mcap; margin 10 %"
+    )
+
+
+def test_numbers_that_are_not_finite_do_not_count(tmp_path: Path) -> None:
+    entries = [(n, "/tray", tray(value, 1.5, 1, [math.inf], True)) for n, value in enumerate([math.nan, 1.5, 2.5])]
+    numbers = seen(write_mcap(tmp_path / "run.mcap", entries, TRAY)).topics["tray"].numbers
+    assert (numbers["pose.x"].count, numbers["pose.x"].low) == (2, 1.5)
+    assert "loads" not in numbers
+    assert numbers["pose.x"].comment().startswith("TODO: observed 1.5 to 2.5 in 2 messages")
+
+
+def test_of_long_arrays_the_extremes_are_seen(tmp_path: Path) -> None:
+    loads = [1.0] * 5000
+    loads[77], loads[4077] = -3.5, 9.5
+    entries = [(0.1 * n, "/tray", tray(0.0, 0.0, 1, loads, True)) for n in range(3)]
+    seen_loads = seen(write_mcap(tmp_path / "run.mcap", entries, TRAY)).topics["tray"].numbers["loads"]
+    assert (seen_loads.low, seen_loads.high) == (-3.5, 9.5)
+    assert seen_loads.count == 3 * 1002
+
+
+def test_waits_repeats_and_reactions_are_times_between_topics(tmp_path: Path) -> None:
+    entries = [
+        (0.0, "/order", {}),
+        (2.0, "/served", {}),
+        (5.0, "/order", {}),
+        (5.5, "/order", {}),
+        (9.0, "/served", {}),
+    ]
+    made = seen(write_mcap(tmp_path / "run.mcap", entries))
+    order, reactions = made.topics["order"], made.reactions("order", {"served"})
+    assert order.waits is not None
+    assert order.repeats is not None
+    assert reactions is not None
+    assert (order.waits.low, order.waits.count) == (3.0, 1)
+    assert order.repeats.low == 0.5
+    assert (reactions.low, reactions.high) == (2.0, 3.5)
+
+
+def test_what_comes_again_and_again_is_a_stream_and_no_answer_of_anybody(tmp_path: Path) -> None:
+    scans = [(0.1 * n, "/scan", {"m": 1.0}) for n in range(100)]
+    entries = sorted([*scans, (1.05, "/order", {}), (4.05, "/served", {}), (7.05, "/order", {})])
+    made = seen(write_mcap(tmp_path / "run.mcap", entries)).topics
+    assert made["scan"].is_periodic
+    assert not made["order"].is_periodic
+    assert made["order"].waits is not None
+    assert made["order"].waits.low == pytest.approx(3.0)
+
+
+def test_times_are_those_of_the_clock_of_the_simulation(tmp_path: Path) -> None:
+    ticks = [(float(n), "/clock", clock(n / 4)) for n in range(20)]
+    entries = sorted([*ticks, (2.0, "/said", text("a")), (4.0, "/said", text("b"))])
+    (recording,) = reading(write_mcap(tmp_path / "run.mcap", entries, TRAY))
+    assert recording.notes == ("run.mcap: times are those of /clock, as the nodes had them",)
+    gaps = observe([recording]).topics["said"].gaps
+    assert gaps is not None
+    assert gaps.low == pytest.approx(0.5)
+
+
+def test_files_of_a_folder_begin_anew_each(tmp_path: Path) -> None:
+    for number in range(3):
+        write_mcap(tmp_path / f"{number}.mcap", [(0.0, "/said", {}), (1.0 + number, "/said", {})])
+    gaps = seen(tmp_path).topics["said"].gaps
+    assert gaps is not None
+    assert (gaps.count, gaps.high, gaps.source) == (3, 3.0, "3 recordings")
+
+
+def truncated(folder: Path) -> Path:
+    file = write_mcap(folder / "run.mcap", said([0.1 * n for n in range(2000)]), SAID)
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    return file
+
+
+def with_bytes(folder: Path, name: str, data: bytes) -> Path:
+    (folder / name).write_bytes(data)
+    return folder / name
+
+
+BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
+    "empty MCAP": (lambda f: with_bytes(f, "run.mcap", b""), "run.mcap: not an MCAP file that can be read", 0),
+    "empty SQLite": (lambda f: with_bytes(f, "run.db3", b""), "run.db3: not a database that can be read", 0),
+    "cut off": (truncated, "run.mcap: not an MCAP file that can be read, or cut off", 900),
+    "text": (lambda f: with_bytes(f, "run.mcap", b"time,topic\n0,said\n"), "run.mcap: not an MCAP file", 0),
+    "table": (lambda f: with_bytes(f, "run.csv", b"time,topic\n"), "run.csv: the file is neither *.mcap nor *.db3", 0),
+    "folder of nothing": (lambda f: f, "neither metadata.yaml nor a file *.mcap or *.db3", 0),
+    "no message": (lambda f: write_mcap(f / "run.mcap", []), "run.mcap: has no messages: nothing was observed", 0),
+    "unknown type": (
+        lambda f: write_mcap(f / "run.mcap", said([0.0, 1.0]), {"/said": "odd_msgs/msg/Odd"}),
+        "run.mcap: /said: type odd_msgs/msg/Odd is defined neither in it, nor here: install its package; of 2 messages",
+        2,
+    ),
+    "other format": (
+        lambda f: write_mcap(f / "run.mcap", said([0.0]), SAID, encoding="protobuf"),
+        "run.mcap: /said: its messages are protobuf; expected cdr or json; of 1 message only",
+        1,
+    ),
+    "big endian": (
+        lambda f: write_mcap(f / "run.mcap", [(0.0, "/said", b"\x00\x00\x00\x00\x00\x00\x00\x01a\x00")], SAID),
+        "run.mcap: /said: its bytes are no std_msgs/msg/String",
+        1,
+    ),
+    "too few bytes": (
+        lambda f: write_mcap(f / "run.mcap", [(0.0, "/said", text("a long text")[:-5])], SAID),
+        "run.mcap: /said: its bytes are no std_msgs/msg/String",
+        1,
+    ),
+    "no JSON": (
+        lambda f: write_mcap(f / "run.mcap", [(0.0, "/said", b"{"), (1.0, "/said", {"data": "a"})]),
+        "run.mcap: /said: its bytes are no JSON; of 1 message only the times are used",
+        2,
+    ),
+    "clock set back": (
+        lambda f: write_mcap(f / "run.mcap", said([0.0, 1.0, -50.0, -49.0]), SAID),
+        "run.mcap: message 3 (/said): the clock goes back by 51 s: times across it are not counted",
+        4,
+    ),
+    "clock set forward": (
+        lambda f: write_mcap(f / "run.mcap", said([0.0, 1.0, 5000.0, 5001.0]), SAID),
+        "run.mcap: message 3 (/said): the clock jumps by 5e+03 s",
+        4,
+    ),
+    "times that rolled over": (  # ros2/rosbag2 issue 2389
+        lambda f: write_mcap(f / "run.mcap", said([1.0, 2.0, 9e9, 3.0, 4.0]), SAID),
+        "run.mcap: message 4 (/said): the clock goes back by 9e+09 s",
+        5,
+    ),
+    "simulation begun again": (
+        lambda f: write_mcap(
+            f / "run.mcap",
+            [entry for n in range(40) for entry in ((n, "/clock", clock(n % 20)), (n + 0.5, "/said", text("a")))],
+            TRAY,
+        ),
+        "the clock goes back by",
+        40,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_wrong_is_a_sentence_and_the_rest_is_used(tmp_path: Path, case: str) -> None:
+    make, problem, least = BAD[case]
+    path = make(tmp_path)
+    (recording,) = reading(path)
+    assert problem in " ".join(recording.problems)
+    assert sum(map(len, recording.parts)) >= least
+    gaps = [topic.gaps for topic in observe([recording]).topics.values() if topic.gaps is not None]
+    assert all(0.0 <= made.low <= made.high < 15.0 for made in gaps)
