@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, parsed
-from pytest_hricdv.extra.draft.code.constants import Member, UnknownValueError, evaluate, is_enum, members
+from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, evaluate, is_enum, members
 from pytest_hricdv.extra.draft.code.flow import Flow, Origin, last_name, parameter_names, texts
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name
@@ -72,7 +72,7 @@ class FieldReader:
     def _constant(self, module: Module, node: ast.expr) -> object:
         try:
             value = evaluate(self._sources, module, node)
-        except UnknownValueError:
+        except UnknownConstantError:
             return None
         return value.text if isinstance(value, Member) else value
 

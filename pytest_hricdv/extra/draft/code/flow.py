@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from pytest_hricdv.extra.draft.code.constants import Member, UnknownValueError, evaluate
+from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, assignments, evaluate
 from pytest_hricdv.extra.draft.code.sources import Function, Module, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.code_model import Location
 
@@ -115,7 +115,7 @@ class Flow:
             if not self._is_local(node, at):
                 try:
                     value = evaluate(self.sources, where, node)
-                except UnknownValueError:
+                except UnknownConstantError:
                     continue
                 if all(value != other or type(value) is not type(other) for other, _ in known):
                     known.append((value, where.location(node)))
@@ -221,18 +221,6 @@ class Flow:
             return None
         methods = [method for method in self.methods.get(last_name(called), ()) if method.owner is owner]
         return methods[0] if len(methods) == 1 else None
-
-
-def assignments(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Targets and values of a statement, those of tuples one by one."""
-    if isinstance(node, ast.AnnAssign | ast.NamedExpr) and node.value is not None:
-        yield node.target, node.value
-    for target in node.targets if isinstance(node, ast.Assign) else ():
-        assert isinstance(node, ast.Assign)
-        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-            yield from zip(target.elts, node.value.elts, strict=False)
-        else:
-            yield target, node.value
 
 
 def texts(constants: list[tuple[Any, Location]]) -> dict[str, Location]:

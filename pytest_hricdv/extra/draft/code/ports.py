@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parsed
-from pytest_hricdv.extra.draft.code.constants import is_enum
+from pytest_hricdv.extra.draft.code.constants import assignments, is_enum
 from pytest_hricdv.extra.draft.code.flow import (
     Flow,
     argument_of,
-    assignments,
     default_of,
     last_name,
     parameter_names,

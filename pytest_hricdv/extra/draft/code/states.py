@@ -8,8 +8,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from pytest_hricdv.extra.draft.code.constants import Member, Reference, UnknownValueError, evaluate, is_enum, members
-from pytest_hricdv.extra.draft.code.flow import Flow, assignments
+from pytest_hricdv.extra.draft.code.constants import (
+    Member,
+    Reference,
+    UnknownConstantError,
+    assignments,
+    evaluate,
+    is_enum,
+    members,
+)
+from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.sources import Module, Scope, Sources, dotted_name, imported_name
 from pytest_hricdv.extra.draft.code_model import Location, State, StateMachine, Transition
 
@@ -88,7 +96,7 @@ class StateMachines:
             builder.held_in = f"{owner.name}.{attribute}"
         states = arguments.get("states")
         for value in self._values(states, module, scope):
-            self._add_states(builder, value, module.location(states or node), "")
+            self._add_states(builder, value, module.location(states or node))
         initial = self._first(arguments.get("initial"), module, scope)
         if initial is None and "initial" not in arguments and builder.states:
             initial = "initial"
@@ -100,7 +108,7 @@ class StateMachines:
         self._calls_on(builder, module, scope, owner)
         return builder.build()
 
-    def _add_states(self, builder: _Builder, value: Any, location: Location, prefix: str) -> None:
+    def _add_states(self, builder: _Builder, value: Any, location: Location) -> None:
         rows = value if isinstance(value, tuple) else (value,)
         if isinstance(value, Reference):
             rows = tuple(member for scope in self._sources.classes if scope.node.name == value.name
@@ -108,16 +116,12 @@ class StateMachines:
         for row in rows:
             content = row
             if isinstance(content, dict):
-                name = prefix + _state(content.get("name", ""))
+                name = _state(content.get("name", ""))
                 builder.add_state(name, location, final=bool(content.get("final")))
-                if content.get("children"):
-                    self._add_states(builder, content["children"], location, name + "_")
-                for inner in content.get("transitions", ()) or ():
-                    self._add_row(builder, inner, location, name + "_")
             elif isinstance(content, str | Member):
-                builder.add_state(prefix + _state(content), location)
+                builder.add_state(_state(content), location)
 
-    def _add_row(self, builder: _Builder, row: Any, location: Location, prefix: str = "") -> None:
+    def _add_row(self, builder: _Builder, row: Any, location: Location) -> None:
         content = row
         if isinstance(content, tuple) and len(content) >= 3:
             content = dict(zip(TRANSITION_ARGUMENTS, content, strict=False))
@@ -126,18 +130,18 @@ class StateMachines:
         sources, target, event = content.get("source"), content.get("dest"), _name(content.get("trigger", ""))
         if sources is None or target is None:
             return
-        every = [prefix + _state(source) for source in (sources if isinstance(sources, tuple) else (sources,))]
-        if every == [prefix + "*"]:
+        every = [_state(source) for source in (sources if isinstance(sources, tuple) else (sources,))]
+        if every == ["*"]:
             every = list(builder.states)
         for source in every:
-            into = source if target == "=" else prefix + _state(target)
+            into = source if target == "=" else _state(target)
             for name in (source, into):
                 if name not in builder.states:
                     builder.add_state(name, location)
             builder.add_transition(source, into, location, event)
 
     def _calls_on(self, builder: _Builder, module: Module, scope: Scope | None, owner: ast.ClassDef | None) -> None:
-        """`machine.add_transition(...)`, `add_states`, `add_ordered_transitions` in the same class or module."""
+        """`machine.add_transition(...)`, `add_states` in the same class or module."""
         for where, at, node in self._flow.nodes:
             if not isinstance(node, ast.Call) or where is not module or (at.owner if at else None) is not owner:
                 continue
@@ -152,12 +156,7 @@ class StateMachines:
                         self._add_row(builder, row, where.location(node))
             elif called in ("add_states", "add_state") and node.args:
                 for value in self._values(node.args[0], where, at):
-                    self._add_states(builder, value, where.location(node), "")
-            elif called == "add_ordered_transitions":
-                names = list(builder.states)
-                loop = self._first(next((k.value for k in node.keywords if k.arg == "loop"), None), where, at)
-                for source, target in zip(names, names[1:] + (names[:1] if loop is not False else []), strict=False):
-                    builder.add_transition(source, target, where.location(node), "next_state")
+                    self._add_states(builder, value, where.location(node))
 
     # --- python-statemachine
 
@@ -207,7 +206,7 @@ class StateMachines:
             return None
         try:
             return evaluate(self._sources, module, node)
-        except UnknownValueError:
+        except UnknownConstantError:
             values = self._values(node, module, scope)
             return values[0] if values else None
 
@@ -276,7 +275,7 @@ def _table_machines(sources: Sources) -> Iterator[StateMachine]:
         for name, value in (pair for body in bodies for statement in body for pair in assignments(statement)):
             try:
                 content = evaluate(sources, module, value)
-            except UnknownValueError:
+            except UnknownConstantError:
                 continue
             rows = _rows(content, _TABLES.search(dotted_name(name)) is not None)
             if len({source for source, _, _ in rows}) > 1:

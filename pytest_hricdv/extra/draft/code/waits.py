@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from importlib.machinery import PathFinder
 
-from pytest_hricdv.extra.draft.code.constants import UnknownValueError, evaluate
+from pytest_hricdv.extra.draft.code.constants import UnknownConstantError, evaluate
 from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.naming import unit_of
 from pytest_hricdv.extra.draft.code.sources import Module, Sources, dotted_name, imported_name
@@ -81,7 +81,7 @@ def _constants_of(sources: Sources, module: Module, statement: ast.Assign | ast.
                 continue
             try:
                 number = evaluate(sources, module, value)
-            except UnknownValueError:
+            except UnknownConstantError:
                 continue
             if isinstance(number, int | float) and not isinstance(number, bool):
                 yield Constant(name.id, float(number), unit_of(name.id), module.location(statement))
