@@ -10,5 +10,5 @@ those before it, and `lint-imports` keeps it so:
 - `bags`, `recording`, `observed`: recordings, and what they show;
 - `analysis`, `node_analysis`, `launch_analysis`, `recorded`: all of it together;
 - `project`: the files of the project; `first_runs`: how its tests end, and what changes in it then;
-- `drift`, `proposal`, `update`, `feature`: the comparison with a testbench, and the lines to add.
+- `drift`, `update`, `feature`: the comparison with a testbench, and the lines to add.
 """

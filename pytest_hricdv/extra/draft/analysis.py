@@ -9,9 +9,10 @@ from pathlib import Path
 
 from pytest_hricdv.extra.draft.code.entry import EntryFinder
 from pytest_hricdv.extra.draft.code.flow import Flow
+from pytest_hricdv.extra.draft.code.loading import find
 from pytest_hricdv.extra.draft.code.messages import MessageFinder
 from pytest_hricdv.extra.draft.code.naming import unit_of
-from pytest_hricdv.extra.draft.code.sources import Sources, find
+from pytest_hricdv.extra.draft.code.sources import Sources
 from pytest_hricdv.extra.draft.code.states import StateMachines
 from pytest_hricdv.extra.draft.code.waits import constants, parameters, problems, virtual, waits
 from pytest_hricdv.extra.draft.code_model import (

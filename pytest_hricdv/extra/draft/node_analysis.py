@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources
+from pytest_hricdv.extra.draft.code.loading import top_level_without
 from pytest_hricdv.extra.draft.code.sources import DraftError, Function, Scope, Sources, dotted_name
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
@@ -60,7 +61,7 @@ def analyse_node(executable: Executable, started: StartedNode | None = None) -> 
     machines = tuple(replace(machine, field="") for machine in model.machines)
     made = replace(
         model, messages=tuple(messages), machines=machines, entry=None, problems=problems,
-        modules=executable.sources.top_level_without(OWN.encode()),  # other nodes of the package are not under test
+        modules=top_level_without(executable.sources, OWN.encode()),  # other nodes of the package are not under test
     )  # fmt: skip
     return replace(made, questions=(*questions, *_questions(made))), start
 

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.extra.draft.drift import Drift, drifts, models_of, split
 from pytest_hricdv.extra.draft.feature import FEATURE
-from pytest_hricdv.extra.draft.proposal import add_lines, difference
+from pytest_hricdv.extra.draft.update import add_lines, difference
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.option import OptionReader
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Range, Run, Testbench

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pytest_hricdv.extra.draft.code.naming import word
-from pytest_hricdv.extra.draft.project.draft import MANNERS, Draft, Input, Sensor
+from pytest_hricdv.extra.draft.project.draft import MANNERS, Draft, Sensor
+from pytest_hricdv.extra.draft.project.inputs import Input
 
 NEVER = "never"
 

@@ -11,10 +11,9 @@ from pytest_hricdv.extra.draft.project.templates import (
     ANYTHING,
     ASYNC_BUS,
     ASYNC_QUEUES,
-    CALLBACK_BUS,
-    INBOX_BUS,
     MISSING,
     OUTBOX,
+    SYNC_BUS,
     SYNC_QUEUES,
 )
 
@@ -30,27 +29,26 @@ def ports(draft: Draft) -> str:
     is_unknown = any(_is_unknown(operation) for port in draft.devices for operation in port.operations)
     parts = [ANYTHING] if draft.missing or is_unknown else []
     parts += [MISSING] if draft.missing else []
-    if "queue" in roles or bus in ("async", "inboxes"):
+    if "queue" in roles or bus in ("async", "sync"):
         parts.append(ASYNC_QUEUES if draft.is_async else SYNC_QUEUES)
     if roles & {"queue", "publish"}:
         parts.append(OUTBOX.replace("{put}", _PUT[draft.is_async]))
-    parts += {"async": [ASYNC_BUS], "callback": [CALLBACK_BUS], "inboxes": [INBOX_BUS]}.get(bus, [])
+    parts += {"async": [ASYNC_BUS], "sync": [SYNC_BUS]}.get(bus, [])
     parts += [_device(draft, port) for port in draft.devices]
     body = "".join(parts)
     return _head(draft, body) + body
 
 
 def bus_class(draft: Draft) -> str:
-    """Which bus the code has: "" (none), "own" (one like the plugin's), "async", "callback" or "inboxes"."""
+    """Which bus the code has: "" (none), "own" (one like the plugin's), "async", or "sync" with more methods."""
     bus = next((port for port in draft.ports if port.role == "bus"), None)
     if bus is None:
         return ""
     if draft.is_async:
         return "async"
-    subscribe = next((operation for operation in bus.operations if operation.name == "subscribe"), None)
-    if subscribe is not None and subscribe.arguments > 1:
-        return "callback"
-    return "own" if {operation.name for operation in bus.operations} <= {"publish", "subscribe"} else "inboxes"
+    has_callback = any(operation.name == "subscribe" and operation.arguments > 1 for operation in bus.operations)
+    is_own = {operation.name for operation in bus.operations} <= {"publish", "subscribe"}
+    return "own" if is_own and not has_callback else "sync"
 
 
 def device_class(port: Port) -> str:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from pytest_hricdv.extra.draft.code_model import MessageField
 from pytest_hricdv.extra.draft.observed import ObservedTopic, Spread, key_of
-from pytest_hricdv.extra.draft.project.draft import Draft, Input
+from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.extra.draft.project.inputs import Input
 
 EARLY_S = 0.05
 """Who acts sooner is too early, where people of the recording were not as fast (as `TIMES` has it)."""

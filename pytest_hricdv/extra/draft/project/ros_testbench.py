@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 from pytest_hricdv.declarations.ros2 import IGNORED
 from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
-from pytest_hricdv.extra.draft.project.draft import Draft, Input, tuple_text
+from pytest_hricdv.extra.draft.project.draft import Draft, tuple_text
+from pytest_hricdv.extra.draft.project.inputs import Input
 from pytest_hricdv.extra.draft.project.ranges import lateness
 from pytest_hricdv.extra.draft.project.testbench import constants, declared_model, may_end_lines, said_commands
 from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, RosStart

@@ -171,49 +171,33 @@ class Bus:
                 await made
 '''
 
-CALLBACK_BUS = '''
+SYNC_BUS = '''
 
 class Bus:
-    """What the code's bus does, on the bus of the test: it calls back."""
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._port = run.bus.port("robot")
-
-    def publish(self, message: Any) -> None:
-        """Say it."""
-        self._port.publish(message)
-
-    def subscribe(self, kind: type[Any], callback: Callable[[Any], Any]) -> None:
-        """Call back for each message of this class, in a node of its own, as the thread of a middleware does."""
-        heard = self._port.subscribe(kind)
-
-        def hear() -> None:
-            while True:
-                message = heard.wait(REST_OF_RUN_S)
-                if message is not None:
-                    callback(message)
-
-        self._run.kernel.spawn(f"robot hears {kind.__name__}", self._run.measured(hear))
-'''
-
-INBOX_BUS = '''
-
-class Bus:
-    """What the code's bus does, on the bus of the test: it has an inbox for each subscription."""
+    """What the code's bus does, on the bus of the test: it calls back, or has an inbox for each subscription."""
 
     def __init__(self, run: Run) -> None:
         self._run, self._port = run, run.bus.port("robot")
 
     def publish(self, *contents: Any, **_: Any) -> None:
-        """Say the message among what it is called with."""
+        """Publish the message among the arguments."""
         for message in contents[:2]:
             if is_message(message):
                 self._port.publish(message)
 
-    def subscribe(self, *kinds: Any, **_: Any) -> Inbox:
-        """An inbox for messages of these classes."""
-        return Inbox(self._run, *(kind for kind in kinds if isinstance(kind, type)))
+    def subscribe(self, *arguments: Any, **_: Any) -> Inbox:
+        """An inbox for messages of these classes; a function among the arguments is called for each."""
+        kinds = [kind for kind in arguments if isinstance(kind, type)]
+        inbox = Inbox(self._run, *kinds)
+        callback = next((one for one in arguments if callable(one) and one not in kinds), None)
+        if callback is not None:  # in a node of its own, as the thread of a middleware does
+            names = ", ".join(kind.__name__ for kind in kinds)
+            self._run.kernel.spawn(f"robot hears {names}", self._run.measured(partial(self._call, inbox, callback)))
+        return inbox
+
+    def _call(self, inbox: Inbox, callback: Callable[[Any], Any]) -> None:
+        while True:
+            callback(inbox.get())
 '''
 
 ANYTHING = '''

@@ -8,15 +8,8 @@ from collections.abc import Sequence
 
 from pytest_hricdv.extra.draft.code.naming import unit_of, word
 from pytest_hricdv.extra.draft.code_model import Message, MessageField, Port
-from pytest_hricdv.extra.draft.project.draft import (
-    OTHER,
-    Draft,
-    Sensor,
-    import_lines,
-    is_open,
-    message_imports,
-    tuple_text,
-)
+from pytest_hricdv.extra.draft.project.draft import Draft, Sensor, import_lines, message_imports, tuple_text
+from pytest_hricdv.extra.draft.project.inputs import OTHER, is_open
 from pytest_hricdv.extra.draft.project.model import (
     START_BELIEFS,
     STAY_S,

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.extra.draft.code.sources import DraftError, Sources, find
+from pytest_hricdv.extra.draft.code.loading import find
+from pytest_hricdv.extra.draft.code.sources import DraftError, Sources
 from pytest_hricdv.extra.draft.ros.nodes import NODES
 from pytest_hricdv.extra.draft.ros.tools import ros_tools
 

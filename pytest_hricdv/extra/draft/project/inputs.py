@@ -1,0 +1,119 @@
+"""What a person can say to a drafted robot: variants of each message that the robot receives."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from itertools import product
+
+from pytest_hricdv.extra.draft.code.naming import word
+from pytest_hricdv.extra.draft.code_model import Location, Message, MessageField
+
+MAX_VARIANTS = 12
+"""Combinations of values of a message that are drafted: three switches, or four texts with a number that is low, usual
+or high."""
+
+OTHER = "something else"
+"""A text that no code knows."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A message as a person says it.
+
+    Args:
+        name: the word in the model, and in commands; empty where there is one only.
+        values: source text of each field that has a value of its own.
+        location: of the value in the code.
+        ranges: source text of the range of each number that the code compares with others.
+        is_usual: whether the code knows its text, and its numbers are usual where it has one.
+    """
+
+    name: str
+    values: tuple[tuple[str, str], ...]
+    location: Location
+    ranges: tuple[tuple[str, str], ...] = ()
+    is_usual: bool = True
+
+
+@dataclass(frozen=True)
+class Input:
+    """A message that the robot receives, with what a person can say by it."""
+
+    message: Message
+    name: str
+    variants: tuple[Variant, ...]
+    numbers: tuple[MessageField, ...]
+
+    @property
+    def commands(self) -> tuple[tuple[str, Variant], ...]:
+        """The name of each command, with what it says."""
+        return tuple((f"{self.name}_{variant.name}".strip("_"), variant) for variant in self.variants)
+
+
+def is_open(part: MessageField) -> bool:
+    """Whether a field may also have a text that the code does not know."""
+    return part.kind == "str" and bool(part.values) and not part.by_type
+
+
+def _number_ranges(part: MessageField) -> list[tuple[str, str, str, Location]]:
+    """Ranges of a number around those that the code compares it with; what is usual first."""
+    low, high = min(part.compared), max(part.compared)
+    width = max(abs(low), abs(high), 3.0 if part.type == "int" else 0.0) or 1.0
+    ranges = [("mid", low, high)] if low < high else []
+    ranges += [("high", high + width / 4, high + width), ("low", low - width, low - width / 4)]
+    return [(f"{level}_{word(part.name)}", part.name, f'Range({a:g}, {b:g}, "{part.unit}")', part.location)
+            for level, a, b in ranges]  # fmt: skip
+
+
+_Choice = tuple[str, str, str, Location]
+"""Word, field, source text of a value or range, and its location."""
+
+
+def variants_of(message: Message, has_others: bool) -> Input:
+    choices: list[list[_Choice]] = []
+    numbers = []
+    for part in message.fields:
+        if part.kind == "str":
+            texts = [(word(v.text), part.name, _source(part, v.text), v.location) for v in part.values]
+            if has_others and is_open(part):
+                texts.append(("other", part.name, f'"{OTHER}"', part.values[0].location))
+            choices.append(texts or [("", part.name, '"text"', part.location)])
+        elif part.kind == "bool":
+            yes = ("with_" + word(part.name), part.name, "True", part.location)
+            choices.append([yes, ("no_" + word(part.name), part.name, "False", part.location)])
+        elif part.kind == "float":
+            numbers.append(part)
+            choices += [_number_ranges(part)] if part.compared else []
+    floats = {part.name for part in numbers}
+    variants: list[Variant] = []
+    for combination in _combine(choices):
+        name = "_".join(choice[0] for choice in combination if choice[0])
+        values = tuple((choice[1], choice[2]) for choice in combination if choice[1] not in floats)
+        ranges = tuple((choice[1], choice[2]) for choice in combination if choice[1] in floats)
+        location = combination[0][3] if combination else message.location
+        if all(variant.name != name for variant in variants):
+            usual = {choice[0] for choice in choices} if values else set(combination)
+            is_known = all(source != f'"{OTHER}"' for _, source in values)
+            is_usual = is_known and all(part in usual for part in combination if part[1] in floats)
+            variants.append(Variant(name, values, location, ranges, is_usual))
+    return Input(message, word(message.topic), tuple(variants), tuple(numbers))
+
+
+def _combine(choices: list[list[_Choice]]) -> list[tuple[_Choice, ...]]:
+    """All combinations, or where these are too many, some in which each choice is."""
+    combinations = list(product(*choices))
+    if len(combinations) <= MAX_VARIANTS:
+        return combinations
+    first = [choice[0] for choice in choices]
+    rows = [tuple(first)]
+    for number, choice in enumerate(choices):  # each option with what is usual of the others
+        rows += [(*first[:number], option, *first[number + 1 :]) for option in choice[1:]]
+    return rows[: max(MAX_VARIANTS, *(len(choice) for choice in choices))]
+
+
+def _source(part: MessageField, text: str) -> str:
+    """How a value is written: as a text, or as the member of an enumeration."""
+    if part.by_type and part.type.isidentifier() and not part.type.startswith("Literal") and part.imports:
+        return f"_member({part.type}, {text!r})"
+    return json.dumps(text, ensure_ascii=False)
