@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.analysis import analyse_sources
+from pytest_hricdv.extra.draft.code.fields import FieldReader
+from pytest_hricdv.extra.draft.code.flow import Flow
 from pytest_hricdv.extra.draft.code.loading import top_level_without
-from pytest_hricdv.extra.draft.code.sources import DraftError, Function, Scope, Sources, dotted_name
+from pytest_hricdv.extra.draft.code.sources import DraftError, Sources
 from pytest_hricdv.extra.draft.code_model import (
     CodeModel,
     Direction,
-    FieldValue,
-    Location,
     Message,
     MessageField,
     Problem,
@@ -132,47 +131,16 @@ def _add(messages: dict[str, Message], message: Message) -> None:
 
 def _with_values(messages: Sequence[Message], endpoints: Sequence[Endpoint], sources: Sources) -> Iterator[Message]:
     """The messages, with the texts that callbacks compare their fields with."""
-    callbacks = {(e.name, e.kind): e.callback.rpartition(".")[2] for e in endpoints if not e.is_outgoing}
+    reader = FieldReader(sources, Flow(sources))
+    callbacks = [(e.name, e.callback.rpartition(".")[2]) for e in endpoints if not e.is_outgoing]
     for message in messages:
-        names = (
-            [callbacks[key] for key in callbacks if key[0] == message.channel]
-            if message.direction != "published"
-            else []
-        )
+        names = {callback for name, callback in callbacks if name == message.channel}
+        names = names if message.direction != "published" else set()
         functions = [scope for scope in sources.functions if scope.node.name in names]
-        parts = []
-        for part in message.fields:
-            texts: list[FieldValue] = []
-            for scope in functions if part.kind == "str" else ():
-                texts += _compared(_function(scope), part.name, scope.module.file)
-            first = {value.text: value for value in reversed(texts)}
-            parts.append(replace(part, values=tuple(sorted(first.values(), key=lambda value: value.location))))
-        yield replace(message, fields=tuple(parts))
-
-
-def _compared(function: Function, field: str, file: str) -> Iterator[FieldValue]:
-    held = {field}
-    for node in ast.walk(function):  # text = message.data
-        if isinstance(node, ast.Assign) and _is_field(node.value, {field}):
-            held |= {target.id for target in node.targets if isinstance(target, ast.Name)}
-    for node in ast.walk(function):
-        options: list[ast.expr] = []
-        if isinstance(node, ast.Compare) and _is_field(node.left, held):
-            options = [
-                e for c in node.comparators for e in (c.elts if isinstance(c, ast.Tuple | ast.List | ast.Set) else [c])
-            ]
-        elif isinstance(node, ast.Match) and _is_field(node.subject, held):
-            options = [p.value for case in node.cases for p in ast.walk(case.pattern) if isinstance(p, ast.MatchValue)]
-        for option in options:
-            if isinstance(option, ast.Constant) and isinstance(option.value, str):
-                yield FieldValue(option.value, Location(file, option.lineno))
-
-
-def _is_field(node: ast.expr, names: set[str]) -> bool:
-    """Whether it is `message.FIELD`, a variable that holds it, or either of them with `.lower()` and the like."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and not node.args:
-        node = node.func.value
-    return bool(set(dotted_name(node).split(".")[-1:]) & names)
+        yield replace(message, fields=tuple(
+            replace(part, values=reader.values_in(functions, part.name)) if part.kind == "str" else part
+            for part in message.fields
+        ))  # fmt: skip
 
 
 def _questions(model: CodeModel) -> Iterator[Question]:
@@ -185,12 +153,6 @@ def _questions(model: CodeModel) -> Iterator[Question]:
                 yield Question(text, f"{message.topic}.{part.name}", message.location)
     for endpoint in model.ros.of("client", "action client"):
         yield Question(f"What does {endpoint.name or 'it'} answer when the node asks?", "answer", endpoint.location)
-
-
-def _function(scope: Scope) -> Function:
-    """The function of a scope that is no class."""
-    assert not isinstance(scope.node, ast.ClassDef)
-    return scope.node
 
 
 def _with_names(nodes: RosNodes, started: StartedNode) -> RosNodes:

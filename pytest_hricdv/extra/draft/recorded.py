@@ -25,7 +25,7 @@ from pytest_hricdv.extra.draft.observed import (
     key_of,
     observe,
 )
-from pytest_hricdv.extra.draft.recording import Recording, read_recordings
+from pytest_hricdv.extra.draft.recording import read_recordings
 from pytest_hricdv.extra.draft.ros.interfaces import interface_file
 
 MAX_LENGTH = 40
@@ -52,7 +52,7 @@ def with_recordings(
         return replace(model, problems=(*model.problems, *problems)), None
     seen = _renamed(observe(recordings), model.messages)
     messages = tuple(_with_values(message, seen) for message in model.messages)
-    problems += [Problem("recording", text, location) for text, location in _unshared(messages, seen, recordings)]
+    problems += [Problem("recording", text, location) for text, location in _unshared(messages, seen)]
     questions = _settled(model.questions, seen)
     return (
         replace(
@@ -124,9 +124,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _unshared(
-    messages: Sequence[Message], seen: Observed, recordings: Sequence[Recording]
-) -> Iterator[tuple[str, Location | None]]:
+def _unshared(messages: Sequence[Message], seen: Observed) -> Iterator[tuple[str, Location | None]]:
     """What only the code has, and what only the recordings have."""
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
@@ -143,10 +141,6 @@ def _unshared(
         if key not in known and not is_infrastructure(topic.name):
             count = "1 message" if topic.count == 1 else f"{topic.count} messages"
             yield f"{seen.source}: has {count} of {topic.name}, which the code neither publishes nor receives", None
-    for recording in recordings:
-        for name in recording.topics:
-            if key_of(name) not in seen.topics and key_of(name) in known:
-                yield f"{recording.name}: has topic {name}, and no message of it", None
 
 
 def _unshared_fields(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, Location | None]]:

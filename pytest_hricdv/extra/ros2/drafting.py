@@ -10,7 +10,6 @@ from typing import Any
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError, Ros2
 from pytest_hricdv.extra.ros2.arguments import parse
 from pytest_hricdv.extra.ros2.executables import command
-from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.launched import LaunchedProcess
 from pytest_hricdv.extra.ros2.names import expand
 from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, packages_around, sources_in
@@ -45,13 +44,6 @@ class Ros2Tools:
     def expand(self, name: str, node: str, namespace: str) -> str:
         """The full name of a topic, service or action. Raises ValueError for what is no name."""
         return expand(name, node, namespace)
-
-    def scalar(self, text: str) -> Any:
-        """A value as ROS reads one of a command line."""
-        try:
-            return parse(["--ros-args", "-p", f"value:={text}"]).parameters[-1][2]
-        except (RCLError, UnicodeError):
-            return text
 
     def launch(self, file: Path, arguments: Mapping[str, str]) -> list[dict[str, Any]] | None:
         """The processes that a launch file starts; none of them is started. None without the launch system.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, parsed
@@ -75,6 +75,14 @@ class FieldReader:
         except UnknownConstantError:
             return None
         return value.text if isinstance(value, Member) else value
+
+    def values_in(self, functions: Iterable[Scope], name: str) -> tuple[FieldValue, ...]:
+        """The texts that functions compare the field of this name of a message with, whatever its class."""
+        others = [other for scope in functions for node in ast.walk(scope.node)
+                  if isinstance(node, ast.Attribute) and node.attr == name.rpartition(".")[2]
+                  for other in self._compared(node, scope.module, scope, 0)]  # fmt: skip
+        values = texts([constant for other in others for constant in self._flow.constants(*other)])
+        return tuple(FieldValue(*value) for value in values.items())
 
     def _with_values(self, scope: Scope, part: MessageField) -> MessageField:
         """The same with the texts that it is made of or compared with, or the numbers that it is compared with."""

@@ -22,9 +22,6 @@ class RosTools(Protocol):
     def expand(self, name: str, node: str, namespace: str) -> str:
         """The full name of a topic, service or action. Raises ValueError for what is no name."""
 
-    def scalar(self, text: str) -> Any:
-        """A value as ROS reads one of a command line: `1` is a number, `2024-01-01` a text."""
-
     def launch(self, file: Path, arguments: Mapping[str, str]) -> list[dict[str, Any]] | None:
         """The processes that a launch file starts, as the launch system runs it; None where this is not installed.
 
