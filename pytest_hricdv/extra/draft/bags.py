@@ -107,7 +107,7 @@ class Decoder:
             UnreadableError: its type is not known, or its bytes are none of it.
         """
         if message.encoding == "json":
-            return dict(_flat(_parsed_json(message.data), ""))
+            return dict(_flat(_parse_json(message.data), ""))
         if message.encoding != "cdr":
             named = message.encoding or "of no format that it names"
             raise UnreadableError(f"its messages are {named}; expected cdr or json")
@@ -115,7 +115,7 @@ class Decoder:
         try:
             content = self._types.deserialize_cdr(message.data, message.type)
         except KeyError as error:
-            raise _undefined(str(error).strip("'")) from None
+            raise _type_error(str(error).strip("'")) from None
         except Exception as error:  # of its reader there are several
             raise UnreadableError(f"its bytes are no {message.type}: {error_text(error)}") from None
         return dict(_flat(_attributes(content), ""))
@@ -130,7 +130,7 @@ class Decoder:
         if not text:
             file = self._file_of(kind) if kind.count("/") == 2 else None
             if file is None:
-                raise _undefined(kind)
+                raise _type_error(kind)
             text = file.read_text(encoding="utf-8")
         try:
             types = get_types_from_msg(text, kind)
@@ -139,24 +139,24 @@ class Decoder:
             raise UnreadableError(f"type {kind}: {error_text(error)}") from None
         for _, (_, fields) in types.items() if not definition else ():
             for inner in (field for _, field in fields):
-                named = _named(inner)
+                named = _type_name(inner)
                 if named:
                     self._add(named, "")
 
 
-def _undefined(kind: str) -> UnreadableError:
+def _type_error(kind: str) -> UnreadableError:
     return UnreadableError(f"type {kind or 'unknown'} is defined neither in it, nor here: install its package")
 
 
-def _named(field: Any) -> str:
+def _type_name(field: Any) -> str:
     """The type of messages that a field has, or an array of it; empty for numbers and texts."""
     kind, content = field
     if kind.name == "NAME":
         return str(content)
-    return _named(content[0]) if kind.name in ("ARRAY", "SEQUENCE") else ""
+    return _type_name(content[0]) if kind.name in ("ARRAY", "SEQUENCE") else ""
 
 
-def _parsed_json(data: bytes) -> Mapping[str, Any]:
+def _parse_json(data: bytes) -> Mapping[str, Any]:
     try:
         content = json.loads(data)
     except (ValueError, RecursionError):
@@ -182,12 +182,12 @@ def _flat(content: Mapping[str, Any], above: str) -> Iterator[tuple[str, Value]]
         elif isinstance(value, int | float):
             yield path, float(value)
         elif hasattr(value, "tolist") or isinstance(value, list):
-            elements = _sampled(value.tolist() if hasattr(value, "tolist") else value)
+            elements = _sample(value.tolist() if hasattr(value, "tolist") else value)
             if elements and all(type(element) in (int, float) for element in elements):
                 yield path, tuple(map(float, elements))
 
 
-def _sampled(values: list[Any]) -> list[Any]:
+def _sample(values: list[Any]) -> list[Any]:
     """The elements of an array; of a long one, the extremes and some at equal distances."""
     step = -(-len(values) // MAX_ELEMENTS)
     if step <= 1 or not isinstance(values[0], int | float):

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.code_model import CodeModel
 from pytest_hricdv.extra.draft.first_runs import FirstRuns, remedy, settle
 from pytest_hricdv.extra.draft.launch_analysis import analyse_launch, read_launch_file
 from pytest_hricdv.extra.draft.node_analysis import analyse_node
-from pytest_hricdv.extra.draft.observed import Observed
+from pytest_hricdv.extra.draft.observed import Observation
 from pytest_hricdv.extra.draft.project.draft import Draft, robot_name
 from pytest_hricdv.extra.draft.project.files import check, write
 from pytest_hricdv.extra.draft.ros.executable import find_executable
@@ -51,7 +51,7 @@ def draft(package: str, options: DraftOptions) -> Iterator[str]:
         DraftError: there is no such code, or a file of the draft exists.
     """
     model = analyse(package)
-    model, observed = _observed(model, options, {})
+    model, observed = _with_recordings(model, options, {})
     name = options.robot or robot_name(model)
     made = Draft(model, name, options.person, options.folder.resolve(), observed=observed)
     check(made, options.folder)
@@ -61,9 +61,9 @@ def draft(package: str, options: DraftOptions) -> Iterator[str]:
     yield from _write(made, options.folder, options.runs)
 
 
-def _observed(
+def _with_recordings(
     model: CodeModel, options: DraftOptions, packages: Mapping[str, Path]
-) -> tuple[CodeModel, Observed | None]:
+) -> tuple[CodeModel, Observation | None]:
     if not options.recordings:
         return model, None
     missing = next((path for path in options.recordings if not path.exists()), None)
@@ -88,7 +88,7 @@ def draft_node(node: str, options: DraftOptions) -> Iterator[str]:
     """
     program = find_executable(node, Path.cwd().resolve())
     model, start = analyse_node(program)
-    model, observed = _observed(model, options, program.packages)
+    model, observed = _with_recordings(model, options, program.packages)
     name = options.robot or name_like(node.split()[-1].partition(":")[0].rpartition("/")[2].removesuffix(".py"))
     made = Draft(model, name, options.person, options.folder.resolve(), ros=start, observed=observed)
     check(made, options.folder)
@@ -107,7 +107,7 @@ def draft_launch(file: str, options: DraftOptions) -> Iterator[str]:
     start = Path.cwd().resolve()
     nodes = read_launch_file(file, start)
     model, how, program = analyse_launch(nodes, start)
-    model, observed = _observed(model, options, program.packages)
+    model, observed = _with_recordings(model, options, program.packages)
     name = options.robot or name_like(nodes.file.name.partition(".")[0])
     made = Draft(model, name, options.person, options.folder.resolve(), ros=how, observed=observed)
     check(made, options.folder)

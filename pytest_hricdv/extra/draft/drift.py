@@ -84,7 +84,7 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[Te
             *_messages(code, testbench),
             *_values(code, testbench, machine),
             *(_machine(machine, testbench) if machine is not None else ()),
-            *(_reached(machine, tests) if machine is not None and tests else ()),
+            *(_unreached(machine, tests) if machine is not None and tests else ()),
             *_parameters(code, testbench),
         ):
             by_key.setdefault(drift.key, drift)
@@ -136,13 +136,13 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
             yield Drift("gone", f"{source}->{target}", "", text)
 
 
-def _reached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Drift]:
+def _unreached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Drift]:
     """States and transitions that no test reaches: no plan of the model leads there."""
     topic, _, field = machine.field.partition(".")
     states: set[str] = set()
     moves: set[tuple[str, str]] = set()
     for test in tests:
-        visited = [*_published(test, topic, field)]
+        visited = [*_publications(test, topic, field)]
         states |= {*visited}
         moves |= {*pairwise(visited)}
     if not states:
@@ -159,7 +159,7 @@ def _reached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Dri
             yield Drift("transition", f"{move[0]}->{move[1]}", str(transition.location), text)
 
 
-def _published(test: TestResult, topic: str, field: str) -> Iterator[str]:
+def _publications(test: TestResult, topic: str, field: str) -> Iterator[str]:
     for line in test.timeline.messages if test.timeline is not None else ():
         _, _, sent, fields = line.split("\t", 3)
         if sent == topic:

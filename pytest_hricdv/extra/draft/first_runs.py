@@ -102,7 +102,7 @@ def _session(draft: Draft, options: Sequence[str]) -> _Session:
         report = folder / "hri-report" / "report.json"
         if not report.exists():
             return _Session(text, is_ended, None)
-        raised_at = _raised_at(report, folder, Path(draft.code.root))
+        raised_at = _error_location(report, folder, Path(draft.code.root))
         return _Session(text, is_ended, json.loads(report.read_text(encoding="utf-8")), raised_at)
 
 
@@ -175,7 +175,7 @@ def _read(report: dict[str, Any]) -> FirstRuns:
     )  # fmt: skip
 
 
-def _raised_at(report: Path, folder: Path, root: Path) -> Location | None:
+def _error_location(report: Path, folder: Path, root: Path) -> Location | None:
     """The last line of a failure that pytest names, where it is of the code."""
     for test in json.loads(report.read_text(encoding="utf-8"))["tests"]:
         if test["failure"] and not _is_of_requirements(test):

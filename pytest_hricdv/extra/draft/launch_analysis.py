@@ -74,7 +74,7 @@ def analyse_launch(nodes: LaunchedNodes, start: Path) -> tuple[CodeModel, RosSta
     if not analysed:
         reasons = "; ".join(problem.text for problem in problems) or "it starts nothing"
         raise DraftError(f"--launch={nodes.file}: no node of Python is started by it: {reasons}")
-    model = _joined([model for model, *_ in analysed], problems)
+    model = _join([model for model, *_ in analysed], problems)
     declared = _outside([own.declared for _, own, *_ in analysed])
     started = RosStart(
         asked=str(nodes.file.name),
@@ -93,7 +93,7 @@ def _program(node: StartedNode, file: Path, start: Path) -> Executable:
     return find_executable(f"{node.package} {node.executable}", start, near=file.parent)
 
 
-def _joined(models: Sequence[CodeModel], problems: Sequence[Problem]) -> CodeModel:
+def _join(models: Sequence[CodeModel], problems: Sequence[Problem]) -> CodeModel:
     """The models of several nodes as that of one system."""
     first = models[0]
     messages: dict[str, Message] = {}

@@ -157,18 +157,18 @@ def _questions(model: CodeModel) -> Iterator[Question]:
 
 def _with_names(nodes: RosNodes, started: StartedNode) -> RosNodes:
     """What nodes have, under the names that they have when they are started like this."""
-    endpoints = tuple(_renamed(endpoint, started) for endpoint in nodes.endpoints)
+    endpoints = tuple(_rename(endpoint, started) for endpoint in nodes.endpoints)
     names = tuple((started.name or name, location) for name, location in nodes.nodes)
     return replace(nodes, nodes=names, endpoints=endpoints)
 
 
-def _renamed(endpoint: Endpoint, started: StartedNode) -> Endpoint:
+def _rename(endpoint: Endpoint, started: StartedNode) -> Endpoint:
     node = started.name or endpoint.node
     namespace = "/" + (started.namespace or endpoint.namespace).strip("/")
-    full = _expanded(endpoint.written, node, namespace) if endpoint.written else endpoint.name
+    full = _expand(endpoint.written, node, namespace) if endpoint.written else endpoint.name
     for source, target in _rules(started.remappings, node):
-        if full and _expanded(source, node, namespace) == full:
-            full = _expanded(target, node, namespace)
+        if full and _expand(source, node, namespace) == full:
+            full = _expand(target, node, namespace)
             break
     return replace(endpoint, name=full, node=node)
 
@@ -181,7 +181,7 @@ def _rules(remappings: Sequence[tuple[str, str]], node: str) -> Iterator[tuple[s
             yield name, target
 
 
-def _expanded(name: str, node: str, namespace: str) -> str:
+def _expand(name: str, node: str, namespace: str) -> str:
     """The full name; empty where it needs the name of the node, and this is not known, or where it is none."""
     if not node and name.startswith("~"):
         return ""

@@ -65,7 +65,7 @@ class Spread:
             whole: whether only whole numbers are possible: then there is no margin.
         """
         margin = 0.0 if whole else MARGIN * (self.high - self.low)
-        low, high = _rounded(self.low - margin, up=False), _rounded(self.high + margin, up=True)
+        low, high = _round(self.low - margin, up=False), _round(self.high + margin, up=True)
         return (max(low, 0.0) if self.low >= 0 else low), (min(high, 0.0) if self.high <= 0 else high)
 
     def comment(self, unit: str = "", of: str = "messages", *, whole: bool = False) -> str:
@@ -78,7 +78,7 @@ class Spread:
         return text if self.is_trusted else f"TODO: {text}: too few to trust"
 
 
-def _rounded(value: float, *, up: bool) -> float:
+def _round(value: float, *, up: bool) -> float:
     """A number with three digits, upwards or downwards."""
     if value == 0:
         return 0.0
@@ -128,7 +128,7 @@ Keyed = tuple[tuple[str, Recorded], ...]
 
 
 @dataclass(frozen=True)
-class Observed:
+class Observation:
     """What recordings show.
 
     Args:
@@ -149,14 +149,14 @@ class Observed:
         """
         return spread([time for part in self._parts for time in _reactions(part, key, answers)], self.source)
 
-    def renamed(self, names: Mapping[str, str]) -> Observed:
+    def rename(self, names: Mapping[str, str]) -> Observation:
         """The same with other keys of topics."""
         topics = {names.get(key, key): topic for key, topic in self.topics.items()}
         parts = tuple(tuple((names.get(key, key), message) for key, message in part) for part in self._parts)
-        return Observed(self.source, topics, parts)
+        return Observation(self.source, topics, parts)
 
 
-def observe(recordings: Sequence[Recording]) -> Observed:
+def observe(recordings: Sequence[Recording]) -> Observation:
     """What recordings show together; times are those within each part of one."""
     source = ", ".join(dict.fromkeys(recording.name for recording in recordings if recording.parts))
     if len(recordings) > 2:
@@ -180,7 +180,7 @@ def observe(recordings: Sequence[Recording]) -> Observed:
                            spread(repeats.get(key, []), source), key in periodic)
         for key, own in messages.items()
     }  # fmt: skip
-    return Observed(source, topics, tuple(parts))
+    return Observation(source, topics, tuple(parts))
 
 
 def _numbers(messages: Sequence[Recorded], source: str) -> dict[str, Spread]:

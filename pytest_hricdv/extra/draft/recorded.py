@@ -19,7 +19,7 @@ from pytest_hricdv.extra.draft.code_model import (
 from pytest_hricdv.extra.draft.observed import (
     MAX_TEXTS,
     MIN_OBSERVATIONS,
-    Observed,
+    Observation,
     ObservedTopic,
     is_infrastructure,
     key_of,
@@ -34,7 +34,7 @@ MAX_LENGTH = 40
 
 def with_recordings(
     model: CodeModel, paths: Sequence[Path], packages: Mapping[str, Path]
-) -> tuple[CodeModel, Observed | None]:
+) -> tuple[CodeModel, Observation | None]:
     """CodeModel with what recordings show; and that, None where nothing could be read.
 
     Args:
@@ -47,13 +47,13 @@ def with_recordings(
         paths, lambda topic: _is_of(key_of(topic), topics), lambda kind: interface_file(kind, packages)
     )  # fmt: skip
     texts = [text for made in recordings for text in (*made.problems, *made.notes)]
-    problems = [Problem("recording", text, None) for text in _shortened(texts)]
+    problems = [Problem("recording", text, None) for text in _shorten(texts)]
     if not any(made.parts for made in recordings):
         return replace(model, problems=(*model.problems, *problems)), None
-    seen = _renamed(observe(recordings), model.messages)
+    seen = _rename(observe(recordings), model.messages)
     messages = tuple(_with_values(message, seen) for message in model.messages)
-    problems += [Problem("recording", text, location) for text, location in _unshared(messages, seen)]
-    questions = _settled(model.questions, seen)
+    problems += [Problem("recording", text, location) for text, location in _differences(messages, seen)]
+    questions = _open_questions(model.questions, seen)
     return (
         replace(
             model,
@@ -65,7 +65,7 @@ def with_recordings(
     )
 
 
-def _shortened(texts: Sequence[str], most: int = 10) -> list[str]:
+def _shorten(texts: Sequence[str], most: int = 10) -> list[str]:
     """Sentences on recordings; of many files, the first ones, and how many more there are."""
     unique = list(dict.fromkeys(texts))
     return unique if len(unique) <= most else [*unique[:most], f"and {len(unique) - most} more such sentences"]
@@ -83,7 +83,7 @@ def _is_of(key: str, topics: set[str]) -> bool:
     return key in topics or any(key.endswith(f"_{topic}") for topic in topics if topic)
 
 
-def _renamed(seen: Observed, messages: Sequence[Message]) -> Observed:
+def _rename(seen: Observation, messages: Sequence[Message]) -> Observation:
     """The same with the topics of messages as these call them: `/robot1/scan` is the only `scan`."""
     topics = seen.topics
     renamed: dict[str, str] = {}
@@ -94,10 +94,10 @@ def _renamed(seen: Observed, messages: Sequence[Message]) -> Observed:
         chosen = key if key is not None else longer[0] if len(longer) == 1 else None
         if chosen is not None and chosen != own and own not in topics:
             renamed[chosen] = own
-    return seen.renamed(renamed)
+    return seen.rename(renamed)
 
 
-def _with_values(message: Message, seen: Observed) -> Message:
+def _with_values(message: Message, seen: Observation) -> Message:
     topic = seen.topics.get(key_of(message.topic))
     if topic is None:
         return message
@@ -124,7 +124,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _unshared(messages: Sequence[Message], seen: Observed) -> Iterator[tuple[str, Location | None]]:
+def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tuple[str, Location | None]]:
     """What only the code has, and what only the recordings have."""
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
@@ -135,7 +135,7 @@ def _unshared(messages: Sequence[Message], seen: Observed) -> Iterator[tuple[str
             text = f"the code {verb} {message.name}: no message of it in {seen.source}, so nothing is observed of it"
             yield text, message.location
             continue
-        yield from _unshared_fields(message, topic, seen.source)
+        yield from _field_differences(message, topic, seen.source)
     known = {key_of(message.topic) for message in messages}
     for key, topic in seen.topics.items():
         if key not in known and not is_infrastructure(topic.name):
@@ -143,7 +143,7 @@ def _unshared(messages: Sequence[Message], seen: Observed) -> Iterator[tuple[str
             yield f"{seen.source}: has {count} of {topic.name}, which the code neither publishes nor receives", None
 
 
-def _unshared_fields(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, Location | None]]:
+def _field_differences(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, Location | None]]:
     if not topic.numbers and not topic.texts:
         return
     for part in message.fields:
@@ -164,7 +164,7 @@ def _unshared_fields(message: Message, topic: ObservedTopic, source: str) -> Ite
             )
 
 
-def _settled(questions: Sequence[Question], seen: Observed) -> tuple[Question, ...]:
+def _open_questions(questions: Sequence[Question], seen: Observation) -> tuple[Question, ...]:
     """The questions without those for texts and numbers that were observed."""
     answered = {f"{key}.{path}" for key, topic in seen.topics.items() for path, texts in topic.texts.items()
                 if _are_choices(texts)}  # fmt: skip
@@ -173,7 +173,7 @@ def _settled(questions: Sequence[Question], seen: Observed) -> tuple[Question, .
     return tuple(question for question in questions if question.about not in answered)
 
 
-def _questions(messages: Sequence[Message], seen: Observed) -> Iterator[Question]:
+def _questions(messages: Sequence[Message], seen: Observation) -> Iterator[Question]:
     for message in messages:
         topic = seen.topics.get(key_of(message.topic))
         if topic is None or message.direction == "published":

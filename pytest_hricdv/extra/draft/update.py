@@ -140,7 +140,7 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
         return
     messages = [one.message for one in drift if one.message is not None]
     if messages:
-        yield from _added(testbench, "messages", [message.name for message in messages], "(", ",)")
+        yield from _add(testbench, "messages", [message.name for message in messages], "(", ",)")
         statement = _statement(tree, testbench)
         for message in messages:
             if message.module:
@@ -149,7 +149,7 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
     moves = [one.name.partition("->") for one in drift if one.kind == "transition" and one.is_undeclared]
     if moves and isinstance(_keyword(testbench, "transitions"), ast.Tuple | ast.List):
         entries = [f'("{source}", "{target}")' for source, _, target in moves]
-        yield from _added(testbench, "transitions", entries, "(", ",)")
+        yield from _add(testbench, "transitions", entries, "(", ",)")
     values = _keyword(testbench, "values")
     for one in drift:
         if one.kind == "value" and isinstance(values, ast.Dict):
@@ -161,7 +161,7 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
         entries = [
             f'"{parameter.name}": Range({_ends(parameter.default)}, "{parameter.unit}")' for parameter in parameters
         ]
-        yield from _added(concretization, "run", entries, "{", "}")
+        yield from _add(concretization, "run", entries, "{", "}")
 
 
 def _call(tree: ast.AST, name: str) -> ast.Call | None:
@@ -181,7 +181,7 @@ def _statement(tree: ast.Module, node: ast.AST) -> ast.stmt:
     return max(around, key=lambda statement: statement.lineno)
 
 
-def _added(call: ast.Call, name: str, entries: Sequence[str], opening: str, closing: str) -> Iterator[_Insertion]:
+def _add(call: ast.Call, name: str, entries: Sequence[str], opening: str, closing: str) -> Iterator[_Insertion]:
     """Entries at the end of a tuple, list, set or dict that a keyword has; or the keyword with them."""
     value = _keyword(call, name)
     if isinstance(value, ast.Tuple | ast.List | ast.Dict):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.draft.observed import Observed, observe
+from pytest_hricdv.extra.draft.observed import Observation, observe
 from pytest_hricdv.extra.draft.recording import Recording, read_recordings
 from tests.extra.draft.bags import BEGAN_NS, STRING, clock, text, tray, write_mcap, write_sqlite
 
@@ -21,7 +21,7 @@ def reading(*paths: Path) -> list[Recording]:
     return read_recordings(paths, lambda topic: True, lambda kind: None)
 
 
-def seen(*paths: Path) -> Observed:
+def seen(*paths: Path) -> Observation:
     return observe(reading(*paths))
 
 

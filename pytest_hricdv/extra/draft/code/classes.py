@@ -63,7 +63,7 @@ def methods_of(sources: Sources, scope: Scope) -> dict[str, Scope]:
     return methods
 
 
-def parsed(annotation: ast.expr | None) -> ast.expr | None:
+def parse_annotation(annotation: ast.expr | None) -> ast.expr | None:
     """An annotation; of one that is written as a text, what the text says."""
     if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
         try:
@@ -75,7 +75,7 @@ def parsed(annotation: ast.expr | None) -> ast.expr | None:
 
 def neutral_value(sources: Sources, module: Module, annotation: ast.expr | None, depth: int = 0) -> Neutral | None:
     """A value of the annotated type that says as little as possible; None where nothing is known of the type."""
-    annotation = parsed(annotation)
+    annotation = parse_annotation(annotation)
     if annotation is None or depth > _MAX_DEPTH:
         return None
     if isinstance(annotation, ast.Constant) and annotation.value is None:

@@ -116,7 +116,7 @@ def evaluate(sources: Sources, module: Module, node: ast.AST | None, depth: int 
             left, right = inner(node.left), inner(node.right)
             numbers = all(isinstance(part, int | float) for part in (left, right))
             if numbers or (isinstance(node.op, ast.Add) and type(left) is type(right) and type(left) in (str, tuple)):
-                return _combined(node.op, left, right)
+                return _combine(node.op, left, right)
         case ast.Lambda():
             return Reference("lambda")
     raise UnknownConstantError
@@ -133,7 +133,7 @@ def _dict(node: ast.Dict, inner: Any, inner_or_name: Any) -> dict[Any, Any]:
     return table
 
 
-def _combined(op: ast.operator, left: Any, right: Any) -> Any:
+def _combine(op: ast.operator, left: Any, right: Any) -> Any:
     if isinstance(op, ast.Add):
         return left + right
     if isinstance(op, ast.Sub):

@@ -46,14 +46,14 @@ class EntryFinder:
             DraftError: there is no such function.
         """
         if name:
-            return self._read(self._named(name), is_certain=True)
+            return self._read(self._find(name), is_certain=True)
         candidates = sorted(self._candidates(), key=lambda candidate: -candidate.score)
         if not candidates or candidates[0].score <= 0:
             return None
         is_alone = len(candidates) == 1 or candidates[0].score >= candidates[1].score + 2
         return self._read(candidates[0], is_certain=is_alone)
 
-    def _named(self, name: str) -> _Candidate:
+    def _find(self, name: str) -> _Candidate:
         head, _, method = name.partition(".")
         scopes = [s for s in (*self._sources.functions, *self._sources.classes) if s.owner is None]
         scope = next((scope for scope in scopes if scope.node.name == head), None)

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, parsed
+from pytest_hricdv.extra.draft.code.classes import neutral_value, own_bases, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import Member, UnknownConstantError, evaluate, is_enum, members
 from pytest_hricdv.extra.draft.code.flow import Flow, Origin, last_name, parameter_names, texts
 from pytest_hricdv.extra.draft.code.naming import unit_of
@@ -60,7 +60,7 @@ class FieldReader:
 
     def _literal_of(self, module: Module, annotation: ast.expr) -> list[ast.expr] | None:
         """The options of a `Literal`, also of one that has a name."""
-        annotation = parsed(annotation) or annotation
+        annotation = parse_annotation(annotation) or annotation
         if isinstance(annotation, ast.Name):
             defined = self._sources.definition(module, annotation.id)
             if defined is not None and isinstance(defined[1], ast.Assign | ast.AnnAssign) and defined[1].value:
@@ -80,7 +80,7 @@ class FieldReader:
         """The texts that functions compare the field of this name of a message with, whatever its class."""
         others = [other for scope in functions for node in ast.walk(scope.node)
                   if isinstance(node, ast.Attribute) and node.attr == name.rpartition(".")[2]
-                  for other in self._compared(node, scope.module, scope, 0)]  # fmt: skip
+                  for other in self._comparisons(node, scope.module, scope, 0)]  # fmt: skip
         values = texts([constant for other in others for constant in self._flow.constants(*other)])
         return tuple(FieldValue(*value) for value in values.items())
 
@@ -127,9 +127,9 @@ class FieldReader:
             if isinstance(node, ast.Attribute) and node.attr == name and dotted_name(node.value) != "self":
                 owner = self._flow.owner_of(node.value, module, at)
                 if owner is None or owner is scope.node:
-                    yield from self._compared(node, module, at, 0)
+                    yield from self._comparisons(node, module, at, 0)
 
-    def _compared(self, node: ast.AST, module: Module, scope: Scope | None, names: int) -> Iterator[Origin]:
+    def _comparisons(self, node: ast.AST, module: Module, scope: Scope | None, names: int) -> Iterator[Origin]:
         """What is compared with an expression where it stands, and under the names that it gets."""
         parent = self._flow.parents.get(id(node))
         if isinstance(parent, ast.Compare):
@@ -141,11 +141,11 @@ class FieldReader:
             yield parent.value, module, scope
         elif isinstance(parent, ast.Attribute) and parent.attr in ("strip", "lower", "upper", "value"):
             above = self._flow.parents.get(id(parent))
-            yield from self._compared(above if isinstance(above, ast.Call) else parent, module, scope, names)
+            yield from self._comparisons(above if isinstance(above, ast.Call) else parent, module, scope, names)
         elif isinstance(parent, ast.Assign) and scope is not None and names < MAX_NAMES:
             for target in parent.targets:
                 if isinstance(target, ast.Name):
-                    yield from self._compared_name(target.id, scope, names + 1)
+                    yield from self._comparisons_of_name(target.id, scope, names + 1)
         elif isinstance(parent, ast.Call) and node in parent.args and names < MAX_NAMES:
             if isinstance(parent.func, ast.Attribute) and parent.func.attr == "get":
                 yield parent.func.value, module, scope
@@ -154,9 +154,9 @@ class FieldReader:
                 parameters = parameter_names(method.node)[1 if method.owner is not None else 0 :]
                 index = parent.args.index(node) if isinstance(node, ast.expr) else 0
                 if index < len(parameters):
-                    yield from self._compared_name(parameters[index], method, names + 1)
+                    yield from self._comparisons_of_name(parameters[index], method, names + 1)
 
-    def _compared_name(self, name: str, scope: Scope, names: int) -> Iterator[Origin]:
+    def _comparisons_of_name(self, name: str, scope: Scope, names: int) -> Iterator[Origin]:
         for node in ast.walk(scope.node):
             if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load):
-                yield from self._compared(node, scope.module, scope, names)
+                yield from self._comparisons(node, scope.module, scope, names)

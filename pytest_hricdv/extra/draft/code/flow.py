@@ -174,7 +174,7 @@ class Flow:
         elif isinstance(node, ast.Call):
             if isinstance(node.func, ast.Attribute) and node.func.attr in _SAME:
                 yield node.func.value, module, scope
-            called = self._called(node.func, scope)
+            called = self._callee(node.func, scope)
             for part in ast.walk(called.node) if called is not None else ():
                 if isinstance(part, ast.Return) and part.value is not None and called is not None:
                     yield part.value, called.module, called
@@ -213,7 +213,7 @@ class Flow:
                 if isinstance(target, ast.Name) and target.id == node.attr:
                     yield value, module, None
 
-    def _called(self, called: ast.expr, scope: Scope | None) -> Scope | None:
+    def _callee(self, called: ast.expr, scope: Scope | None) -> Scope | None:
         """The function of the code that is called by its name, or as a method of `self`; None: it is not known."""
         name = dotted_name(called)
         owner = scope.owner if scope is not None and name.startswith("self.") and name.count(".") == 1 else None

@@ -135,7 +135,7 @@ def _follow(modules: dict[str, Module], root: Path, problems: list[Problem]) -> 
     waiting = list(modules.values())
     while waiting:
         module = waiting.pop(0)
-        for dotted, node in _imported_names(module):
+        for dotted, node in _import_names(module):
             path = _path_of(dotted, root)
             if path is None:
                 own = {name.partition(".")[0] for name in modules}
@@ -151,7 +151,7 @@ def _follow(modules: dict[str, Module], root: Path, problems: list[Problem]) -> 
     return tuple(outside.items())
 
 
-def _imported_names(module: Module) -> Iterator[tuple[str, ast.stmt]]:
+def _import_names(module: Module) -> Iterator[tuple[str, ast.stmt]]:
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Import):
             yield from ((alias.name, node) for alias in node.names)

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.draft.code.classes import form_of, parsed
+from pytest_hricdv.extra.draft.code.classes import form_of, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import is_enum
 from pytest_hricdv.extra.draft.code.fields import FieldReader
 from pytest_hricdv.extra.draft.code.flow import Call, Flow, annotation_of, last_name, parameter_names
@@ -102,7 +102,7 @@ class MessageFinder:
 
     def _read_annotation(self, module: Module, node: ast.AnnAssign | ast.arg, internal: set[str]) -> None:
         """`inbox: Queue[Order]`, of which the code takes, or to which it adds."""
-        annotation = parsed(node.annotation)
+        annotation = parse_annotation(node.annotation)
         if not isinstance(annotation, ast.Subscript) or isinstance(annotation.slice, ast.Tuple):
             return
         name = node.arg if isinstance(node, ast.arg) else dotted_name(node.target).rpartition(".")[2]
@@ -154,7 +154,7 @@ class MessageFinder:
 
     def _in_annotation(self, annotation: ast.expr | None, module: Module, depth: int = 0) -> Iterator[Scope]:
         """Message classes that an annotation names, through unions and aliases."""
-        annotation = parsed(annotation)
+        annotation = parse_annotation(annotation)
         if annotation is None or depth > 5:
             return
         parts: list[ast.expr] = []

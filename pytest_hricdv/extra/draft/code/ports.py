@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parsed
+from pytest_hricdv.extra.draft.code.classes import form_of, methods_of, neutral_value, parse_annotation
 from pytest_hricdv.extra.draft.code.constants import assignments, is_enum
 from pytest_hricdv.extra.draft.code.flow import (
     Flow,
@@ -70,11 +70,11 @@ class PortReader:
         node: ast.AST,
     ) -> Port:
         written = ast.unparse(annotation).strip("'\"") if annotation is not None else ""
-        own = self._sources.class_of(module, parsed(annotation))
+        own = self._sources.class_of(module, parse_annotation(annotation))
         by_name: dict[str, Operation] = {}
         for operation in operations:
             by_name[operation.name] = _merge(by_name.get(operation.name), operation)
-        declared = tuple(self._declared(operation, own) for operation in by_name.values())
+        declared = tuple(self._declaration(operation, own) for operation in by_name.values())
         used = set(by_name)
         role = self._role(name, written, default, used, own)
         received, published = used & {"get", "get_nowait"}, used & {"put", "put_nowait"}
@@ -98,7 +98,7 @@ class PortReader:
             return "parameter"
         return "device" if used or written else "parameter"
 
-    def _declared(self, operation: Operation, own: Scope | None) -> Operation:
+    def _declaration(self, operation: Operation, own: Scope | None) -> Operation:
         """The same with what the class of the annotation says of it."""
         for statement in own.node.body if own is not None else ():
             assert own is not None
@@ -106,12 +106,12 @@ class PortReader:
                 is_property = any(last_name(decorator) == "property" for decorator in statement.decorator_list)
                 made = replace(operation, is_method=not is_property, arguments=len(parameter_names(statement)) - 1,
                                is_async=operation.is_async or isinstance(statement, ast.AsyncFunctionDef))  # fmt: skip
-                return self._returning(made, own, statement.returns, statement)
+                return self._with_return(made, own, statement.returns, statement)
             if isinstance(statement, ast.AnnAssign) and dotted_name(statement.target) == operation.name:
-                return self._returning(replace(operation, is_method=False), own, statement.annotation, statement)
+                return self._with_return(replace(operation, is_method=False), own, statement.annotation, statement)
         return operation
 
-    def _returning(self, operation: Operation, own: Scope, annotation: ast.expr | None, at: ast.AST) -> Operation:
+    def _with_return(self, operation: Operation, own: Scope, annotation: ast.expr | None, at: ast.AST) -> Operation:
         neutral, imports = neutral_value(self._sources, own.module, annotation) or ("", ())
         returns = ast.unparse(annotation).strip("'\"") if annotation is not None else ""
         location = own.module.location(at)
@@ -127,7 +127,7 @@ class PortReader:
             elif isinstance(node, ast.Call):
                 if isinstance(node.func, ast.Name) and node.func.id == name:
                     yield Operation("__call__", True, scope.module.location(node))
-                yield from self._passed_on(node, scope, name, handovers)
+                yield from self._handovers(node, scope, name, handovers)
             for target, value in assignments(node) if scope.owner is not None else ():
                 is_kept = isinstance(value, ast.Name) and value.id == name and dotted_name(target).startswith("self.")
                 if is_kept and scope.owner is not None:
@@ -145,14 +145,16 @@ class PortReader:
                     yield Operation("__call__", True, module.location(node))
                 for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
                     if self._is_attribute(argument, owner, attribute, scope):
-                        yield from self._passed(node, argument, scope, handovers)
+                        yield from self._operations_after(node, argument, scope, handovers)
 
-    def _passed_on(self, node: ast.Call, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
+    def _handovers(self, node: ast.Call, scope: Scope, name: str, handovers: int) -> Iterator[Operation]:
         for argument in (*node.args, *(keyword.value for keyword in node.keywords)):
             if isinstance(argument, ast.Name) and argument.id == name:
-                yield from self._passed(node, argument, scope, handovers)
+                yield from self._operations_after(node, argument, scope, handovers)
 
-    def _passed(self, node: ast.Call, argument: ast.expr, scope: Scope, handovers: int) -> Iterator[Operation]:
+    def _operations_after(
+        self, node: ast.Call, argument: ast.expr, scope: Scope, handovers: int
+    ) -> Iterator[Operation]:
         for callee in self._callees(node, scope):
             assert not isinstance(callee.node, ast.ClassDef)
             for parameter in parameter_names(callee.node):

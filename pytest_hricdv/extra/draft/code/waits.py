@@ -31,7 +31,7 @@ def waits(flow: Flow) -> Iterator[Wait]:
             continue
         call = imported_name(module, node.func)
         if _is_wait(call, node, module):
-            bound = _bound(node, call)
+            bound = _time_out(node, call)
             seconds = max(flow.numbers(bound, module, scope), default=None)
             yield Wait(dotted_name(node.func) or "?", module.location(node), seconds, bound is not None)
 
@@ -50,7 +50,7 @@ def _is_wait(call: str, node: ast.Call, module: Module) -> bool:
     return last == "wait" or (is_threaded and last in ("get", "join", "acquire") and not is_text)
 
 
-def _bound(node: ast.Call, call: str) -> ast.expr | None:
+def _time_out(node: ast.Call, call: str) -> ast.expr | None:
     """The expression of how long it waits at most."""
     for keyword in node.keywords:
         if keyword.arg in ("timeout", "timeout_s", "delay", "timer_period_sec", "timeout_sec"):

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.draft.code_model import (
     Operation,
     Port,
 )
-from pytest_hricdv.extra.draft.observed import Observed
+from pytest_hricdv.extra.draft.observed import Observation
 from pytest_hricdv.extra.draft.project.inputs import Input, variants_of
 from pytest_hricdv.extra.draft.ros_model import RosStart
 from pytest_hricdv.skeleton.skeleton import name_like
@@ -87,7 +87,7 @@ class Draft:
     has_dropped_all: bool = False
     untriggered: Mapping[str, str] = field(default_factory=dict)
     ros: RosStart | None = None
-    observed: Observed | None = None
+    observed: Observation | None = None
     sizes: Mapping[str, int] = field(default_factory=dict)
     has_others: bool = True
     no_waivers: str = ""

@@ -118,7 +118,7 @@ def readme(draft: Draft) -> str:
     lines = [
         f"# Tests of {draft.robot}, drafted",
         "",
-        f"`python -m pytest_hricdv init {_asked(draft)}` read the code and wrote this folder. Nothing in",
+        f"`python -m pytest_hricdv init {_command_options(draft)}` read the code and wrote this folder. Nothing in",
         "it is required of the robot yet; it runs, and each value has the location that it comes from.",
         "",
         "```sh",
@@ -155,7 +155,7 @@ def readme(draft: Draft) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _asked(draft: Draft) -> str:
+def _command_options(draft: Draft) -> str:
     if draft.ros is None:
         return f"--from {draft.code.package}"
     return f"--launch {draft.ros.asked}" if draft.ros.launch is not None else f'--ros2 "{draft.ros.asked}"'

@@ -74,14 +74,14 @@ def _device(draft: Draft, port: Port) -> str:
         "        self._world = world",
     ]
     set_there = [operation for operation in port.operations if operation.is_set]
-    lines += [f"        self.{_held(operation)}: Any = None  # {operation.location}" for operation in set_there]
+    lines += [f"        self.{_holder(operation)}: Any = None  # {operation.location}" for operation in set_there]
     for operation in port.operations:
         if operation.name == "__call__" or not operation.name.startswith("__"):
             lines += _method(draft, port, operation) if operation.is_method else _attribute(draft, port, operation)
     return "\n".join(lines) + "\n"
 
 
-def _held(operation: Operation) -> str:
+def _holder(operation: Operation) -> str:
     """The attribute of a stand-in that keeps what the code sets."""
     return f"_{operation.name.strip('_')}_is"
 
@@ -91,9 +91,9 @@ def _attribute(draft: Draft, port: Port, operation: Operation) -> list[str]:
     name = operation.name
     head = ["", "    @property", f"    def {name}(self) -> Any:", f'        """{operation.location}"""']
     if not operation.is_set:
-        return [*head, *_returned(draft, port, operation)]
-    lines = [*head, f"        return self.{_held(operation)}", "", f"    @{name}.setter"]
-    return [*lines, f"    def {name}(self, value: Any) -> None:", f"        self.{_held(operation)} = value"]
+        return [*head, *_return_lines(draft, port, operation)]
+    lines = [*head, f"        return self.{_holder(operation)}", "", f"    @{name}.setter"]
+    return [*lines, f"    def {name}(self, value: Any) -> None:", f"        self.{_holder(operation)} = value"]
 
 
 def _method(draft: Draft, port: Port, operation: Operation) -> list[str]:
@@ -107,10 +107,10 @@ def _method(draft: Draft, port: Port, operation: Operation) -> list[str]:
     if call in draft.called.get(port.name, ()):
         lines.append(f'        self._world.record("{port.name}_did", "{call}")')
         lines.append(f'        self._world.called("{port.name}", {draft.called_classes[port.name]}("{call}"))')
-    return [*lines, *_returned(draft, port, operation)]
+    return [*lines, *_return_lines(draft, port, operation)]
 
 
-def _returned(draft: Draft, port: Port, operation: Operation) -> list[str]:
+def _return_lines(draft: Draft, port: Port, operation: Operation) -> list[str]:
     """The lines that return a value: of a sensor, or a neutral one."""
     sensor = next((s for s in draft.sensors if (s.port, s.operation.name) == (port.name, operation.name)), None)
     if sensor is not None:

@@ -34,7 +34,7 @@ def command_lines(draft: Draft, thing: Input) -> Iterator[str]:
 def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tuple[str, str]:
     """The range of a number, and where it comes from; one on a side of what the code compares it with stays there."""
     whole = part.type == "int"
-    comment = seen.comment(part.unit, _counted(part), whole=whole) if seen is not None else ""
+    comment = seen.comment(part.unit, _unit_of_count(part), whole=whole) if seen is not None else ""
     if of_code is not None:
         return of_code, f"of the code; {comment or 'nothing was observed'}"
     if seen is None:
@@ -48,7 +48,7 @@ def _unknown(part: MessageField) -> str:
     return f'Range({"0, 10" if part.type == "int" else "0.0, 1.0"}, "{part.unit}")'
 
 
-def _counted(part: MessageField) -> str:
+def _unit_of_count(part: MessageField) -> str:
     return "values" if part.type == "list" else "messages"
 
 

@@ -82,7 +82,7 @@ def _answers(draft: Draft) -> Iterator[DraftedRequirement]:
         part = next((part for part in thing.message.fields if part.kind == "str" and len(part.values) > 1), None)
         cases = [(_words(topic), f"on({topic})", location)]
         if part is not None:
-            cases = [(f"{_words(topic)} {value.text}", f"on({topic}) & {topic}.{part.name} == {_quoted(value.text)}",
+            cases = [(f"{_words(topic)} {value.text}", f"on({topic}) & {topic}.{part.name} == {_quote(value.text)}",
                       value.location) for value in part.values]  # fmt: skip
         for words, condition, at in cases:
             yield DraftedRequirement(
@@ -99,7 +99,7 @@ def _states(draft: Draft) -> Iterator[DraftedRequirement]:
     state, machine = draft.code.state, draft.code.machine
     topic = state.partition(".")[0]
     for each in machine.states if machine is not None else ():
-        name = _quoted(each.name)
+        name = _quote(each.name)
         leaves = f"eventually[0:{STAY_S:g}](on({topic}) & {state} != {name})"
         yield DraftedRequirement(
             f"state {each.name}",
@@ -156,12 +156,12 @@ def _transitions(draft: Draft) -> Iterator[DraftedRequirement]:
     for source in dict.fromkeys(source for source, _, _ in draft.transitions):
         moves = [(target, location) for origin, target, location in draft.transitions if origin == source]
         targets = list(dict.fromkeys(target for target, _ in moves))
-        allowed = " | ".join(f"{state} == {_quoted(target)}" for target in (source, *targets))
+        allowed = " | ".join(f"{state} == {_quote(target)}" for target in (source, *targets))
         listed = " or ".join(filter(None, (", ".join(targets[:-1]), targets[-1])))
         yield DraftedRequirement(
             f"transitions of {source}",
             f"From {source} the robot goes to {listed} only",
-            f"always(on({topic}) & last({state}) == {_quoted(source)} -> {allowed})",
+            f"always(on({topic}) & last({state}) == {_quote(source)} -> {allowed})",
             str(moves[0][1]),
             "where else may it go",
         )
@@ -204,7 +204,7 @@ def _words(topic: str) -> str:
     return topic.replace("_", " ")
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """A text in a formula."""
     escaped = text.replace("\\", "\\\\").replace("'", "\\'")
     return f"'{escaped}'"

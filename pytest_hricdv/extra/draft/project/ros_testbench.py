@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.draft import Draft, tuple_text
 from pytest_hricdv.extra.draft.project.inputs import Input
 from pytest_hricdv.extra.draft.project.ranges import lateness
-from pytest_hricdv.extra.draft.project.testbench import constants, declared_model, may_end_lines, said_commands
+from pytest_hricdv.extra.draft.project.testbench import command_table_lines, constants, may_end_lines, model_lines
 from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, RosStart
 
 _MAPS = {
@@ -87,7 +87,9 @@ _STAYS = """            if what == "stay":  # after_s has passed
 
 def ros_conftest(draft: Draft, start: RosStart) -> str:
     """The module `conftest`."""
-    body = "\n".join([*constants(draft), "", *_declared(draft, start), *_testbench(draft, start), *_said(draft)])
+    body = "\n".join(
+        [*constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_said_function(draft)]
+    )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
     names = ("BeliefSpace", "Concretization", "Doubled", "Late", "Launch", "Lost", "Model", "Outcome", "Range", "Ros2",
              "RosNode", "Run", "Testbench")  # fmt: skip
@@ -112,7 +114,7 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
     return "\n".join(head) + body
 
 
-def _declared(draft: Draft, start: RosStart) -> list[str]:
+def _declarations(draft: Draft, start: RosStart) -> list[str]:
     """The topics, services, actions and parameters of the node, each with its place."""
     lines = []
     for name, kinds in _MAPS.items():
@@ -167,9 +169,9 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
     lines = [
         "", "", "def pytest_hricdv_testbench(config: object) -> Testbench:",
         '    """What the plugin asks for."""',
-        *declared_model(draft),
+        *model_lines(draft),
     ]  # fmt: skip
-    lines += said_commands(draft)
+    lines += command_table_lines(draft)
     lines += ["            },", "        ),",
               '        requirements=HERE / "requirements.toml",', "        messages=(),"]  # fmt: skip
     signals = ['"person_is_there": bool'] if draft.tells_presence else []
@@ -216,7 +218,7 @@ def _lists(draft: Draft) -> list[str]:
             for thing in draft.inputs for part in thing.message.fields if part.type == "list"]  # fmt: skip
 
 
-def _said(draft: Draft) -> list[str]:
+def _said_function(draft: Draft) -> list[str]:
     """The function that says what a command means."""
     lines = [
         "", "", "def said(what: str, numbers: Mapping[str, float]) -> tuple[str, dict[str, Any]]:",
@@ -252,7 +254,7 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     lines = [
         "", "def run(run: Run) -> Outcome:",
         '    """One test: a person and the node, in virtual time."""',
-        *started_lines(draft, start),
+        *_start_lines(draft, start),
     ]  # fmt: skip
     asked = _unique([endpoint for endpoint in start.declared if endpoint.kind in ("client", "action client")])
     served = {e.name for e in start.declared if e.kind in ("service", "action server")}
@@ -280,7 +282,7 @@ def _run(draft: Draft, start: RosStart) -> list[str]:
     return [*lines, person.replace("{person}", draft.person).replace("{leaves}", leaves).rstrip("\n"), ""]
 
 
-def started_lines(draft: Draft, start: RosStart) -> list[str]:
+def _start_lines(draft: Draft, start: RosStart) -> list[str]:
     """The lines of `run` that start the node, or the launch file."""
     if start.launch is not None:
         return _launch(draft, start, start.launch)

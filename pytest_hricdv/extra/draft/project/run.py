@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.project.model import UNTIL_QUIET, leaves
 from pytest_hricdv.extra.draft.project.ports import bus_class, device_class
 
 
-def said_lines(draft: Draft) -> list[str]:
+def command_function_lines(draft: Draft) -> list[str]:
     """The function that makes a message of a command."""
     if not draft.inputs:
         return []
@@ -210,7 +210,7 @@ def _robot_lines(draft: Draft) -> list[str]:
         return ["    def robot() -> None:", *(f"        {line}" for line in lines)]
     is_shadowed = entry.name in _TAKEN
     imports = _robot_imports(draft) + ([] if is_shadowed else [(entry.module, entry.name)])
-    passed = ", ".join(_passed(draft, port) for port in entry.ports if not port.default)
+    passed = ", ".join(_argument(draft, port) for port in entry.ports if not port.default)
     made = f"make({passed})"
     lines = [line[4:] for line in import_lines(draft, imports)]
     making = f'import_module("{entry.module}").{entry.name}' if is_shadowed else entry.name
@@ -219,7 +219,7 @@ def _robot_lines(draft: Draft) -> list[str]:
     called = made
     if entry.is_class:
         lines.append(f"instance = {made}" if entry.method else f"_ = {made}")
-        arguments = ", ".join(_passed(draft, port) for port in entry.method_ports if not port.default)
+        arguments = ", ".join(_argument(draft, port) for port in entry.method_ports if not port.default)
         called = f"instance.{entry.method}({arguments})" if entry.method else waits
     lines.append(f"await {called}" if entry.is_async else called)
     if entry.is_async:
@@ -246,7 +246,7 @@ def _robot_imports(draft: Draft) -> list[tuple[str, str]]:
     return imports
 
 
-def _passed(draft: Draft, port: Port) -> str:
+def _argument(draft: Draft, port: Port) -> str:
     """What the code gets for a port."""
     name = f"{port.name}=" if port.is_keyword else ""
     if port.role == "bus":

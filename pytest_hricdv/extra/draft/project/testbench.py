@@ -26,7 +26,7 @@ from pytest_hricdv.extra.draft.project.ranges import (
     reaction_lines,
     times_of_lines,
 )
-from pytest_hricdv.extra.draft.project.run import run_lines, said_lines
+from pytest_hricdv.extra.draft.project.run import command_function_lines, run_lines
 
 MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
 """A person waits a little longer for an answer than the robot waits for anything, up to a limit: a run is to end."""
@@ -34,7 +34,7 @@ MAX_PATIENCE_S, PATIENCE = 60.0, 1.1
 
 def conftest(draft: Draft) -> str:
     """The module `conftest`."""
-    lines = [*constants(draft), *_testbench(draft), *said_lines(draft), "", "", *run_lines(draft)]
+    lines = [*constants(draft), *_testbench(draft), *command_function_lines(draft), "", "", *run_lines(draft)]
     body = "\n".join(line.rstrip() for line in lines) + "\n"
     names = [
         "BeliefSpace",
@@ -51,7 +51,7 @@ def conftest(draft: Draft) -> str:
     ]
     used = [name for name in names if f"{name}(" in body or name in ("Outcome", "Run", "Testbench")]
     shadowed = [name for name in used if any(message.name == name for message in draft.messages)]
-    body = _qualified(body, shadowed)
+    body = _qualify(body, shadowed)
     head = [
         f'"""The testbench of {draft.robot}, drafted from its code: each value has the location that it comes from.',
         "",
@@ -77,7 +77,7 @@ def conftest(draft: Draft) -> str:
     return "\n".join(head) + body
 
 
-def _qualified(body: str, names: Sequence[str]) -> str:
+def _qualify(body: str, names: Sequence[str]) -> str:
     """The source text, in which a call is of the testbench where the code has a class of that name, too.
 
     Functions import the classes of messages; only `said` makes messages.
@@ -136,7 +136,7 @@ def _stand_in(draft: Draft) -> list[str]:
     return ["    from ports import stand_in_for_missing_modules", "", "    stand_in_for_missing_modules()"]
 
 
-def declared_model(draft: Draft) -> list[str]:
+def model_lines(draft: Draft) -> list[str]:
     """The lines of a testbench down to its commands: name, model, beliefs."""
     covered = f'"{draft.person}", "robot"' if draft.inputs else f'"{draft.person}",'
     return [
@@ -162,7 +162,7 @@ def declared_model(draft: Draft) -> list[str]:
     ]
 
 
-def said_commands(draft: Draft) -> list[str]:
+def command_table_lines(draft: Draft) -> list[str]:
     """The commands of what a person says, and of waiting."""
     waits = ['                "wait_answer": {},']
     if draft.is_alone:
@@ -209,9 +209,9 @@ def _testbench(draft: Draft) -> list[str]:
         *_stand_in(draft),
         *import_lines(draft, needs),
         "",
-        *declared_model(draft),
+        *model_lines(draft),
     ]
-    lines += said_commands(draft)
+    lines += command_table_lines(draft)
     for sensor in draft.sensors:
         lines += _sensor_commands(sensor)
     lines += ["            },"]

@@ -29,12 +29,12 @@ def interface_file(kind: str, packages: Mapping[str, Path]) -> Path | None:
     package, folder, name = kind.split("/")
     prefixes = [Path(sys.prefix), *(Path(path) for path in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if path)]
     shares = [packages[package]] if package in packages else []
-    shares += [prefix / "share" / package for prefix in (*prefixes, *_installed_in(package))]
+    shares += [prefix / "share" / package for prefix in (*prefixes, *_install_prefixes(package))]
     files = [share / folder / f"{name}.{folder}" for share in shares]
     return next((file for file in files if file.is_file()), None)
 
 
-def _installed_in(package: str) -> Sequence[Path]:
+def _install_prefixes(package: str) -> Sequence[Path]:
     """The folders around an installed package, one of which has its `share` beside its `lib`."""
     spec = PathFinder.find_spec(package)
     return Path(spec.origin).parents if spec is not None and spec.origin is not None else ()

@@ -32,7 +32,7 @@ NODES = ("rclpy.node.Node", "rclpy.lifecycle.Node", "rclpy.lifecycle.LifecycleNo
 
 
 @dataclass(frozen=True)
-class _OwningNode:
+class _NodeName:
     """The node that a call belongs to."""
 
     name: str = ""
@@ -151,7 +151,7 @@ class _NodeReader:
             namespace=owner.namespace,
         )  # fmt: skip
         for text in _texts(self._flow, call, name) or [""]:
-            yield replace(endpoint, name=_expanded(text, owner), written=text)
+            yield replace(endpoint, name=_expand(text, owner), written=text)
 
     def _types(self, call: Call, expression: ast.expr | None) -> list[str]:
         types: dict[str, None] = {}
@@ -161,7 +161,7 @@ class _NodeReader:
                 types["/".join(parts)] = None
         return list(types)
 
-    def _owner(self, call: Call, handed: ast.expr | None) -> _OwningNode:
+    def _owner(self, call: Call, handed: ast.expr | None) -> _NodeName:
         """The node on which something is created: `self`, or a variable that holds one."""
         receiver = handed
         if receiver is None and isinstance(call.node.func, ast.Attribute):
@@ -176,25 +176,25 @@ class _NodeReader:
                 made = self._sources.class_of(module, node.func)
                 if made is not None and isinstance(made.node, ast.ClassDef) and self._is_node(made):
                     return self._class_owner(made.module, made.node)
-        return _OwningNode()
+        return _NodeName()
 
-    def _class_owner(self, module: Module, node: ast.ClassDef) -> _OwningNode:
+    def _class_owner(self, module: Module, node: ast.ClassDef) -> _NodeName:
         """As the class says it; else its base in the code, or the only class that is derived from it."""
-        owner = self._named(node)
+        owner = self._name_in(node)
         if owner.name:
             return owner
         for base in node.bases:
             own = self._sources.class_of(module, base)
             if own is not None and isinstance(own.node, ast.ClassDef) and own.node is not node:
-                owner = self._named(own.node)
+                owner = self._name_in(own.node)
                 if owner.name:
                     return owner
-        derived = {self._named(scope.node) for scope in self._sources.classes
+        derived = {self._name_in(scope.node) for scope in self._sources.classes
                    if isinstance(scope.node, ast.ClassDef)
                    and any(base.rpartition(".")[2] == node.name for base in self._sources.bases(scope))}  # fmt: skip
-        return derived.pop() if len(derived) == 1 else _OwningNode()
+        return derived.pop() if len(derived) == 1 else _NodeName()
 
-    def _named(self, node: ast.ClassDef) -> _OwningNode:
+    def _name_in(self, node: ast.ClassDef) -> _NodeName:
         """By `super().__init__(name)`."""
         for call in self._flow.calls.get("__init__", ()):
             if call.scope is not None and call.scope.owner is node and isinstance(call.node.func, ast.Attribute):
@@ -202,12 +202,12 @@ class _NodeReader:
                 owner = self._owner_of(call, call.node, 0 if is_super else 1)
                 if owner.name:
                     return owner
-        return _OwningNode()
+        return _NodeName()
 
-    def _owner_of(self, call: Call, node: ast.Call, number: int = 0) -> _OwningNode:
+    def _owner_of(self, call: Call, node: ast.Call, number: int = 0) -> _NodeName:
         names = _texts(self._flow, call, _argument(node, number, "node_name"))
         spaces = _texts(self._flow, call, _argument(node, 99, "namespace"))
-        return _OwningNode(names[0] if len(names) == 1 else "", spaces[0] if len(spaces) == 1 else "")
+        return _NodeName(names[0] if len(names) == 1 else "", spaces[0] if len(spaces) == 1 else "")
 
     def _makes_node(self, module: Module, node: ast.Call) -> bool:
         return imported_name(module, node.func) in NODES
@@ -216,7 +216,7 @@ class _NodeReader:
         return any(base in NODES for base in self._sources.bases(scope))
 
 
-def _expanded(name: str, owner: _OwningNode) -> str:
+def _expand(name: str, owner: _NodeName) -> str:
     """A name as ROS expands it; empty where the name of the node is needed for it, and not known."""
     space = "/" + owner.namespace.strip("/") if owner.namespace.strip("/") else ""
     if name.startswith("/"):
