@@ -11,6 +11,7 @@ A feature offers the core some names, each in the module of that role, or in `fe
 - `view`: `VIEW`, what it shows of them: lines for the terminal, a section of the page (`report.view.View`);
 - `remote`: `REMOTE`, workers on other machines (`session.remote`);
 - `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`);
+- `bag_writer`: `write_bag(path, record)`, the messages of a run as a bag: whether it has any.
 - `drafting`: `ROS_TOOLS`, what drafts for nodes of ROS 2 need of it: packages, console scripts, names, launch files.
 
 Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
@@ -41,7 +42,7 @@ FEATURES = MappingProxyType(
         "film": ("feature", "records"),
         "traces": ("feature", "records"),
         "oracle": ("execution",),
-        "ros2": ("execution", "feature", "records", "view", "drafting"),
+        "ros2": ("execution", "feature", "drafting", "bag_writer"),
     }
 )
 """Feature -> its modules by role, in the order in which sections follow each other in the terminal and on the page."""

@@ -52,9 +52,7 @@ def test_a_draft_is_written_though_nobody_reads_what_was_found(tmp_path: Path) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "module", ["pytest_hricdv", "pytest_hricdv.report", "pytest_hricdv.campaign", "pytest_hricdv.ros2"]
-)
+@pytest.mark.parametrize("module", ["pytest_hricdv", "pytest_hricdv.report", "pytest_hricdv.campaign"])
 def test_help_that_nobody_reads_is_no_error(module: str, tmp_path: Path) -> None:
     assert unread([module, "--help"], tmp_path) == (0, "")
 

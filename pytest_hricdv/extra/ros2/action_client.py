@@ -8,9 +8,8 @@ from pytest_hricdv.extra.ros2.actions import part_names
 from pytest_hricdv.extra.ros2.clocks import Clock
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.handles import Destroyable
-from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.services import Client
+from pytest_hricdv.extra.ros2.services import Client, IntrospectionState
 from pytest_hricdv.extra.ros2.topics import Subscription
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 

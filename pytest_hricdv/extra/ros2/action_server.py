@@ -9,9 +9,8 @@ from pytest_hricdv.extra.ros2.actions import NEXT_STATE, GoalEvent, GoalState, p
 from pytest_hricdv.extra.ros2.clocks import Clock, Timer
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
-from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.services import RequestId, Service
+from pytest_hricdv.extra.ros2.services import IntrospectionState, RequestId, Service
 from pytest_hricdv.extra.ros2.topics import Publisher
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 

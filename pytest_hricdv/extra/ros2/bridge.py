@@ -8,8 +8,7 @@ from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.delivery import Arrival, Delivery, is_timed, timing_fields
-from pytest_hricdv.extra.ros2.fields import fields_of
-from pytest_hricdv.extra.ros2.messages import RosMessage
+from pytest_hricdv.extra.ros2.messages import RosMessage, fields_of
 from pytest_hricdv.extra.ros2.vocabulary import ROSOUT, requirement_name
 from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.plain import Value

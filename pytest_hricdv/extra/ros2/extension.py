@@ -27,8 +27,7 @@ from pytest_hricdv.extra.ros2 import (
 from pytest_hricdv.extra.ros2.action_client import ActionClient
 from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
 from pytest_hricdv.extra.ros2.events_executor import events_executor
-from pytest_hricdv.extra.ros2.introspection import IntrospectionState
-from pytest_hricdv.extra.ros2.services import Client, RequestId, Service, ServiceInfo
+from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, Service, ServiceInfo
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
 

@@ -1,15 +1,27 @@
-"""ROS 2 in a session: what is to be known of the graph of a run comes into its result."""
+"""What is to be known of the ROS graph of a run, though it fails nothing: in results, in the terminal, on the page."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from pytest_hricdv._base.message import visible
+from pytest_hricdv._base.record import Names
+from pytest_hricdv.report.view import PageSection, View
+from pytest_hricdv.results.section import TestSection
 from pytest_hricdv.session.feature import Feature
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
-    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.report.formatting import Line
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
+
+NOTES: TestSection[Names] = TestSection("ros2_notes", Names, ())
+"""A sentence each, such as on qualities of service that do not match, with both ends."""
+
+TEST_SECTIONS = (NOTES,)
 
 
 class Ros2Feature(Feature[None]):
@@ -19,11 +31,40 @@ class Ros2Feature(Feature[None]):
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """With the notes of the run."""
-        if not run.notes:
-            return result
-        from pytest_hricdv.extra.ros2.records import NOTES
-
-        return NOTES.put(result, run.notes)
+        return NOTES.put(result, run.notes) if run.notes else result
 
 
 FEATURE = Ros2Feature()
+
+
+class Ros2View(View):
+    """The notes of all runs."""
+
+    name = "ros2"
+
+    def findings(self, report: Report) -> Iterator[Line]:
+        """The sentences, each once, with the number of tests that they are of."""
+        from pytest_hricdv.report.formatting import Line, plural
+
+        for sentence, tests in _notes(report).items():
+            yield Line(visible(f"ROS 2, in {plural(tests, 'test')}: {sentence}"), "warn")
+
+    def section(self, report: Report) -> PageSection | None:
+        """The same, on the page."""
+        notes = _notes(report)
+        if not notes:
+            return None
+        values = {"notes": [{"text": sentence, "tests": tests} for sentence, tests in notes.items()]}
+        return PageSection("ros2", "ROS 2", "ros2/ros2.html.jinja", values)
+
+    def facts(self, test: TestResult) -> dict[str, str]:
+        """Those of a test."""
+        return {"ROS 2": "; ".join(NOTES.of(test))}
+
+
+VIEW = Ros2View()
+
+
+def _notes(report: Report) -> Counter[str]:
+    """Sentence -> of how many tests it is, in the order of the tests."""
+    return Counter(sentence for test in report.tests for sentence in NOTES.of(test))

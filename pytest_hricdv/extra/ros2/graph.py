@@ -1,4 +1,4 @@
-"""The ROS graph of a run: who publishes, subscribes, serves and asks, in one domain."""
+"""The ROS graph of a run: who publishes, subscribes, serves and asks, in one domain; and notes on it for the report."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Graph:
     """Carries what is sent; None: it is delivered, and nobody else sees it."""
 
 
-_GRAPHS, _CARRIER = "ros2 graphs", "ros2 carrier"
+_GRAPHS, _CARRIER, _NOTES = "ros2 graphs", "ros2 carrier", "ros2 notes"
 
 
 def graph_of(kernel: Kernel, domain: int) -> Graph:
@@ -73,3 +73,17 @@ def all_graphs(kernel: Kernel) -> list[Graph]:
 def carry_with(kernel: Kernel, carrier: Carrier) -> None:
     """Let the graphs of a run have a carrier; to be called before there are any."""
     kernel.own[_CARRIER] = carrier
+
+
+def note(kernel: Kernel, sentence: str) -> None:
+    """Keep a sentence for the report; it names no time, so that runs say the same of the same."""
+    notes = kernel.own.setdefault(_NOTES, {})
+    assert isinstance(notes, dict)
+    notes.setdefault(sentence)
+
+
+def notes_of(kernel: Kernel) -> tuple[str, ...]:
+    """The notes of a run, in the order in which they were made."""
+    notes = kernel.own.get(_NOTES, {})
+    assert isinstance(notes, dict)
+    return tuple(notes)

@@ -13,13 +13,12 @@ from pytest_hricdv.extra.ros2.arguments import UnknownROSArgsError, parse
 from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
 from pytest_hricdv.extra.ros2.delivery import Delivery
-from pytest_hricdv.extra.ros2.graph import all_graphs, carry_with
+from pytest_hricdv.extra.ros2.graph import all_graphs, carry_with, notes_of
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
 from pytest_hricdv.extra.ros2.launched import Processes
 from pytest_hricdv.extra.ros2.launching import PACKAGES as LAUNCH_SYSTEM
 from pytest_hricdv.extra.ros2.launching import find, launch_process, launching
-from pytest_hricdv.extra.ros2.notes import notes_of
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes

@@ -12,9 +12,9 @@ from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
+from pytest_hricdv.extra.ros2.graph import note
 from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, arrival
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
-from pytest_hricdv.extra.ros2.notes import note
 from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, Profile, effective, last_policy, mismatches, policies_text
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

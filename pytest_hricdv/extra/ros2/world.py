@@ -13,9 +13,8 @@ from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context, Node
 from pytest_hricdv.extra.ros2.services import Client, Service
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.vocabulary import loaded
-from pytest_hricdv.extra.ros2.world_action_client import ActionCaller
 from pytest_hricdv.extra.ros2.world_action_server import Execute, ServedAction, ServedGoal
-from pytest_hricdv.extra.ros2.world_client import ServiceClient, wait_for
+from pytest_hricdv.extra.ros2.world_client import ActionCaller, ServiceClient, wait_for
 from pytest_hricdv.runtime import Kernel
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

@@ -108,7 +108,7 @@ def rounded(value: float, *, up: bool) -> float:
 
 
 CHECKSUM = ".crc"
-"""What the name of the checksum of an array ends in (see `pytest_hricdv.extra.ros2.fields`)."""
+"""What the name of the checksum of an array ends in (see `pytest_hricdv.extra.ros2.messages`)."""
 
 
 def is_quantity(member: str) -> bool:

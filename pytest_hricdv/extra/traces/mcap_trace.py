@@ -18,7 +18,6 @@ from mcap.writer import CompressionType, Writer
 from msgspec import to_builtins
 
 from pytest_hricdv._base import atomic_file
-from pytest_hricdv.extra.ros2.messages import RosMessage
 from pytest_hricdv.extra.traces import schemas
 from pytest_hricdv.extra.traces.records import SceneChange
 from pytest_hricdv.generate.actors import act_of, actor_of
@@ -107,7 +106,8 @@ class McapTrace:
             schema = described.get(message.topic) or schemas.of_fields(
                 f"{self.testbench.name}.{message.topic}", message.fields
             )
-            ros = (("ros_type", message.source.type),) if isinstance(message.source, RosMessage) else ()
+            type_name = getattr(message.source, "type", None)  # of a message of ROS 2
+            ros = (("ros_type", str(type_name)),) if type_name else ()
             channel = Channel(f"/{message.topic}", schema, (("sender", message.sender), *ros))
             yield Event(channel, ns(message.time_s), dict(message.fields))
 

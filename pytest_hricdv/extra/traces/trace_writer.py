@@ -12,6 +12,7 @@ from typing import Any
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.extra.traces.records import FOLDER, SceneChange, TraceResult
+from pytest_hricdv.registry import offers
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.runtime.body import Body
 from pytest_hricdv.runtime.world import World
@@ -78,7 +79,7 @@ class TraceWriter:
 
         Errors are written into its `note`: a failed test must be reported even when the disk is full.
         """
-        from pytest_hricdv.extra.traces import mcap_trace, ros2_bag  # their library is not needed by all
+        from pytest_hricdv.extra.traces import mcap_trace  # its library is not needed by all
 
         stem = f"{FOLDER}/{re.sub(r'[^A-Za-z0-9._-]', '_', test.id)}"
         name, bag = f"{stem}.mcap", f"{stem}.ros2.mcap"
@@ -86,7 +87,7 @@ class TraceWriter:
             with contextlib.redirect_stdout(io.StringIO()):
                 scene, note = self._scene(run)
             mcap_trace.write(inside(self._folder, name), mcap_trace.McapTrace(test, run.record, self._testbench, scene))
-            has_bag = ros2_bag.write(inside(self._folder, bag), run.record)
+            has_bag = any(write(inside(self._folder, bag), run.record) for write in offers("bag_writer", "write_bag"))
         except Exception as error:
             return TraceResult(file=None, note=f"not written: {type(error).__name__}: {error}")
         return TraceResult(file=name, note=note, bag=bag if has_bag else None)

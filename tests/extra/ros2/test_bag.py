@@ -13,9 +13,9 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
+from pytest_hricdv.extra.ros2 import bag_writer
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
 from pytest_hricdv.extra.ros2.messages import RosMessage
-from pytest_hricdv.extra.traces import ros2_bag
 from pytest_hricdv.runtime import Recorder
 from tests.extra.ros2.test_cdr import Array, BasicType, NamespacedType, UnboundedSequence, UnboundedString
 
@@ -75,7 +75,7 @@ SCAN = Scan(
 
 
 def test_a_definition_has_those_of_what_it_contains() -> None:
-    assert ros2_bag.definition_of(Scan) == "\n".join(
+    assert bag_writer.definition_of(Scan) == "\n".join(
         [
             "bool near",
             "string frame",
@@ -110,7 +110,7 @@ def _record() -> Any:
 
 def test_the_messages_of_topics_are_read_back(tmp_path: Path) -> None:
     file = tmp_path / "run.ros2.mcap"
-    assert ros2_bag.write(file, _record())
+    assert bag_writer.write_bag(file, _record())
     with file.open("rb") as opened:
         reader = make_reader(opened, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == "ros2"
@@ -156,7 +156,7 @@ def test_generated_messages_are_read_back(tmp_path: Path) -> None:
     recorder = Recorder()
     for topic, message in sent.items():
         recorder.message(0.0, "robot", topic, {}, RosMessage(topic, "", message))
-    assert ros2_bag.write(tmp_path / "bag", recorder.finish())
+    assert bag_writer.write_bag(tmp_path / "bag", recorder.finish())
     with (tmp_path / "bag").open("rb") as opened:
         reader = make_reader(opened, decoder_factories=[DecoderFactory()])
         found = {channel.topic: message for _, channel, _, message in reader.iter_decoded_messages()}
@@ -170,10 +170,10 @@ def test_generated_messages_are_read_back(tmp_path: Path) -> None:
 
 def test_the_same_run_gives_the_same_bytes(tmp_path: Path) -> None:
     for name in ("one", "two"):
-        ros2_bag.write(tmp_path / name, _record())
+        bag_writer.write_bag(tmp_path / name, _record())
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
 def test_a_run_without_topics_has_no_bag(tmp_path: Path) -> None:
-    assert not ros2_bag.write(tmp_path / "run", SimpleNamespace(messages=()))  # type: ignore[arg-type]
+    assert not bag_writer.write_bag(tmp_path / "run", SimpleNamespace(messages=()))  # type: ignore[arg-type]
     assert list(tmp_path.iterdir()) == []

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.ros2.events import (
     PublisherEventType,
     SubscriptionEventType,
 )
-from pytest_hricdv.extra.ros2.notes import notes_of
+from pytest_hricdv.extra.ros2.graph import notes_of
 from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, KEEP_ALL, MANUAL_BY_TOPIC, TRANSIENT_LOCAL, Profile
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.runtime import Kernel

@@ -10,9 +10,8 @@ import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
-from pytest_hricdv.extra.ros2.fields import kinds_of
 from pytest_hricdv.extra.ros2.interface_text import parts_of
-from pytest_hricdv.extra.ros2.messages import copy_message, type_name
+from pytest_hricdv.extra.ros2.messages import copy_message, kinds_of, type_name
 from pytest_hricdv.extra.ros2.vocabulary import loaded, vocabulary
 
 MESSAGE = r"""

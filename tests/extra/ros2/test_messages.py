@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.extra.ros2 import graph_queries
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
-from pytest_hricdv.extra.ros2.introspection import IntrospectionState
 from pytest_hricdv.extra.ros2.messages import copy_message
 from pytest_hricdv.extra.ros2.qos import (
     AUTOMATIC,
@@ -24,7 +23,7 @@ from pytest_hricdv.extra.ros2.qos import (
     QoSCompatibility,
     check_compatible,
 )
-from pytest_hricdv.extra.ros2.services import Client, Service
+from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, Service
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import Grasp, Point, Reading, node, reading, run, wait

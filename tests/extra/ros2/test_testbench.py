@@ -11,7 +11,7 @@ import pytest
 
 from pytest_hricdv.execution.case import RunSettings, execute
 from pytest_hricdv.extra.ros2 import system
-from pytest_hricdv.extra.ros2.notes import note
+from pytest_hricdv.extra.ros2.graph import note
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.run import Run, TestbenchError
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench

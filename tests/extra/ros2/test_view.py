@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 
-from pytest_hricdv.extra.ros2.records import NOTES
-from pytest_hricdv.extra.ros2.view import VIEW
+from pytest_hricdv.extra.ros2.feature import NOTES, VIEW
 from pytest_hricdv.report import html, terminal
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import Report

@@ -1,4 +1,4 @@
-"""`python -m pytest_hricdv.ros2 conformance`, with a small library in the place of `rclpy`."""
+"""`python -m studies.rclpy_conformance`, with a small library in the place of `rclpy`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.extra.ros2 import rclpy_tests
+from studies import rclpy_conformance
 
 _LIBRARY = """
 import threading, time
@@ -26,7 +26,7 @@ import threading, time
 import pytest
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.extra.ros2 import rclpy_tests
+from studies import rclpy_conformance
 import rclpy
 
 
@@ -55,8 +55,8 @@ def test_is_skipped():
 
 
 def _conformance(tmp_path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "pytest_hricdv.ros2", "conformance", *arguments]
-    root = str(Path(__file__).parents[3])
+    command = [sys.executable, "-m", "studies.rclpy_conformance", *arguments]
+    root = str(Path(__file__).parents[2])
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "library"), root])}
     return subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
 
@@ -98,4 +98,4 @@ def test_what_is_missing_is_said(tmp_path: Path, source: Path) -> None:
 def test_a_missing_rclpy_is_said(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="rclpy cannot be imported"):
-        rclpy_tests.tests_of(source)
+        rclpy_conformance.tests_of(source)

@@ -1,7 +1,7 @@
 """The messages of ROS 2 of a run as an MCAP file of the profile "ros2": `ros2 bag` and viewers read it.
 
 Messages are CDR, with their definitions, which are made of the generated classes: an installation of messages need not
-have its .msg files. Services are in the other file (see `mcap_trace`). Times are those that nodes
+have its .msg files. Services are not in it. Times are those that nodes
 read from their clocks, so that they go with the stamps in the messages. The same run gives the same bytes.
 """
 
@@ -17,10 +17,10 @@ from pytest_hricdv._base import atomic_file
 from pytest_hricdv.extra.ros2.cdr import class_of, serialize
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
 from pytest_hricdv.extra.ros2.messages import RosMessage, type_name
-from pytest_hricdv.extra.traces.mcap_trace import LIBRARY, ns
 from pytest_hricdv.runtime import Record
+from pytest_hricdv.runtime.kernel import US_PER_S
 
-_PROFILE = "ros2"
+_PROFILE, _LIBRARY = "ros2", "pytest-hricdv"
 _SEPARATOR = "=" * 80  # the MCAP registry's "ros2msg" has it before each further type, with its name
 _SEQUENCE = re.compile(r"sequence<(?P<of>.+?)(?:, (?P<most>\d+))?>")
 _BOUNDED_TEXT = re.compile(r"(w?string)<(\d+)>")
@@ -28,14 +28,14 @@ _BOUNDED_TEXT = re.compile(r"(w?string)<(\d+)>")
 _NAMES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
 
 
-def write(path: Path, record: Record) -> bool:
+def write_bag(path: Path, record: Record) -> bool:
     """Write the messages on topics of a record; whether there are any, otherwise there is no file.
 
     Raises:
         OSError: the file cannot be written; an old one is left as it was.
     """
     sent = [
-        (EPOCH_NS + ns(message.time_s), message.source)
+        (EPOCH_NS + round(message.time_s * US_PER_S) * 1000, message.source)
         for message in record.messages
         if isinstance(message.source, RosMessage)
     ]
@@ -44,7 +44,7 @@ def write(path: Path, record: Record) -> bool:
         return False
     with atomic_file.replaced(path) as temporary, temporary.open("wb") as file:
         writer = Writer(file, compression=CompressionType.LZ4)
-        writer.start(profile=_PROFILE, library=LIBRARY)
+        writer.start(profile=_PROFILE, library=_LIBRARY)
         schemas: dict[str, int] = {}
         channels: dict[str, int] = {}
         for number, (time_ns, source) in enumerate(published):

@@ -1,7 +1,8 @@
-"""Runs `rclpy`'s own tests on the replacement of its extension, each file in a process of its own."""
+"""`python -m studies.rclpy_conformance RCLPY_SOURCE`: `rclpy`'s own tests in virtual time, a process for each file."""
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import json
 import os
@@ -17,12 +18,16 @@ from typing import Any
 import pytest
 
 from pytest_hricdv._base.message import InputError
+from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
 from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import Kernel
 
 _LIMIT_S = 1e9
 """Simulated time for a file: some of the tests have timers with a period of months."""
+
+_RUN_FILE = "run-file"
+"""What this module is started with for each file."""
 
 _PACKAGE = "rclpy_tests"
 """What the copy of the tests is called: their own package, `test`, is called as one of Python's library."""
@@ -151,7 +156,7 @@ def run_apart(file: Path) -> RclpyFileResult:
 def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tuple[bool, list[RclpyTestResult]]:
     """Whether all tests were run, and how each ended."""
     result.unlink(missing_ok=True)
-    command = [sys.executable, "-m", "pytest_hricdv.ros2", "run-file", str(file), str(result), *deselected]
+    command = [sys.executable, "-m", "studies.rclpy_conformance", _RUN_FILE, str(file), str(result), *deselected]
     # No other plugins: this one would run `rclpy` twice in virtual time, and rclpy's tests count on none.
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     try:
@@ -171,3 +176,58 @@ def _run_in_process(file: Path, result: Path, deselected: Sequence[str]) -> tupl
         return True, [RclpyTestResult(file.name, "failed", f"the process ended with {done.returncode}: {last}")]
     read = json.loads(result.read_text(encoding="utf-8"))
     return read["complete"], [RclpyTestResult(**fields) for fields in read["tests"]]
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m studies.rclpy_conformance",
+        description="Runs the tests of a checkout of ros2/rclpy on the installed rclpy, in virtual time, and prints a "
+        "table. Exit code: 0 if no more fail than --may-fail says, 1 otherwise.",
+    )
+    parser.add_argument("source", type=Path, metavar="RCLPY_SOURCE", help="a checkout of ros2/rclpy of that version")
+    parser.add_argument("-k", default="", metavar="TEXT", help="only files with this text in their name")
+    parser.add_argument("--may-fail", type=int, default=0, metavar="N", help="how many may fail (0)")
+    return parser
+
+
+def _print_table(results: Sequence[RclpyFileResult]) -> None:
+    width = max(len(result.file) for result in results)
+    columns = (("passed",), ("failed", "stopped the run"), ("skipped",))
+    print(f"\n{'file':{width}}  passed  failed  skipped")
+    for result in results:
+        counts = f"{result.count('passed'):6}  {result.count(*columns[1]):6}  {result.count('skipped'):7}"
+        print(f"{result.file:{width}}  {counts}")
+    sums = [sum(result.count(*outcomes) for result in results) for outcomes in columns]
+    print(f"{f'{len(results)} files':{width}}  {sums[0]:6}  {sums[1]:6}  {sums[2]:7}")
+    others = [test for result in results for test in result.tests if test.outcome != "passed"]
+    for test in others:
+        print(f"\n{test.outcome}: {test.name}\n    {test.reason}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run all files, or one in a process of its own; returns the exit code."""
+    words = [*(sys.argv[1:] if arguments is None else arguments)]
+    if words[:1] == [_RUN_FILE]:
+        run_file(Path(words[1]), Path(words[2]), words[3:])
+        sys.stdout.flush()
+        os._exit(0)  # threads and destructors of a run that was left are of no interest
+    options = _parser().parse_args(words)
+    try:
+        files = [file for file in tests_of(options.source) if options.k in file.name]
+    except InputError as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 2
+    if not files:
+        print(f"ERROR: no file of tests has '{options.k}' in its name", file=sys.stderr)
+        return 2
+    results = []
+    for number, file in enumerate(files, start=1):
+        print(f"{number}/{len(files)} {file.name}", file=sys.stderr)
+        results.append(run_apart(file))
+    _print_table(results)
+    return int(sum(result.count("failed", "stopped the run") for result in results) > options.may_fail)
+
+
+if __name__ == "__main__":
+    work_on_unread()
+    sys.exit(main())
