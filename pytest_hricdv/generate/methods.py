@@ -217,7 +217,7 @@ class ReinforcementLearning:
         generation = replace(_generation(rounds, runner, context), notes=notes)
         suite = Suite.of_drafts(self.name, context.seed, drafts, generation)
         missed = [f"{agent}: {' '.join(labels)}" for agent, labels in suite.uncovered_plans().items()]
-        suite = suite.with_note("plans that no test executes: " + "; ".join(missed)) if missed else suite
+        suite = suite.with_note("uncovered plans: " + "; ".join(missed)) if missed else suite
         warning = diagnose(suite).warning
         return suite.with_note(warning) if warning else suite
 

@@ -121,7 +121,7 @@ def _add_gates(parser: argparse.ArgumentParser) -> None:
     )
     add("--baseline", type=Path, metavar="FILE", help="new failures, lost coverage and lost triggers fail")
     add("--update-baseline", action="store_true", help="write the file of --baseline anew")
-    add("--fail-on-change", action="store_true", help="fail when a test behaves otherwise than in the baseline")
+    add("--fail-on-change", action="store_true", help="fail when a test behaves differently from the baseline")
 
 
 def rebuild_report(folder: Path) -> tuple[Report, str]:
@@ -273,7 +273,7 @@ def _printed(report: Report, checked: GateResult, folder: Path) -> int:
         *terminal.findings(report),
     ):
         print(harmless_line(line.text))
-    print(f"expected {expected(report)}, merged {report.reported}")
+    print(f"{report.reported}/{expected(report)} tests merged")
     for text in checked.improved:
         print(harmless_line(text))
     failed = [*(f"{test.id}: {test.outcome}" for test in report.tests if test.fails), *checked.failed]

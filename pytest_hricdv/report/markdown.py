@@ -97,7 +97,7 @@ def _head(report: Report) -> Iterator[str]:
     if unchecked:
         yield f"**{_escape(unchecked)}.**\n"
     lost = f" **{loss}.**" if loss else ""
-    yield f"Tests: {totals.outcomes_text(report)}. Expected {report.selected}, reported {report.reported}.{lost} "
+    yield f"Tests: {totals.outcomes_text(report)}. {report.reported}/{report.selected} tests reported.{lost} "
     yield f"Simulated {seconds(time.simulated_s)} in {seconds(time.wall_s)}."
     for text in failed:
         yield f"\n**FAILED** {_escape(text)}"

@@ -98,27 +98,27 @@ def _known(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
 
 
 def _unused(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
-    """The parts of responses that could be left out without any verdict being another."""
-    unused = [f"{row.name}: {text}" for row in rows for text in row.unused]
+    """Alternatives of responses without which all verdicts would be the same."""
+    unused = [f"in {row.name}, never affected the verdict: {text}" for row in rows for text in row.unused]
     for text in unused[:_MAX_UNUSED]:
         shown = fit(text, columns - LABEL_COLUMNS - 4)  # the report has the whole formula
-        yield from labelled("never decisive", shown, columns, "warn")
+        yield from labelled("vacuous", shown, columns, "warn")
     if len(unused) > _MAX_UNUSED:
-        yield from labelled("never decisive", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
+        yield from labelled("vacuous", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
 
 
 def _overtaken(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
-    """Messages that requirements ask for and did not see, in whatever number of tests."""
+    """Messages that requirements read and did not evaluate."""
     texts = [
-        f"{row.name}: {plural(count, 'message')} {topic}, with another one at the same instant, of which the last is "
-        f"judged; last({topic}.FIELD) is the one before"
+        f"{row.name} ignored {count} '{topic}' message{'s' * (count != 1)}: only the last message of a topic per "
+        f"instant is evaluated. Use last({topic}.FIELD), or publish at distinct times."
         for row in rows
         for topic, count in row.overtaken.items()
     ]
     for text in texts[:_MAX_OVERTAKEN]:
-        yield from labelled("not seen", text, columns, "warn")
+        yield from labelled("warning", text, columns, "warn")
     if len(texts) > _MAX_OVERTAKEN:
-        yield from labelled("not seen", f"{len(texts) - _MAX_OVERTAKEN} more: see the report", columns, "warn")
+        yield from labelled("warning", f"{len(texts) - _MAX_OVERTAKEN} more: see the report", columns, "warn")
 
 
 def _verdict_style(row: totals.RequirementRow) -> Style:

@@ -80,7 +80,7 @@ def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = F
         lines += [*shown, Line("")] if shown else []
     lines += _totals(report, width)
     fitted = [Line(text, line.style) for line in lines for text in continued(visible(line.text), width)]
-    kept = [Line(visible(f"of whole suites, kept: {directory / report.whole}"), "dim")] if report.whole else []
+    kept = [Line(visible(f"full report: {directory / report.whole}"), "dim")] if report.whole else []
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"), *kept)
 
 
@@ -134,33 +134,35 @@ def _cross(cross: CrossCoverage) -> str:
 
 
 def _generation(generation: GenerationResult, columns: int, *, brief: bool) -> Iterator[Line]:
-    parts = []
-    if generation.iterations:
-        at = generation.converged_at
-        parts.append(plural(generation.iterations, "iteration"))
-        parts.append("not converged" if at is None else f"converged at {at}")
-    if generation.bdi_runs:
-        parts.append(plural(generation.bdi_runs, "model run"))
-    parts.append(plural(generation.distinct_texts, "distinct text"))
-    parts.append("cached" if generation.cached else seconds(generation.wall_s))
     if not brief:
-        label = "learned in" if generation.iterations else "generated in"
-        yield from labelled(label, ", ".join(parts), columns, "dim")
-        yield from labelled("variety", _variety(generation.diagnosis), columns, "dim")
+        label = "Q-learning" if generation.iterations else "generation"
+        yield from labelled(label, _effort(generation), columns, "dim")
+        yield from labelled("diversity", _diversity(generation.diagnosis), columns, "dim")
     for note in generation.notes:
         yield from labelled("note", note, columns, "warn")
 
 
-def _variety(diagnosis: Diversity) -> str:
-    parts = []
-    if diagnosis.distinct_subsets:
-        parts.append(plural(diagnosis.distinct_subsets, "belief set"))
-        bits, most = diagnosis.belief_entropy_bits, diagnosis.belief_entropy_most_bits
-        parts.append(f"{bits:.2f} of {most:.2f} bits of beliefs")
-    last = diagnosis.last_new_plan
+def _effort(generation: GenerationResult) -> str:
+    """`converged after 115 of 119 iterations (2140 model runs, 130 distinct tests), 3.1 s`."""
+    counts = [plural(generation.bdi_runs, "model run")] if generation.bdi_runs else []
+    counted = ", ".join([*counts, plural(generation.distinct_texts, "distinct test")])
+    time = "cached" if generation.cached else seconds(generation.wall_s)
+    if not generation.iterations:
+        return f"{counted}, {time}"
+    at, iterations = generation.converged_at, plural(generation.iterations, "iteration")
+    learning = f"not converged after {iterations}" if at is None else f"converged after {at} of {iterations}"
+    return f"{learning} ({counted}), {time}"
+
+
+def _diversity(diversity: Diversity) -> str:
+    """`entropy 5.05/5.21 bits over 134 belief sets; last new plan at iteration 94, test 23`."""
+    last = diversity.last_new_plan
     ends = [f"{name} {number}" for name, number in (("iteration", last.iteration), ("test", last.test)) if number]
-    parts.append("no new plan after " + " and ".join(ends) if ends else "no plans of a model")
-    return ", ".join(parts)
+    plans = f"last new plan at {', '.join(ends)}" if ends else "no plans of a model"
+    if not diversity.distinct_subsets:
+        return plans
+    bits, max_bits = diversity.belief_entropy_bits, diversity.belief_entropy_most_bits
+    return f"entropy {bits:.2f}/{max_bits:.2f} bits over {plural(diversity.distinct_subsets, 'belief set')}; {plans}"
 
 
 def _files(report: Report, columns: int) -> Iterator[Line]:
@@ -207,7 +209,7 @@ def _totals(report: Report, columns: int) -> Iterator[Line]:
     counted = next(filter(None, (view.listed_tests(report) for view in views())), "tests")
     yield Line(f"{counted}: {totals.outcomes_text(report)}", "bad" if bad else "ok" if counts["passed"] else "warn")
     lost = totals.loss(report)
-    expected = f"expected {report.selected}, reported {report.reported}"
+    expected = f"{report.reported}/{report.selected} tests reported"
     yield Line(f"{expected}: {lost}" if lost else expected, "bad" if lost else "ok")
     names = report.not_run_tests
     for name in names[:_MAX_NOT_RUN]:

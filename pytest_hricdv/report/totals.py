@@ -168,10 +168,10 @@ def nothing_checked(report: Report) -> tuple[str, ...]:
     names = sorted(report.requirements, key=by_requirement)
     ran = plural(len(passed), "test")
     if not names:
-        return (f"nothing was checked: the testbench has no requirement, so that {ran} passed says nothing",)
+        return (f"nothing was checked: the testbench has no requirement, so {ran} passed vacuously",)
     shown = ", ".join(names[:_MAX_NAMES]) + and_more(len(names[_MAX_NAMES:]))
     return (
-        f"nothing was checked: no test triggered a requirement ({shown}), so that {ran} passed says nothing about them",
+        f"nothing was checked: no test triggered a requirement ({shown}), so {ran} passed vacuously",
         *_nearest(report, names),
         "see in the report what was published and recorded in a run: a message or signal that is missing there, or an "
         "antecedent that asks for more than happens",

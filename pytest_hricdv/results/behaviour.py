@@ -68,7 +68,7 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
 
 
 class Change(PlainRecord, frozen=True, kw_only=True):
-    """A test that behaves otherwise than in the baseline.
+    """A test that behaves differently from the baseline.
 
     Args:
         kind: of the first difference, without times and numbers, so that equal kinds can be counted.
@@ -100,7 +100,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         compared: how many tests ran and are in the baseline.
-        changed: node id -> change, of those that behave otherwise.
+        changed: node id -> change, of those that behave differently.
         kinds: the kinds of changes, the most frequent first.
         new: ids of tests that ran and are not in the baseline.
         gone: tests of the baseline that the suites no longer have; of a part of the tests none is listed.
@@ -116,7 +116,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
 
 
 class Difference(PlainRecord, frozen=True, kw_only=True):
-    """What a suite reached otherwise than in the baseline.
+    """What a suite reached differently from the baseline.
 
     Args:
         suite: of the run.

@@ -1,4 +1,4 @@
-"""Which tests behave otherwise than in a baseline, and what the first difference of each is."""
+"""Which tests behave differently than in a baseline, and what the first difference of each is."""
 
 from __future__ import annotations
 
@@ -65,13 +65,13 @@ def _before(suite: SuiteBaseline | None, test: TestResult) -> Behaviour | None:
 
 
 def headline(changes: BehaviourChanges) -> str:
-    """`12 of 134 tests behave otherwise than in the baseline`."""
+    """`12 of 134 tests behave differently from the baseline`."""
     count = len(changes.changed)
     if not changes.compared:
         return "the behaviour of no test was compared with the baseline"
     if not count:
         return f"all {changes.compared} tests behave as in the baseline"
-    return f"{count} of {changes.compared} tests behave{'s' * (count == 1)} otherwise than in the baseline"
+    return f"{count} of {changes.compared} tests behave{'s' * (count == 1)} differently from the baseline"
 
 
 def change_of(before: Behaviour, now: Behaviour) -> Change | None:

@@ -184,11 +184,11 @@ def _needless(report: Report, gates: Gates) -> Iterator[str]:
     untriggered, suites = _untriggered(report), {suite.name for suite in report.suites if suite.name not in aimed}
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:
-            yield f"{name} is a known violation ({exemption.text}), but no test violated it"
+            yield f"unused known violation: no test violated {name} ({exemption.text})"
     for name, exemption in gates.may_be_nc.items():
         checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name not in aimed)
         if checked and suites.issubset(exemption.suites or suites):
-            yield f"{name} need not be checked ({exemption.reason}), but was"
+            yield f"unused exemption: {name} was checked (hri_allow_nc says: {exemption.reason})"
 
 
 def _violations(report: Report, requirement: str) -> int:

@@ -182,7 +182,7 @@ class Gates:
         may_be_nc: requirements that need not be triggered.
         known_violations: exemptions for violations; one that has expired fails the session.
         fail_on_pending: fail when a requirement was triggered and undecided at the end of a run.
-        fail_on_change: fail when a test behaves otherwise than in the baseline.
+        fail_on_change: fail when a test behaves differently from the baseline.
     """
 
     thresholds: tuple[Threshold, ...] = ()

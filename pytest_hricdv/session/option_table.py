@@ -108,7 +108,7 @@ GATES = (
         "otherwise are listed",
     ),
     Flag("update-baseline", "write the file of --hri-baseline anew", key=False),
-    Flag("fail-on-change", "fail when a test behaves otherwise than in the baseline, even where nothing got worse"),
+    Flag("fail-on-change", "fail when a test behaves differently from the baseline, even where nothing got worse"),
 )
 
 AFTER_THE_TESTS = (

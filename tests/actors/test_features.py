@@ -82,11 +82,11 @@ def test_a_change_of_the_code_is_told_and_none_is_where_there_is_none(
     project.runpytest_inprocess(*SUITE, *before, "--hri-update-baseline")
     same = project.runpytest_inprocess(*SUITE, *before, "--hri-fail-on-change")
     assert report(project.path)["changes"]["changed"] == {}
-    assert "behave otherwise" not in same.stdout.str()
+    assert "behave differently" not in same.stdout.str()
     monkeypatch.setenv("WHERE", "corridor without the fault")
     other = project.runpytest_inprocess(*SUITE, *before, "--hri-fail-on-change")
     assert other.ret == 1
-    other.stdout.fnmatch_lines(["*tests behave otherwise than in the baseline", "*`arrived` later*"])
+    other.stdout.fnmatch_lines(["*tests behave differently from the baseline", "*`arrived` later*"])
 
 
 def test_a_campaign_has_the_runs_of_a_session(project: pytest.Pytester) -> None:

@@ -85,7 +85,7 @@ def test_rl_notes_that_it_has_not_converged(context: GenerationContext) -> None:
     suite = ReinforcementLearning().generate(replace(context, learning=learning))
     assert len(suite.tests) == 2
     assert "not converged after 3 iterations" in suite.generation.notes[0]
-    assert suite.generation.notes[1].startswith("plans that no test executes: visitor: v")
+    assert suite.generation.notes[1].startswith("uncovered plans: visitor: v")
 
 
 def test_pseudorandom_draws_lengths_and_commands() -> None:

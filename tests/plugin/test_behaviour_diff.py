@@ -1,4 +1,4 @@
-"""What a change of the code did: tests that behave otherwise than in the baseline, and the gate for it."""
+"""What a change of the code did: tests that behave differently from the baseline, and the gate for it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytes
     assert result.ret == 0
     result.stdout.fnmatch_lines(
         [
-            "4 of 4 tests behave otherwise than in the baseline",
+            "4 of 4 tests behave differently from the baseline",
             "  3  `switched` later",
             "     first difference in by-hand-hall-curt-*: at 1.8 s",
             "     `switched(level=10)`, 0.2 s later than in the baseline",
@@ -90,7 +90,7 @@ def test_a_change_that_no_requirement_minds_is_listed_by_kind(kept: pytest.Pytes
     assert other["also"] == ["margin of R1 0.5 instead of 0.7", "margin of R2 10 instead of 0"]
     assert [message[2] for message in other["before"]["messages"]] == ["greeting", "wish", "answer", "switched"]
     summary = (kept.path / "summary.md").read_text(encoding="utf-8")
-    told = "Behaviour: 4 of 4 tests behave otherwise than in the baseline; first difference in by-hand-hall-curt-"
+    told = "Behaviour: 4 of 4 tests behave differently from the baseline; first difference in by-hand-hall-curt-"
     assert told in summary
 
 
@@ -102,10 +102,10 @@ def test_the_gate_fails_a_run_that_behaves_otherwise(kept: pytest.Pytester, opti
     result = kept.runpytest_inprocess(*BY_HAND, *options)
     assert result.ret == 1
     result.assert_outcomes(passed=3, xfailed=1)
-    result.stdout.fnmatch_lines(["FAILED 4 of 4 tests behave otherwise than in the baseline"])
+    result.stdout.fnmatch_lines(["FAILED 4 of 4 tests behave differently from the baseline"])
     part = kept.runpytest_inprocess(*BY_HAND, "-k", "cellar", *options)
     assert part.ret == 1
-    part.stdout.fnmatch_lines(["FAILED 1 of 1 tests behaves otherwise than in the baseline"])
+    part.stdout.fnmatch_lines(["FAILED 1 of 1 tests behaves differently from the baseline"])
     accepted = kept.runpytest_inprocess(*BY_HAND, "--hri-update-baseline", *options)
     assert accepted.ret == 0
     assert kept.runpytest_inprocess(*BY_HAND, *options).ret == 0
@@ -136,7 +136,7 @@ def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: p
     result = kept.runpytest_inprocess(*BY_HAND)
     result.stdout.fnmatch_lines(
         [
-            "4 of 4 tests behave otherwise than in the baseline",
+            "4 of 4 tests behave differently from the baseline",
             "  4  has other parameters",
             "     first difference in by-hand-*: the test itself has",
             "     other parameters; at *",
@@ -150,7 +150,7 @@ def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_sessio
     change(kept.path, "lamps/guide.py", "clock.sleep(SWITCHING_S)", "clock.sleep(-1)")
     result = kept.runpytest_inprocess(*BY_HAND, "-x")
     result.stdout.fnmatch_lines(
-        ["1 of 1 tests behaves otherwise than in the baseline", "  1  `switched` is missing"],
+        ["1 of 1 tests behaves differently from the baseline", "  1  `switched` is missing"],
     )
     changes = report(kept.path)["changes"]
     (changed,) = changes["changed"].values()
@@ -165,7 +165,7 @@ def test_a_test_without_a_run_behaves_otherwise(kept: pytest.Pytester) -> None:
     result = kept.runpytest_inprocess(*BY_HAND)
     result.stdout.fnmatch_lines(
         [
-            "4 of 4 tests behave otherwise than in the baseline",
+            "4 of 4 tests behave differently from the baseline",
             "  4  ends in error",
             "     first difference in by-hand-*: the test is in error;*",
         ]
@@ -257,7 +257,7 @@ def test_a_replayed_test_is_compared_with_the_baseline_too(kept: pytest.Pytester
     slower(kept)
     kept.runpytest_inprocess("--hri-suite=by-hand")
     result = kept.runpytest_inprocess("--hri-replay=hri-report/failures", BASE)
-    result.stdout.fnmatch_lines(["1 of 1 tests behaves otherwise than in the baseline"])
+    result.stdout.fnmatch_lines(["1 of 1 tests behaves differently from the baseline"])
     assert report(kept.path)["changes"]["gone"] == []
 
 
@@ -268,12 +268,12 @@ def test_each_shard_and_the_merged_report_are_compared(kept: pytest.Pytester) ->
     for index, part in enumerate(parts, 1):
         result = kept.runpytest_inprocess(*BY_HAND, GATE, f"--hri-shard={index}/2", f"--hri-report={part}")
         assert result.ret == 0  # gates are those of the merged report
-        result.stdout.fnmatch_lines(["* behave* otherwise than in the baseline"])
+        result.stdout.fnmatch_lines(["* behave* differently from the baseline"])
         result.stdout.no_fnmatch_line("*only in the baseline*")
     merged = command("merge", *parts, BASE.replace("hri-", ""), "--fail-on-change", "-o", "all")
     assert merged.returncode == 1
-    assert "\n4 of 4 tests behave otherwise than in the baseline\n  4  `switched` later\n" in merged.stdout
-    assert "\nFAILED 4 of 4 tests behave otherwise than in the baseline\n" in merged.stdout
+    assert "\n4 of 4 tests behave differently from the baseline\n  4  `switched` later\n" in merged.stdout
+    assert "\nFAILED 4 of 4 tests behave differently from the baseline\n" in merged.stdout
     together = json.loads((kept.path / "all" / "report.json").read_text(encoding="utf-8"))
     assert len(together["changes"]["changed"]) == 4
     assert "made_with" in together

@@ -58,7 +58,7 @@ def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, op
     made = written["suites"][0]["generation"]
     assert made["reward"] == "uncovered"
     assert made["diagnosis"]["plans_executed"] == {"guide": 2, "visitor": 7}
-    result.stdout.fnmatch_lines(["  variety * belief sets, * bits of beliefs, no new*", "  note *mostly repeats: *"])
+    result.stdout.fnmatch_lines(["  diversity *entropy * bits over * belief sets; *", "  note *mostly repeats: *"])
     assert "--hri-rl-reward=uncovered" in written["rerun"]["options"]
 
 

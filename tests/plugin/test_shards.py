@@ -51,7 +51,7 @@ def test_the_merged_shards_are_the_whole_run(lamps: pytest.Pytester, options: tu
     merged = command("merge", *parts, "-o", "all")
     assert merged.returncode == 0, merged.stdout + merged.stderr
     assert merged.stdout.splitlines()[0] == "all: merged from 3 reports of 3 runs"
-    assert decided(merged) == ["expected 34, merged 34"]
+    assert decided(merged) == ["34/34 tests merged"]
     assert timeless(read(lamps.path / "all")) == timeless(report(lamps.path))
     sizes = [read(lamps.path / part)["selected"] for part in parts]
     assert sum(sizes) == 34
@@ -88,7 +88,7 @@ def test_a_shard_without_tests_passes_and_has_a_report(lamps: pytest.Pytester) -
     assert 0 in tests
     assert sum(tests) == 4
     merged = command("merge", *(f"part{index}" for index in range(1, 10)))
-    assert (merged.returncode, decided(merged)) == (0, ["expected 4, merged 4"])
+    assert (merged.returncode, decided(merged)) == (0, ["4/4 tests merged"])
 
 
 @pytest.mark.slow
@@ -98,7 +98,7 @@ def test_gates_are_for_the_merged_report(lamps: pytest.Pytester) -> None:
     parts = shards(lamps, 3, "--hri-fail-under=cross=100", "--hri-fail-on-nc")
     command("merge", *parts, "-o", "all")
     good = command("gate", "all", "--fail-under=cross=100", "--fail-under=plans=100", "--fail-on-nc")
-    assert (good.returncode, decided(good)) == (0, ["expected 34, merged 34"])
+    assert (good.returncode, decided(good)) == (0, ["34/34 tests merged"])
     bad = command("merge", *parts, "--fail-under=statements=98", "-o", "all")
     assert bad.returncode == 1
     assert "FAILED suite rl: statements 97.56 %, at least 98 % asked for" in bad.stdout
@@ -174,7 +174,7 @@ def test_suites_of_another_seed_with_the_same_name_are_refused_and_other_suites_
     assert merged.returncode == 2
     assert merged.stderr.startswith("error: a and b: two suites have the name 'rl' but another seed; merge runs of one")
     merged = command("merge", "a", "c")
-    assert (merged.returncode, decided(merged)) == (0, ["expected 38, merged 38"])
+    assert (merged.returncode, decided(merged)) == (0, ["38/38 tests merged"])
     assert [suite["name"] for suite in read(lamps.path / "hri-merged")["suites"]] == ["by-hand", "rl"]
 
 
@@ -187,11 +187,11 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
     lamps.runpytest_inprocess("--hri-suite=by-hand", *A_WORKER, "--hri-report=crashed")
     alone = command("merge", "crashed")
     assert alone.returncode == 1
-    assert "expected 4, merged 3" in alone.stdout
+    assert "3/4 tests merged" in alone.stdout
     change(lamps.path, "conftest.py", "CRASH = True", "CRASH = False")
     lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-report=whole")
     both = command("merge", "crashed", "whole")
-    assert (both.returncode, decided(both)) == (0, ["expected 4, merged 4"])
+    assert (both.returncode, decided(both)) == (0, ["4/4 tests merged"])
 
 
 @pytest.mark.slow
@@ -260,7 +260,7 @@ def test_a_merge_says_what_one_run_says(lamps: pytest.Pytester) -> None:
     whole = lamps.runpytest_inprocess(RL).stdout.str().splitlines()
     merged = command("merge", *parts, "-o", "hri-report").stdout.splitlines()
     section = whole[next(number for number, line in enumerate(whole) if line.startswith("suite rl, seed 0")) :]
-    varying = ("  learned in", "                        distinct", "simulated ", "report: ", "=")
+    varying = ("  Q-learning", "                        distinct", "simulated ", "report: ", "=")
     lines = [line for line in section if line.strip() and not line.startswith(varying)]
     assert len(lines) > 15
     assert [line for line in lines if line not in merged] == []

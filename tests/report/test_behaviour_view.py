@@ -58,7 +58,7 @@ def test_the_terminal_lists_kinds_with_an_example_each_within_its_width() -> Non
     first, second, third, fourth, fifth, _ = (test.id for test in report.tests)
     shown = [line.text for line in lines(report, 110)]
     assert shown == [
-        "4 of 5 tests behave otherwise than in the baseline",
+        "4 of 5 tests behave differently from the baseline",
         f"  2  {LATER}",
         f"     first difference in {min(first, second)}: at 7.0 s `request`, 1.5 s later than in the baseline",
         f"  1  {OTHER}",
@@ -87,7 +87,7 @@ def test_many_kinds_are_cut_and_counted_and_no_name_reaches_the_terminal_as_it_i
 def test_a_ci_job_gets_one_line_and_a_property() -> None:
     report = changed()
     (line,) = [line for line in markdown(report).splitlines() if line.startswith("Behaviour: ")]
-    assert line.startswith("Behaviour: 4 of 5 tests behave otherwise than in the baseline; first difference in rl-leg")
+    assert line.startswith("Behaviour: 4 of 5 tests behave differently from the baseline; first difference in rl-leg")
     assert line.endswith("at 7.0 s \\`request\\`, 1.5 s later than in the baseline")
     assert ("hri.behave_otherwise", "4") in junit_suite_properties(report)
     without = sample.report()
@@ -100,7 +100,7 @@ def test_the_page_lists_kinds_and_has_both_runs_of_each_test_that_changed() -> N
     report = changed()
     page = Page(render(report))
     words = " ".join(page.words.split())
-    assert "Compared with the baseline 4 of 5 tests behave otherwise than in the baseline ." in words
+    assert "Compared with the baseline 4 of 5 tests behave differently from the baseline ." in words
     assert "request later 2" in words
     assert "state(Give up) instead of state(Offer) 1" in words
     assert "1 test only in the baseline: rl-old" in words
@@ -134,7 +134,7 @@ def test_the_page_of_a_changed_test_shows_both_timelines(browser: Any, tmp_path:
     assert page.evaluate("document.documentElement.scrollWidth") <= columns
     watched.show("tests/changed/0")
     listed(page).to_have_text(sorted(test.id for test in report.tests[:2]))
-    assert "that behave otherwise than in the baseline: `request` later" in page.locator("#tests .notice").inner_text()
+    assert "that behave differently from the baseline: `request` later" in page.locator("#tests .notice").inner_text()
     watched.show("tests/changed")
     listed(page).to_have_count(4)
     watched.assert_quiet()

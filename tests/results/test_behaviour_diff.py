@@ -284,7 +284,7 @@ def test_changes_are_counted_by_kind_and_the_earliest_is_the_example(tmp_path: P
     ]
     assert changes.kinds[0].example == "test_toy.py::test_toy[rl-leg1]"
     assert (changes.compared, changes.new) == (4, ("rl-leg5",))
-    assert headline(changes) == "3 of 4 tests behave otherwise than in the baseline"
+    assert headline(changes) == "3 of 4 tests behave differently from the baseline"
     fewer = reports.report([ran(4, *RUN)])
     assert compare_behaviour(fewer, baseline, whole=True).gone == ("rl-leg1", "rl-leg2", "rl-leg3", "rl-leg6")
     assert compare_behaviour(fewer, baseline, whole=False).gone == ()

@@ -25,7 +25,7 @@ function parting(run, names) {
 /** The lanes of the other run, with where both part. */
 function otherLanes(run, names, width) {
   const { other, room, window } = run, kept = names.filter((name) => run.made.kinds[name] !== "requirement" || other.made.names.includes(name));
-  const parts = parting(run, names), said = (event) => (event ? event.text + " (" + seconds(event.time) + ")" : "nothing more");
+  const parts = parting(run, names), said = (event) => (event ? event.text + " (" + seconds(event.time) + ")" : "(end of run)");
   const marks = parts ? [{ lane: (parts.mine ?? parts.theirs).lane, name: (parts.mine ?? parts.theirs).lane, time: parts.time, parts: true }] : [];
   return [
     h("div", { class: "other" }, h("h4", {}, other.title), other.note && h("p", { class: "small soft" }, other.note),
