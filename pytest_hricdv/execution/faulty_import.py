@@ -1,13 +1,29 @@
-"""An import of other text than a file has: of code under test with a fault, or without one, in a process of its own."""
+"""Seeded faults, and the import of code under test with one, in a process of its own."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
+
+
+@dataclass(frozen=True)
+class SeededFault:
+    """A fault that can be put into the code under test.
+
+    Args:
+        name: of the fault.
+        path: of the changed file.
+        text: of this file with the fault.
+    """
+
+    name: str
+    path: str
+    text: str = field(repr=False)
 
 
 class FaultyImport(MetaPathFinder):

@@ -1,4 +1,4 @@
-"""What is suggested from runs of three testbenches, as though they had no requirements: for docs/suggestions.md.
+"""Study: what is suggested from runs of three testbenches without requirements (docs/studies/suggestions.md).
 
     python -m studies.suggestions [--only coffee,vacuum,table] [--folder DIR] [--again]
 
@@ -17,13 +17,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionResult
+from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, SuggestionResult
 from pytest_hricdv.results.codec import load
 from pytest_hricdv.results.model import Report
 from studies import page
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "suggestions.md"
+PAGE = ROOT / "docs" / "studies" / "suggestions.md"
 COMMAND = "python -m studies.suggestions"
 _BLOCK = re.compile(r"^```\w+ (?P<name>\S+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -70,7 +70,7 @@ def suggest(project: Project, folder: Path) -> None:
             path = folder / block["name"]
             path.parent.mkdir(exist_ok=True)
             path.write_text(block["text"], encoding="utf-8")
-    command = [sys.executable, "-m", "pytest_hricdv", "suggest", "--anew", *project.options]
+    command = [sys.executable, "-m", "pytest_hricdv", "suggest", "--anew", "--most=40", *project.options]
     where = folder if project.page else ROOT
     ran = subprocess.run([*command, "--", project.test, f"--hri-report={folder / 'report'}"], cwd=where, check=False)
     if ran.returncode > 1:
@@ -83,11 +83,7 @@ def figures(reports: Mapping[str, Report]) -> str:
     columns = ("testbench", "runs", "candidates", "refuted", "suggestions", "faults that change a run")
     head = (*columns, "noticed by exceptions", "with the first ten", "with all that are shown")
     rows = [(name, *_row(result)) for name, result in results.items()]
-    texts = [page.table(head, rows)]
-    for name, report in reports.items():
-        if name in results and len(report.requirements) > 2:
-            texts.append(_compared(name, report, results[name]))
-    return "\n\n".join(texts)
+    return page.table(head, rows)
 
 
 def _row(result: SuggestionResult) -> Sequence[object]:
@@ -98,22 +94,6 @@ def _row(result: SuggestionResult) -> Sequence[object]:
     shown = len(result.suggestions)
     runs = result.runs + result.further
     return runs, result.candidates, result.refuted, shown, result.faults, result.noticed, noticed(10), noticed(shown)
-
-
-def _compared(name: str, report: Report, result: SuggestionResult) -> str:
-    """The requirements that there are, with the suggestions that are like them."""
-    like: dict[str, list[Suggestion]] = {}
-    for suggestion in result.suggestions:
-        for requirement in suggestion.like:
-            like.setdefault(requirement, []).append(suggestion)
-    names = [requirement for requirement in report.requirements if requirement in like]
-    rows = [
-        (requirement, report.requirements[requirement].title, ", ".join(one.id for one in like[requirement][:4]))
-        for requirement in names
-    ]
-    listed = page.table((f"requirement of the {name}", "title", "suggestions like it"), rows)
-    first = page.table(("first", "suggestion"), [(one.id, one.title) for one in result.suggestions[:20]])
-    return f"{listed}\n\n{first}"
 
 
 if __name__ == "__main__":

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.extra.mutation.options import MutationOptions
@@ -11,7 +13,10 @@ from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
-    from pytest_hricdv.results.model import Report
+    from pytest_hricdv.execution.case import HriCase
+    from pytest_hricdv.execution.faulty_import import SeededFault
+    from pytest_hricdv.generate.concrete import ConcreteTest
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 KIND = "mutants"
@@ -95,3 +100,37 @@ class MutationFeature(Feature[MutationOptions]):
 
 
 FEATURE = MutationFeature()
+
+
+def seed_faults(
+    context: RunContext, results: Sequence[TestResult], chosen: Mapping[str, HriCase], count: int, max_tests: int
+) -> tuple[dict[SeededFault, list[tuple[ConcreteTest, str]]], int]:
+    """Seed faults for another feature: mutants with the tests that execute them; it needs mutmut.
+
+    Args:
+        context: of the session.
+        results: of tests that were measured.
+        chosen: node id -> test.
+        count: number of faults, drawn with the seed of the session.
+        max_tests: at most this many tests of a fault.
+
+    Returns:
+        Fault -> the tests to try it on, each with the hash of its record without the fault; and how many faults no
+        test executes.
+    """
+    from pytest_hricdv.execution.faulty_import import SeededFault
+    from pytest_hricdv.extra.mutation.mutants import all_mutants, sample
+    from pytest_hricdv.extra.mutation.mutating import TrialOrder, candidates_of
+
+    order = TrialOrder([replace(test, suite="") for test in candidates_of(context, results)], max_tests)
+    paths = {file.name: str(file.path) for file in context.code.files}
+    tests = {result.id: (chosen[result.nodeid].concrete, result.record_sha256 or "") for result in results}
+    trials: dict[SeededFault, list[tuple[ConcreteTest, str]]] = {}
+    unreached = 0
+    for mutant in sample(all_mutants(context.code), context.options.seed, count):
+        names = order.tests(mutant.statement)
+        unreached += not names
+        if names:
+            fault = SeededFault(mutant.id, paths[mutant.file], mutant.text)
+            trials[fault] = [tests[name] for name in names]
+    return trials, unreached

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -87,7 +87,7 @@ class Mutating:
         with self.let_through():
             every = all_mutants(self.context.code)
             drawn = sample(every, self.context.options.seed, options.mutants)
-            order = TrialOrder(self._candidates([*tests.values()]), options.tests)
+            order = TrialOrder(candidates_of(self.context, [*tests.values()]), options.tests)
             trials = _Trials(drawn, order, tests, self.say)
             job = self._job(trials.planned(self.context), tests)
         self.say(f"hricdv: trying {len(drawn)} mutants on {len(tests)} tests, {self.processes} at a time ...")
@@ -104,17 +104,6 @@ class Mutating:
             ended=ended,
             requirements={name: text.group for name, text in self.context.texts.items()},
         )
-
-    def _candidates(self, results: Sequence[TestResult]) -> list[Candidate]:
-        code, cross = self.context.code, self.context.collection.testbench.cross
-        index = PointIndex(code.statements, code.branches, {name: product.forbidden for name, product in cross.items()})
-        candidates = []
-        for result in results:
-            bits = Bits.of(result.code)
-            assert bits is not None, "a test that takes part was measured"
-            points = index.points(coverage_of(result).runs)
-            candidates.append(Candidate(result.id, result.suite, bits.statements, points, result.sim_s))
-        return candidates
 
     def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> MutationJob:
         options = self.options
@@ -249,7 +238,7 @@ def _takes_part(result: TestResult) -> bool:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class TrialCandidate:
     """A test: the statements that it executes, all points that it covers (bit sets), and its simulated time (s)."""
 
     id: str
@@ -257,6 +246,19 @@ class Candidate:
     statements: int
     points: int
     sim_s: float
+
+
+def candidates_of(context: RunContext, results: Iterable[TestResult]) -> list[TrialCandidate]:
+    """The tests that were measured, with what each covers."""
+    code, cross = context.code, context.collection.testbench.cross
+    index = PointIndex(code.statements, code.branches, {name: product.forbidden for name, product in cross.items()})
+    candidates = []
+    for result in results:
+        bits = Bits.of(result.code)
+        if bits is not None:
+            points = index.points(coverage_of(result).runs)
+            candidates.append(TrialCandidate(result.id, result.suite, bits.statements, points, result.sim_s))
+    return candidates
 
 
 class TrialOrder:
@@ -267,7 +269,7 @@ class TrialOrder:
         most: so many tests of each suite at most; None: all that execute the mutant's statement.
     """
 
-    def __init__(self, tests: Sequence[Candidate], most: int | None) -> None:
+    def __init__(self, tests: Sequence[TrialCandidate], most: int | None) -> None:
         self._tests = tests
         self._most = most
         self._orders: dict[int, tuple[str, ...]] = {}
@@ -287,7 +289,7 @@ class TrialOrder:
         return self._orders[statement]
 
 
-def _ordered(tests: Sequence[Candidate]) -> list[str]:
+def _ordered(tests: Sequence[TrialCandidate]) -> list[str]:
     """First the test that does least beside, so that a fault that any test notices costs one short run; then those that
     together cover all that these tests cover, the most per second first, because a test like the one before notices
     what that one noticed; then the rest, the shortest first.

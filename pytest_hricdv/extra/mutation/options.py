@@ -1,4 +1,4 @@
-"""How mutants are tried."""
+"""Options: how mutants are tried."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ class MutationOptions:
 
     Args:
         asked: whether they are.
-        tests: at most so many of each suite; None: all.
-        mutants: at most so many; None: all.
+        tests: at most this many of each suite; None: all.
+        mutants: at most this many; None: all.
         seconds: none is begun later; None: no limit.
-        matrix: try further tests after one has failed.
+        matrix: try more tests after one has failed.
     """
 
     asked: bool = False

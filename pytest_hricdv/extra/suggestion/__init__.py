@@ -1,12 +1,12 @@
-"""Suggestions: requirements that all runs of a suite satisfied, ranked by the seeded faults that only they notice.
+"""Suggestion: requirements that all runs of a suite satisfied, ranked by the seeded faults that violate them.
 
-stored_run         a run as it is stored, to be judged by requirements that nobody had thought of when it was made
-process            records runs of the code, as it is and with seeded faults
-recordings         which runs are made, and where they are kept
-views              what happened in runs: events, and conditions with the times at which they hold
-candidate          a requirement that may be suggested
-responses, ...     one form of requirements each: what of it all runs satisfied
-checking           judges stored runs by candidates
-ranking            which candidates say what no other one says, the most useful ones first
-suggesting         all of that, after the last test of a session
+stored_run      a run on disk, to be judged by requirements that did not exist when it was made
+process         the process that records runs, of the code as it is and with seeded faults
+recordings      which runs are made, and where they are kept
+events          what happened in runs: instants, and conditions with the spans in which they held
+candidate       a requirement that may be suggested
+response, precedence, absence, bounds
+                one template each (Dwyer, Avrunin, Corbett: Patterns in Property Specifications, ICSE 1999)
+mining          candidates that all runs satisfy, ranked by the faults that violate them
+suggest         all of that, after the last test of a session
 """

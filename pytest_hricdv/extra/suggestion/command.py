@@ -1,18 +1,18 @@
-"""`python -m pytest_hricdv suggest`: a session of pytest that suggests requirements, with the options that it takes.
+"""`python -m pytest_hricdv suggest`: a session of pytest that suggests requirements.
 
-    python -m pytest_hricdv suggest                      # of the suite that pytest.ini names, or of --suite=rl
-    python -m pytest_hricdv suggest --most=10 --faults=50
+    python -m pytest_hricdv suggest                      # of the suite in pytest.ini, or of --suite=rl
+    python -m pytest_hricdv suggest --most=20 --faults=50
 
-It runs the suite, records its runs, learns what all of them satisfied, and tries to refute this with further tests.
-What is left is ranked by the seeded faults that it notices and that no requirement notices (this needs the extra
-`mutation`; without it, or with --faults=0, by how much it excludes). Each suggestion is four lines to paste into the
-file of requirements: read the title, ask whether the robot *has to* do what it did, and only then add
+It runs the suite, records its runs, mines what all of them satisfied, and tries to refute it with more tests. What
+remains is ranked by the seeded faults that violate it and that no requirement notices (this needs the extra `mutation`;
+without it, or with --faults=0, by how much it excludes). Each suggestion is four lines to paste into the file of
+requirements: read the title, ask whether the robot *has to* do what it did, and only then add
 
     accepted_by = "your name"
     accepted_on = 2026-11-26
 
 What all runs do may be what all runs do wrong. Until both lines are there, each session says that nobody has accepted
-it. Runs are kept in the folder suggestions/ of the report: what was interrupted goes on there.
+it. Runs are kept in the folder suggestions/ of the report, so an interrupted command resumes.
 """
 
 from __future__ import annotations

@@ -66,9 +66,9 @@ class SuggestionFeature(Feature[SuggestionOptions]):
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:
             return report
-        from pytest_hricdv.extra.suggestion.suggesting import suggested  # of few sessions
+        from pytest_hricdv.extra.suggestion.suggest import suggest  # few sessions need it
 
-        return suggested(session, report, settings)
+        return suggest(session, report, settings)
 
 
 FEATURE = SuggestionFeature()

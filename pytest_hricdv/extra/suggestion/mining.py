@@ -1,88 +1,248 @@
-"""All that may be suggested of runs: candidates of each form, none twice."""
+"""Mining: the candidates that all runs satisfy, ranked by the seeded faults that violate them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from pytest_hricdv.extra.suggestion.absences import absences
+from pytest_hricdv.extra.suggestion.absence import absences
 from pytest_hricdv.extra.suggestion.bounds import bounds
-from pytest_hricdv.extra.suggestion.candidate import LEAST_SUPPORT, Candidate
-from pytest_hricdv.extra.suggestion.contents import MOST_A_RUN, changes
-from pytest_hricdv.extra.suggestion.guards import guards
-from pytest_hricdv.extra.suggestion.occurrences import events_of
-from pytest_hricdv.extra.suggestion.orders import precedences, successions
-from pytest_hricdv.extra.suggestion.relations import relations
-from pytest_hricdv.extra.suggestion.responses import responses
-from pytest_hricdv.extra.suggestion.views import Event, Runs
-from pytest_hricdv.monitor import Requirement, RequirementError, parse_formula
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate
+from pytest_hricdv.extra.suggestion.events import Runs, find_events
+from pytest_hricdv.extra.suggestion.precedence import precedences
+from pytest_hricdv.extra.suggestion.response import responses
+from pytest_hricdv.extra.suggestion.stored_run import StoredRun
+from pytest_hricdv.monitor import Log, MonitorError, Requirement, RequirementError, Verdict, evaluate, parse_formula
 
-MOST_EVENTS = 60
-"""So many events are looked at, in pairs, at most: the broad ones first, then the most frequent (chosen)."""
+MAX_CANDIDATES = 320
+"""Candidates that are judged, the most useful first: one takes 3 ms for a run of the case study."""
 
-MOST_OF_MESSAGE, MOST_OF_SOME, MOST_OF_OTHER = 14, 9, 5
-"""So many candidates of a message that arrives, of some messages of a topic, and of another antecedent, are judged
-(chosen)."""
+STATE_WEIGHT = 0.4
+"""Weight of faults that a candidate about the code's own state notices: people ask for what a robot does. Of the case
+study's first twenty suggestions, five were about states without it."""
 
-MOST_CANDIDATES = 320
-"""So many are judged: one takes some 3 ms for a run of the table, which a hundred faults have two of (chosen)."""
+
+@dataclass
+class Tally:
+    """What runs say about a candidate.
+
+    Attributes:
+        triggers: how often it asked for something.
+        decisive: in how many runs it passed.
+        failed: in how many runs it was violated.
+        least: its least margin, in its unit; None where nothing was compared.
+        nearest: the test whose margin that was.
+    """
+
+    triggers: int = 0
+    decisive: int = 0
+    failed: int = 0
+    least: float | None = None
+    nearest: str = ""
+
+    def add(self, verdict: Verdict, test: str) -> None:
+        """Count a run."""
+        self.triggers += verdict.triggers
+        self.decisive += verdict.verdict == "Passed"
+        self.failed += verdict.verdict == "Failed"
+        if verdict.margin is not None and (self.least is None or verdict.margin < self.least):
+            self.least, self.nearest = verdict.margin, test
 
 
 @dataclass(frozen=True)
-class Parsed:
-    """A candidate with its formula as data, to be judged."""
+class CandidateScore:
+    """A candidate with what runs say about it.
+
+    Args:
+        candidate: the candidate.
+        requirement: its formula as data.
+        tally: of the runs that it was mined from.
+        faults: the seeded faults that violate it, as bits.
+        new: those of them that nothing else notices, as bits.
+    """
 
     candidate: Candidate
     requirement: Requirement
+    tally: Tally
+    faults: int = 0
+    new: int = 0
 
 
-def candidates(runs: Runs) -> list[Parsed]:
-    """Of all forms, in an order that depends on the runs only."""
-    events = _kept(events_of(runs), len(runs.runs))
+@dataclass(frozen=True)
+class Pool:
+    """The candidates that are left.
+
+    Args:
+        scores: of candidates that all runs satisfy.
+        noticed: seeded faults that requirements or exceptions notice, as bits.
+        candidates: how many there were at first.
+        further: formula -> how many further runs checked it.
+    """
+
+    scores: tuple[CandidateScore, ...]
+    noticed: int
+    candidates: int
+    further: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def refuted(self) -> int:
+        """How many further runs refuted."""
+        return self.candidates - len(self.scores)
+
+    def rank(self) -> list[CandidateScore]:
+        """In the order in which they are shown, without redundant ones."""
+        return rank(self.scores, self.noticed)
+
+    def check(self, runs: Sequence[StoredRun]) -> Pool:
+        """The candidates that these runs do not violate."""
+        judge = _Judge()
+        tallies = judge.tally([score.requirement for score in self.scores], ((run.test, run.log()) for run in runs))
+        left = tuple(score for score in self.scores if (tally := tallies.get(_key(score))) and not tally.failed)
+        return replace(self, scores=left, further={formula: tally.decisive for formula, tally in tallies.items()})
+
+    def drop(self, formulas: Collection[str]) -> Pool:
+        """Without these candidates."""
+        return replace(self, scores=tuple(score for score in self.scores if _key(score) not in formulas))
+
+
+def _key(score: CandidateScore) -> str:
+    return score.candidate.formula
+
+
+def undecided_tests(shown: Sequence[CandidateScore], runs: Sequence[StoredRun]) -> list[str]:
+    """The tests of runs at whose end one of these candidates still waits for what it asks for."""
+    judge, requirements = _Judge(), [score.requirement for score in shown]
+    return [run.test for run in runs if any(verdict.pending for verdict in judge.judge(requirements, run.log()))]
+
+
+def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collection[str]) -> Pool:
+    """The candidates that all runs satisfy, with the seeded faults that violate them.
+
+    Args:
+        runs: without a fault.
+        faults: of each seeded fault, the runs that it changes.
+        requirements: ids of the requirements that there are.
+    """
+    names = {*requirements}
+    noticed = bits(
+        number
+        for number, changed in enumerate(faults)
+        if any(run.faults or not names.isdisjoint(run.failed) for run in changed)
+    )
+    judge, candidates = _Judge(), {candidate.formula: candidate for candidate in find_candidates(runs)}
+    parsed = [one for candidate in candidates.values() if (one := _parse(candidate, runs)) is not None]
+    tallies = judge.tally(parsed, zip((run.test for run in runs.runs), runs.logs, strict=True))
+    held = [one for one in parsed if (tally := tallies.get(one.id)) and tally.decisive and not tally.failed]
+    violated: dict[str, set[int]] = {one.id: set() for one in held}
+    for number, changed in enumerate(faults):
+        # Of a fault that is noticed anyway, one run tells enough.
+        for run in changed[:1] if noticed >> number & 1 else changed:
+            for verdict in judge.judge(held, run.log()) if run.has_record else ():
+                if verdict.verdict == "Failed":
+                    violated[verdict.requirement].add(number)
+    scores = tuple(
+        CandidateScore(candidates[one.id], one, tallies[one.id], caught := bits(violated[one.id]), caught & ~noticed)
+        for one in held
+        if one.id not in judge.broken
+    )
+    return Pool(scores, noticed, len(scores))
+
+
+def find_candidates(runs: Runs) -> list[Candidate]:
+    """Candidates of all templates, the most useful first."""
+    events = find_events(runs)
     made: dict[str, Candidate] = {}
-    for candidate in (
-        *responses(runs, events),
-        *precedences(runs, events),
-        *successions(runs),
-        *changes(runs),
-        *guards(runs, events),
-        *relations(runs, events),
-        *absences(runs, events),
-        *bounds(runs),
-    ):
-        if candidate.support >= LEAST_SUPPORT:
+    for candidate in (*responses(runs, events), *precedences(events), *absences(runs, events), *bounds(runs)):
+        if candidate.support >= MIN_SUPPORT:
             made.setdefault(candidate.formula, candidate)
-    return [one for candidate in _worthy([*made.values()]) if (one := parsed(candidate, runs)) is not None]
+    return sorted(made.values(), key=_usefulness)[:MAX_CANDIDATES]
 
 
-def _worthy(made: Sequence[Candidate]) -> list[Candidate]:
-    """The most worthy ones of each antecedent, and of those the most worthy: each is judged on each run."""
-    kept: list[Candidate] = []
-    count: dict[str, int] = {}
-    for candidate in sorted(made, key=lambda one: (-one.worth, one.formula)):
-        count[candidate.antecedent] = count.get(candidate.antecedent, 0) + 1
-        if count[candidate.antecedent] <= _most_of(candidate.antecedent):
-            kept.append(candidate)
-    return kept[:MOST_CANDIDATES]
+def _usefulness(candidate: Candidate) -> tuple[bool, bool, float, str]:
+    is_outside, is_of_message, surprise = candidate.worth
+    return not is_outside, not is_of_message, -surprise, candidate.formula
 
 
-def _most_of(antecedent: str) -> int:
-    """How many candidates of an antecedent are judged."""
-    if not antecedent.startswith("on("):
-        return MOST_OF_OTHER
-    return MOST_OF_SOME if "&" in antecedent else MOST_OF_MESSAGE
-
-
-def _kept(events: Sequence[Event], runs: int) -> list[Event]:
-    usual = [event for event in events if event.count <= MOST_A_RUN * runs]
-    usual.sort(key=lambda event: (event.is_state, event.narrow, -event.count, event.text))
-    return usual[:MOST_EVENTS]
-
-
-def parsed(candidate: Candidate, runs: Runs) -> Parsed | None:
-    """A candidate with its formula as data; None for what can never hold, which the language refuses."""
+def _parse(candidate: Candidate, runs: Runs) -> Requirement | None:
+    """None for what can never hold, which the language refuses."""
     try:
         formula = parse_formula(candidate.formula, runs.vocabulary)
     except RequirementError:
         return None
-    return Parsed(candidate, Requirement(candidate.formula, candidate.title, "", candidate.formula, formula))
+    return Requirement(candidate.formula, candidate.title, "", candidate.formula, formula)
+
+
+@dataclass
+class _Judge:
+    """Judges logs by candidates; one that reads what a log does not have is broken, and left out."""
+
+    broken: set[str] = field(default_factory=set)
+
+    def judge(self, requirements: Iterable[Requirement], log: Log) -> list[Verdict]:
+        wanted = [requirement for requirement in requirements if requirement.id not in self.broken]
+        try:
+            return [*evaluate(wanted, log)]
+        except MonitorError:
+            verdicts: list[Verdict] = []
+            for requirement in wanted:
+                try:
+                    verdicts += evaluate([requirement], log)
+                except MonitorError:
+                    self.broken.add(requirement.id)
+            return verdicts
+
+    def tally(self, requirements: Sequence[Requirement], logs: Iterable[tuple[str, Log]]) -> dict[str, Tally]:
+        """Formula -> what these runs, each with the id of its test, say about it."""
+        tallies = {requirement.id: Tally() for requirement in requirements}
+        for test, log in logs:
+            for verdict in self.judge(requirements, log):
+                tallies[verdict.requirement].add(verdict, test)
+        return {formula: tally for formula, tally in tallies.items() if formula not in self.broken}
+
+
+def rank(scores: Iterable[CandidateScore], noticed: int = 0) -> list[CandidateScore]:
+    """In the order in which they are shown, without what is redundant.
+
+    A seeded fault stands for others: what notices five of a kind will notice a sixth. So a fault that is noticed
+    already counts half for each requirement or candidate above that notices it. Where no fault was tried, the most
+    useful come first.
+
+    Args:
+        scores: of candidates.
+        noticed: faults that requirements notice, as bits.
+    """
+    left = sorted(scores, key=lambda score: _usefulness(score.candidate))
+    if any(score.faults for score in left):
+        left = [score for score in left if score.faults]
+    shown: list[CandidateScore] = []
+    times = Counter(_numbers(noticed))
+
+    def gain(score: CandidateScore) -> float:
+        weight = STATE_WEIGHT if score.candidate.of_state else 1.0
+        return weight * sum(0.5 ** times[number] for number in _numbers(score.faults))
+
+    while left:
+        best = max(left, key=gain)
+        left.remove(best)
+        is_new = any(not times[number] for number in _numbers(best.faults))
+        if is_new or not any(_are_related(best.candidate, other.candidate) for other in shown):
+            shown.append(best)
+            times.update(_numbers(best.faults))
+    return shown
+
+
+def _are_related(one: Candidate, other: Candidate) -> bool:
+    """Whether they react to the same event, ask for the same, or are about the same things."""
+    if one.antecedent == other.antecedent or one.reaction == other.reaction:
+        return True
+    return one.form == other.form and one.subjects <= other.subjects
+
+
+def _numbers(faults: int) -> Iterator[int]:
+    return (number for number in range(faults.bit_length()) if faults >> number & 1)
+
+
+def bits(numbers: Iterable[int]) -> int:
+    """A set of numbers as bits."""
+    return sum(1 << number for number in {*numbers})

@@ -1,4 +1,4 @@
-"""How requirements are suggested."""
+"""Options: how requirements are suggested."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ class SuggestionOptions:
 
     Args:
         asked: whether they are.
-        most: so many are shown at most.
-        faults: so many seeded faults rank them, drawn with the seed; 0: none.
-        further: so many further tests are run to refute them.
+        most: at most this many are shown.
+        faults: number of seeded faults that rank them, drawn with the seed.
+        further: number of more tests that are run to refute them.
         seconds: no fault is begun later; None: no limit.
-        anew: as though there were no requirements yet.
+        anew: as if there were no requirements.
     """
 
     asked: bool = False
-    most: int = 40
+    most: int = 10
     faults: int = 100
     further: int = 20
     seconds: int | None = None

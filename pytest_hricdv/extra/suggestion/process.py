@@ -1,7 +1,7 @@
-"""The process that records runs: it reads a job, and forks a process for each version of the code, which runs tests.
+"""The process that records runs: it reads a job and forks a process for each version of the code, which runs tests.
 
-Only the fork imports the code under test, with or without a fault in it. A run is stored in a file of its own, which is
-what later sessions look for first: so a session that was ended goes on where it was.
+Only the fork imports the code under test, with or without a fault in it. Each run is stored in a file of its own, which
+later sessions look for first: so an interrupted session resumes.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from pytest_hricdv.execution.case import execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
 from pytest_hricdv.execution.judge import undeclared_violations
 from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
-from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, stored, write
+from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, store, write
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Requirement, parse_formula
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import in_session, leave_no_core, limit_time, preload, session, silence
 
 SILENCE = 30
-"""A version that gives no sign of life for so many times the processor time of a run is ended (as mutants are)."""
+"""A version that is silent for this many times the processor time of a run is ended, as a mutant is."""
 
-ENOUGH_CHANGED = 2
-"""Of a fault, so many runs with another record than without it are kept. Chosen: a third one is seldom decisive."""
+MAX_CHANGED = 2
+"""Runs of a fault with another record than without it."""
 
 
 @dataclass(frozen=True)
-class PlannedRun:
+class RunRequest:
     """A test, the file that its run is stored in, and the hash of its record without a fault; empty if not known."""
 
     test: ConcreteTest
@@ -54,7 +54,7 @@ class Version:
     """
 
     name: str
-    runs: tuple[PlannedRun, ...]
+    runs: tuple[RunRequest, ...]
     path: str = ""
     text: str = field(default="", repr=False)
 
@@ -70,7 +70,7 @@ class RecordingJob:
         processes: at the same time.
         run_s: a run that takes more processor time (s) does not end.
         seconds: no version is begun after so many seconds; None: no limit.
-        formulas: further requirements that runs are judged by, which go on until these are decided.
+        formulas: more requirements to judge runs by; a run goes on until they are decided.
     """
 
     arguments: tuple[str, ...]
@@ -82,31 +82,31 @@ class RecordingJob:
     formulas: tuple[str, ...] = ()
 
 
-class VersionEnded(msgspec.Struct, frozen=True):
-    """All runs of a version that are needed are stored."""
+class VersionEnd(msgspec.Struct, frozen=True):
+    """All runs of a version that are missing_runs are stored."""
 
     name: str
 
 
-def events(job: RecordingJob) -> Iterator[VersionEnded]:
-    """Do a job; what there is to tell, as soon as it is known."""
+def events(job: RecordingJob) -> Iterator[VersionEnd]:
+    """Do a job; yields each version that is done."""
     began_s, folder = time.monotonic(), Path(job.folder)
     queue = deque(job.versions)
     pool = ProcessPool[Version](
-        lambda version, send: _Recording(job, version, send).run(), job.processes, SILENCE * job.run_s
+        lambda version, send: _Recorder(job, version, send).run(), job.processes, SILENCE * job.run_s
     )
     for event in pool.run(queue):
         if isinstance(event, Line):
             continue  # a run is stored
         version = event.item
-        left = list(needed(folder, version))
+        left = list(missing_runs(folder, version))
         if left and event.problem:  # it ended within a run
             write(folder / left[0].file, StoredRun(test=left[0].test.id, faults=(_words(event.problem),)))
-            left = list(needed(folder, version))
+            left = list(missing_runs(folder, version))
         if left and event.problem:
             queue.appendleft(version)
         else:
-            yield VersionEnded(version.name)
+            yield VersionEnd(version.name)
         if job.seconds is not None and time.monotonic() - began_s > job.seconds:
             queue.clear()
 
@@ -115,11 +115,11 @@ def _words(problem: str) -> str:
     return "takes too much processor time" if signal.SIGXCPU.name in problem else problem
 
 
-def needed(folder: Path, version: Version) -> Iterator[PlannedRun]:
+def missing_runs(folder: Path, version: Version) -> Iterator[RunRequest]:
     """The runs of a version that are still to be made: of a fault, until enough of them differ or one fails."""
     changed = 0
     for planned in version.runs:
-        if version.name and changed >= ENOUGH_CHANGED:
+        if version.name and changed >= MAX_CHANGED:
             return
         run = read(folder / planned.file)
         if run is None:
@@ -130,7 +130,7 @@ def needed(folder: Path, version: Version) -> Iterator[PlannedRun]:
         changed += run.sha256 != planned.record_sha256
 
 
-class _Recording:
+class _Recorder:
     """Records the runs of one version in its own process; a plugin of the pytest that is configured there."""
 
     def __init__(self, job: RecordingJob, version: Version, send: Send) -> None:
@@ -139,7 +139,7 @@ class _Recording:
         self._send = send
 
     def run(self) -> None:
-        """Make the runs; each is stored, and told."""
+        """Make the runs, store and report them."""
         leave_no_core()
         if self._version.path:
             sys.meta_path.insert(0, FaultyImport(Path(self._version.path), self._version.text))
@@ -150,14 +150,14 @@ class _Recording:
 
     def _run_all(self, context: RunContext) -> None:
         folder = Path(self._job.folder)
-        while planned := next(needed(folder, self._version), None):
+        while planned := next(missing_runs(folder, self._version), None):
             limit_time(self._job.run_s)
-            write(folder / planned.file, recorded(planned.test, context, self._job.formulas))
+            write(folder / planned.file, record_run(planned.test, context, self._job.formulas))
             self._send(planned.test.id)
 
 
-def recorded(test: ConcreteTest, context: RunContext, formulas: Sequence[str] = ()) -> StoredRun:
-    """Run a test, judged by further requirements as well, and return what is stored of it."""
+def record_run(test: ConcreteTest, context: RunContext, formulas: Sequence[str] = ()) -> StoredRun:
+    """Run a test, judged by these requirements as well; returns what is stored."""
     authorship, settings = Authorship(), context.run_settings
     if formulas:
         vocabulary = context.collection.testbench.vocabulary()
@@ -167,11 +167,11 @@ def recorded(test: ConcreteTest, context: RunContext, formulas: Sequence[str] = 
         result = execute(settings, test, watching=(authorship,), begun=authorship.begin)
     except Exception as error:
         return StoredRun(test=test.id, faults=(f"{type(error).__name__}: {error}",))
-    return stored(test.id, result, authorship, undeclared_violations(result, context.known_violations))
+    return store(test.id, result, authorship, undeclared_violations(result, context.known_violations))
 
 
 def main() -> None:
-    """Do the job that is read from standard input; a line of standard output is a `VersionEnded`."""
+    """Do the job that is read from standard input; a line of standard output is a `VersionEnd`."""
     preload()
     with session() as (messages, write_line):
         job = msgspec.json.decode(messages.readline(), type=RecordingJob)

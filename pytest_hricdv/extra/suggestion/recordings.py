@@ -1,20 +1,21 @@
-"""The runs that suggestions rest on: of the session's tests, of further ones, and of both with seeded faults."""
+"""The runs that suggestions are based on: of the session's tests, of more tests, and of both with seeded faults."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
 
 from pytest_hricdv.execution.case import HriCase
+from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
 from pytest_hricdv.extra.suggestion import process as recording_process
-from pytest_hricdv.extra.suggestion.process import PlannedRun, RecordingJob, Version, VersionEnded, needed
+from pytest_hricdv.extra.suggestion.process import RecordingJob, RunRequest, Version, VersionEnd, missing_runs
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
@@ -24,29 +25,15 @@ from pytest_hricdv.session.progress import time_left
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.serving import arguments_of
 
-LEAST_RUN_S, FACTOR = 10, 10
-"""A run that takes more processor time (s) than this, and than so many times the slowest test, does not end (as for
-mutants)."""
-
-STEPS = 5
-"""Progress is told so many times."""
+MIN_RUN_S, FACTOR = 10, 10
+"""A run that takes more processor time (s) than this, and than this many times the slowest test, does not end."""
 
 FIRST_VARIANT = 1_000
-"""Concretizations from here on are those of further tests: a session has fewer of a test (chosen)."""
+"""Concretizations from here on are those of more tests: a session has fewer of a test."""
 
 
 class RecordingError(Exception):
     """Runs cannot be recorded; the text says why."""
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A seeded fault: its name, the changed file with its new text, and where and what it is, for people."""
-
-    name: str
-    path: str
-    text: str = field(repr=False)
-    place: str = ""
 
 
 @dataclass
@@ -76,12 +63,16 @@ class Recordings:
         texts = {name: text.text for name, text in self.context.texts.items()}
         self._key = digest(sorted(here.project.items()), sorted(here.versions.items()), engine, sorted(texts.items()))
 
-    def planned(
-        self, test: ConcreteTest, fault: Fault | None = None, record_sha256: str = "", formulas: Sequence[str] = ()
-    ) -> PlannedRun:
+    def request(
+        self,
+        test: ConcreteTest,
+        fault: SeededFault | None = None,
+        record_sha256: str = "",
+        formulas: Sequence[str] = (),
+    ) -> RunRequest:
         """A run to be made, with the file that it is stored in: another one where anything is different."""
         name = digest(self._key, test.to_json(), "" if fault is None else fault.path + fault.text, *formulas)
-        return PlannedRun(test, f"{name[:32]}.run", record_sha256)
+        return RunRequest(test, f"{name[:32]}.run", record_sha256)
 
     def of_tests(self, tests: Sequence[ConcreteTest], what: str, formulas: Sequence[str] = ()) -> list[StoredRun]:
         """The runs of tests with the code as it is, in their order; those that came to no end are left out.
@@ -95,7 +86,7 @@ class Recordings:
             RecordingError: they cannot be made.
             KeyboardInterrupt: it was interrupted; what is stored stays.
         """
-        planned = [self.planned(test, formulas=formulas) for test in tests]
+        planned = [self.request(test, formulas=formulas) for test in tests]
         # Some tests a process: starting one takes as long as several runs.
         size = max(1, -(-len(planned) // max(1, self.processes)))
         versions = [Version("", tuple(planned[at : at + size])) for at in range(0, len(planned), size)]
@@ -104,8 +95,8 @@ class Recordings:
         return [run for run in runs if run is not None and run.has_record]
 
     def of_faults(
-        self, faults: Mapping[Fault, Sequence[tuple[ConcreteTest, str]]], seconds: float | None
-    ) -> dict[Fault, list[StoredRun]]:
+        self, faults: Mapping[SeededFault, Sequence[tuple[ConcreteTest, str]]], seconds: float | None
+    ) -> dict[SeededFault, list[StoredRun]]:
         """The runs of faults, each on its tests up to the first that decides, in their order.
 
         Args:
@@ -121,19 +112,19 @@ class Recordings:
         """
         versions = {
             fault: Version(
-                fault.name, tuple(self.planned(test, fault, sha) for test, sha in tests), fault.path, fault.text
+                fault.name, tuple(self.request(test, fault, sha) for test, sha in tests), fault.path, fault.text
             )
             for fault, tests in faults.items()
             if tests
         }
         self._record([*versions.values()], "seeded faults", seconds)
         return {
-            fault: [run for run, planned in self._stored(version) if run.sha256 != planned.record_sha256]
+            fault: [run for run, planned in self._read(version) if run.sha256 != planned.record_sha256]
             for fault, version in versions.items()
-            if not [*needed(self.folder, version)]
+            if not [*missing_runs(self.folder, version)]
         }
 
-    def _stored(self, version: Version) -> Iterable[tuple[StoredRun, PlannedRun]]:
+    def _read(self, version: Version) -> Iterable[tuple[StoredRun, RunRequest]]:
         for planned in version.runs:
             run = read(self.folder / planned.file)
             if run is not None:
@@ -143,7 +134,7 @@ class Recordings:
         self, versions: Sequence[Version], what: str, seconds: float | None, formulas: Sequence[str] = ()
     ) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
-        left = [version for version in versions if next(iter(needed(self.folder, version)), None) is not None]
+        left = [version for version in versions if next(iter(missing_runs(self.folder, version)), None) is not None]
         if not left:
             return None
         self.say(f"hricdv: recording {what}, {self.processes} at a time ...")
@@ -152,7 +143,7 @@ class Recordings:
             folder=str(self.folder.resolve()),
             versions=tuple(left),
             processes=self.processes,
-            run_s=max(LEAST_RUN_S, FACTOR * self.slowest_s),
+            run_s=max(MIN_RUN_S, FACTOR * self.slowest_s),
             seconds=seconds,
             formulas=tuple(formulas),
         )
@@ -162,7 +153,7 @@ class Recordings:
             except LostError as error:
                 if attempt == MOST_ATTEMPTS - 1:
                     raise RecordingError(f"the process that records runs was lost: {error}") from None
-                still = tuple(version for version in job.versions if [*needed(self.folder, version)])
+                still = tuple(version for version in job.versions if [*missing_runs(self.folder, version)])
                 job = replace(job, versions=still)
             except ProcessError as error:
                 raise RecordingError(f"runs could not be recorded: {error}") from None
@@ -174,24 +165,24 @@ class Recordings:
         with started(recording_process.__name__, directory, let_through=self.let_through) as recording:
             recording.send(job)
             for line in recording.lines():
-                msgspec.json.decode(line, type=VersionEnded)
+                msgspec.json.decode(line, type=VersionEnd)
                 done += 1
-                if done * STEPS // total > (done - 1) * STEPS // total and done < total:
+                if done * 5 // total > (done - 1) * 5 // total and done < total:
                     left_s = (time.monotonic() - began_s) / done * (total - done)
                     self.say(f"hricdv: {what}: {done} of {total}, {time_left(left_s)}")
 
 
-def further_tests(cases: Sequence[HriCase], most: int, start: int = 0) -> list[ConcreteTest]:
-    """Tests to refute suggestions with: those of the session with other parameters, every other one at the ends of
-    their ranges, where bounds break first.
+def vary_tests(cases: Sequence[HriCase], count: int, start: int = 0) -> list[ConcreteTest]:
+    """Tests that may refute suggestions: those of the session with other parameters, every other one at the ends of the
+    ranges, where bounds break first.
 
     Args:
         cases: of the session, in an order that does not depend on workers.
-        most: so many at most.
-        start: those of another number are other tests.
+        count: how many.
+        start: another number makes other tests.
     """
     made: list[ConcreteTest] = []
-    for number in range(most):
+    for number in range(count):
         if not cases:
             break
         case = cases[number % len(cases)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pytest_hricdv._base.record import Count, Names, NotNegative, Number, PlainRecord
+from pytest_hricdv._base.record import Count, NotNegative, Number, PlainRecord
 from pytest_hricdv.results.section import Section
 
 SuggestionEnd = Literal["done", "seconds", "interrupted"]
@@ -17,7 +17,7 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         id: a name that no requirement has.
         title: in one sentence.
         formula: of the language of requirements.
-        form: response, precedence, bound, at event, relation or absence.
+        form: response, precedence, bound or absence.
         triggers: how often it applied, in all runs without a fault.
         decisive: in how many of these runs it was passed; in the others it was not checked.
         margin: the least one, in the unit of its comparison; None where nothing is compared.
@@ -26,7 +26,6 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         new: how many of these no requirement notices.
         added: how many of those no suggestion above it notices, either.
         further: so many further tests checked it, and did not refute it.
-        like: requirements about the same things, in half of whose violations by faults it is violated, too.
     """
 
     id: str
@@ -41,7 +40,6 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
     new: Count
     added: Count
     further: Count
-    like: Names = ()
 
 
 class SuggestionResult(PlainRecord, frozen=True, kw_only=True):

@@ -106,7 +106,7 @@ class Authorship:
         return tuple(sorted(name for name, authors in self.changed_by.items() if authors == {author}))
 
 
-def stored(test: str, result: CaseResult, authorship: Authorship, failed: tuple[str, ...]) -> StoredRun:
+def store(test: str, result: CaseResult, authorship: Authorship, failed: tuple[str, ...]) -> StoredRun:
     """What is stored of a run.
 
     Args:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.mutation.mutating import Candidate, TrialOrder
+from pytest_hricdv.extra.mutation.mutating import TrialCandidate, TrialOrder
 
-NEAR = Candidate("near", "s", statements=0b0001, points=0b00001, sim_s=5.0)
-RICH = Candidate("rich", "s", statements=0b0111, points=0b01111, sim_s=10.0)
-SAME = Candidate("same", "s", statements=0b0111, points=0b01111, sim_s=20.0)
-RARE = Candidate("rare", "s", statements=0b0011, points=0b10001, sim_s=90.0)
-ELSEWHERE = Candidate("elsewhere", "t", statements=0b1001, points=0b1, sim_s=1.0)
+NEAR = TrialCandidate("near", "s", statements=0b0001, points=0b00001, sim_s=5.0)
+RICH = TrialCandidate("rich", "s", statements=0b0111, points=0b01111, sim_s=10.0)
+SAME = TrialCandidate("same", "s", statements=0b0111, points=0b01111, sim_s=20.0)
+RARE = TrialCandidate("rare", "s", statements=0b0011, points=0b10001, sim_s=90.0)
+ELSEWHERE = TrialCandidate("elsewhere", "t", statements=0b1001, points=0b1, sim_s=1.0)
 TESTS = [SAME, RARE, ELSEWHERE, RICH, NEAR]
 
 

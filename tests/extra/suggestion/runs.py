@@ -5,8 +5,8 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 
+from pytest_hricdv.extra.suggestion.events import Runs
 from pytest_hricdv.extra.suggestion.stored_run import StoredMessage, StoredRun
-from pytest_hricdv.extra.suggestion.views import Runs
 from pytest_hricdv.monitor import Vocabulary
 
 VOCABULARY = Vocabulary(
@@ -70,5 +70,5 @@ def some_runs(**changes: float) -> list[StoredRun]:
 
 
 def views(runs: Sequence[StoredRun]) -> Runs:
-    """What is learnt of."""
-    return Runs.of(runs, VOCABULARY, ("person",))
+    """What is mined."""
+    return Runs(runs, VOCABULARY, frozenset({"person"}))

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 from pytest_hricdv.__main__ import main
+from pytest_hricdv.extra.suggestion import suggest
+from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements
 from tests.docs.page import blocks, write_files
 
@@ -32,6 +35,13 @@ def test_suggestions_without_a_suite_are_refused_before_the_first_test(pytester:
     result = pytester.runpytest_inprocess("--hri-suggest")
     result.stderr.fnmatch_lines(["ERROR: --hri-suggest: expected a suite to learn of, as --hri-suite=rl *"])
     assert result.ret == pytest.ExitCode.USAGE_ERROR
+
+
+def test_without_the_feature_mutation_a_note_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suggest, "offers", lambda role, name: ())
+    suggester = suggest.Suggester(cast("Any", None), SuggestionOptions(), ())
+    assert suggester._runs_of_faults(cast("Any", None)) == ({}, 0, "done")
+    assert suggester._notes == ["not ranked by seeded faults: the feature mutation is not installed"]
 
 
 @pytest.mark.slow

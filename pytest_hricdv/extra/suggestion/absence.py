@@ -1,0 +1,68 @@
+"""Template absence: what never happens between a message with one value and the next round, unlike after others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate
+from pytest_hricdv.extra.suggestion.events import Occurrence, Runs, next_after
+
+MIN_OTHERWISE = 0.6
+"""After the other values it happens in this share of cases: otherwise its absence is no difference."""
+
+
+def absences(runs: Runs, events: Sequence[Occurrence]) -> Iterator[Candidate]:
+    """Of the values of each topic, compared with all other messages of the topic."""
+    topics = [event for event in events if event.is_message and not event.is_part and not event.is_state]
+    by_topic = {event.subject: event for event in topics}
+    for trigger in events:
+        every = by_topic.get(trigger.subject)
+        if not trigger.is_part or trigger.is_state or every is None or trigger.count < MIN_SUPPORT:
+            continue
+        rest = tuple(
+            tuple(time_s for time_s in times if time_s not in {*ours})
+            for times, ours in zip(every.times, trigger.times, strict=True)
+        )
+        if sum(map(len, rest)) < MIN_SUPPORT:
+            continue
+        for event in events:
+            if event.author != "person" and event.subject != trigger.subject and not event.is_state:
+                yield from _absence(runs, trigger, rest, event, topics)
+
+
+def _absence(
+    runs: Runs,
+    trigger: Occurrence,
+    rest: tuple[tuple[float, ...], ...],
+    event: Occurrence,
+    rounds: Sequence[Occurrence],
+) -> Iterator[Candidate]:
+    """Up to the next message of a topic that begins a round, those of people first."""
+    for again in sorted(rounds, key=lambda other: (other.author != "person", other.text)):
+        if again.subject in (event.subject, trigger.subject):
+            continue
+        if _share(runs, trigger.times, event, again) > 0.0 or _share(runs, rest, event, again) < MIN_OTHERWISE:
+            continue
+        yield Candidate(
+            "absence",
+            f"After {trigger.words}, {event.words} does not happen before {again.words}",
+            trigger.text,
+            f"always(!{event.operand}) until {again.text}",
+            frozenset({trigger.subject, event.subject, again.subject}),
+            trigger.count,
+            "",
+            0.8,
+        )
+        return
+
+
+def _share(runs: Runs, times: Sequence[Sequence[float]], event: Occurrence, again: Occurrence) -> float:
+    """After how many of these times the event happens before the next round."""
+    total = happened = 0
+    for run, triggers in enumerate(times):
+        for time_s in triggers:
+            end_s = next_after(again.times[run], time_s) or runs.logs[run].end_s
+            then_s = next_after(event.times[run], time_s)
+            total += 1
+            happened += then_s is not None and then_s < end_s
+    return happened / max(1, total)

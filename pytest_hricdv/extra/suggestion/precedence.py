@@ -1,0 +1,64 @@
+"""Template precedence: an event happens at most once after another one, and never without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pytest_hricdv.extra.suggestion.candidate import MIN_SUPPORT, Candidate, capitalize
+from pytest_hricdv.extra.suggestion.events import Occurrence, last_before
+
+MAX_OF_EVENT = 4
+"""Causes of an event that become candidates: those nearest to it."""
+
+
+def precedences(events: Sequence[Occurrence]) -> Iterator[Candidate]:
+    """Of all pairs of events whose second one the code under test or the world causes."""
+    for event in events:
+        if event.author == "person" or event.count < MIN_SUPPORT:
+            continue
+        candidates = [
+            (lag_s, _precedence(event, cause))
+            for cause in events
+            if not cause.is_state and _may_cause(cause, event) and (lag_s := _longest_lag_s(event, cause)) is not None
+        ]
+        candidates.sort(key=lambda pair: (pair[0], pair[1].formula))
+        yield from [candidate for _, candidate in candidates[:MAX_OF_EVENT]]
+
+
+def _may_cause(cause: Occurrence, event: Occurrence) -> bool:
+    """Whether one may be the reason of the other: about something else, or about other messages of the topic."""
+    # A cause that happens again and again before each event excludes little.
+    if cause.count > 8 * event.count:
+        return False
+    if cause.subject != event.subject:
+        return True
+    are_parts = cause.is_message and event.is_message and cause.is_part and event.is_part
+    return are_parts and all({*ours}.isdisjoint(others) for ours, others in zip(cause.times, event.times, strict=True))
+
+
+def _longest_lag_s(event: Occurrence, cause: Occurrence) -> float | None:
+    """The longest time (s) from a cause to the event; None where an event has no cause of its own."""
+    longest_s = 0.0
+    for times, causes in zip(event.times, cause.times, strict=True):
+        before_s = float("-inf")
+        for time_s in times:
+            cause_s = last_before(causes, time_s)
+            if cause_s is None or cause_s < before_s:
+                return None
+            longest_s = max(longest_s, time_s - cause_s)
+            before_s = time_s
+    return longest_s
+
+
+def _precedence(event: Occurrence, cause: Occurrence) -> Candidate:
+    return Candidate(
+        "precedence",
+        f"{capitalize(event.words)} happens at most once after {cause.words}, and never without it",
+        event.text,
+        f"previously(!{event.operand} since {cause.operand})",
+        frozenset({event.subject, cause.subject}),
+        event.count,
+        "",
+        1.0 / (1.0 + cause.count / event.count / 2),
+        event.is_state,
+    )

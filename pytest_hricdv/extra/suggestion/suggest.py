@@ -1,0 +1,221 @@
+"""Suggest requirements after the last test of a session: record runs, mine them, and try to refute what was mined."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+from pytest_hricdv.execution.case import HriCase, formulas
+from pytest_hricdv.execution.faulty_import import SeededFault
+from pytest_hricdv.execution.outcome import AS_DECLARED
+from pytest_hricdv.extra.suggestion.events import Runs
+from pytest_hricdv.extra.suggestion.mining import CandidateScore, Pool, mine, undecided_tests
+from pytest_hricdv.extra.suggestion.options import SuggestionOptions
+from pytest_hricdv.extra.suggestion.recordings import RecordingError, Recordings, vary_tests
+from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionEnd, SuggestionResult
+from pytest_hricdv.extra.suggestion.stored_run import StoredRun
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.generate.rng import make_rng, shuffled
+from pytest_hricdv.registry import offers
+from pytest_hricdv.report.formatting import plural
+from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.session.feature import FeatureSession
+
+FOLDER = "suggestions"
+"""Of stored runs, in the folder of the report."""
+
+MAX_TESTS = 60
+"""Tests whose runs are mined, drawn with the seed."""
+
+MIN_TESTS = 3
+"""Fewer runs are no evidence."""
+
+MAX_ROUNDS = 5
+"""How often suggestions that fail when a run continues are replaced by the next ones."""
+
+TESTS_OF_FAULT = 4
+"""Tests that a fault is tried on: the first reaches its statement with the least else, the others reach the most."""
+
+
+Trials = tuple[Mapping[SeededFault, Sequence[tuple[ConcreteTest, str]]], int]
+"""Faults with the tests to try them on, each with the hash of its record; and how many faults no test reaches."""
+
+
+def suggest(session: FeatureSession, report: Report, settings: SuggestionOptions) -> Report:
+    """The report with the suggestions; if none can be made, the session's problems say why."""
+    tests = sorted(
+        (result for result in session.results if result.outcome in AS_DECLARED),
+        key=lambda result: (result.suite, result.id, result.nodeid),
+    )
+    if len(tests) < MIN_TESTS:
+        session.problems.append(
+            f"--hri-suggest: expected at least {MIN_TESTS} tests that pass, got {plural(len(tests), 'test')}: run a "
+            "larger suite, as --hri-suite=rl, or fix what fails"
+        )
+        return report
+    drawn = shuffled(make_rng("suggest", session.options.seed), tests)[:MAX_TESTS]
+    try:
+        return SUGGESTIONS.put(report, Suggester(session, settings, drawn).suggest())
+    except RecordingError as error:
+        session.problems.append(f"--hri-suggest: {error}")
+    except KeyboardInterrupt:
+        session.interrupted = True
+    return report
+
+
+@dataclass
+class Suggester:
+    """Suggests requirements for a session.
+
+    Args:
+        session: whose tests have run.
+        settings: how.
+        tests: the results to mine, in the order in which they were drawn.
+    """
+
+    session: FeatureSession
+    settings: SuggestionOptions
+    tests: Sequence[TestResult]
+    _notes: list[str] = field(default_factory=list, init=False)
+
+    def suggest(self) -> SuggestionResult:
+        """Record runs, mine them, try to refute the candidates, and rank what is left.
+
+        Raises:
+            RecordingError: no runs can be recorded.
+            KeyboardInterrupt: the user pressed Ctrl-C; the next session resumes with what is stored.
+        """
+        began_s, settings, session = time.perf_counter(), self.settings, self.session
+        cases = [session.aggregation.chosen[test.nodeid] for test in self.tests]
+        recordings = self._recordings()
+        own = recordings.of_tests([case.concrete for case in cases], "tests")
+        varied = recordings.of_tests(vary_tests(cases, settings.further // 2), "tests with other parameters")
+        of_faults, unreached, ended = self._runs_of_faults(recordings)
+        faulty = [*of_faults.values()]
+        session.say(f"hricdv: mining {len(own) + len(varied)} runs ...")
+        pool = mine(self._runs([*own, *varied]), faulty, self._requirements())
+        late_tests = self._nearest_tests(pool.rank()[: settings.most], cases, settings.further - settings.further // 2)
+        late = recordings.of_tests(late_tests, "tests to refute candidates")
+        pool = self._continue_runs(pool.check(late), recordings, own, cases)
+        ranked = pool.rank()
+        shown = ranked[: settings.most]
+        return SuggestionResult(
+            suggestions=tuple(self._describe(shown, pool)),
+            more=len(ranked) - len(shown),
+            runs=len(own),
+            further=len(varied) + len(late),
+            candidates=pool.candidates,
+            refuted=pool.refuted,
+            faults=len(of_faults),
+            noticed=pool.noticed.bit_count(),
+            unreached=unreached,
+            anew=settings.anew,
+            seed=session.options.seed,
+            wall_s=round(time.perf_counter() - began_s, 3),
+            ended=ended,
+            notes=tuple(self._notes),
+        )
+
+    def _recordings(self) -> Recordings:
+        session = self.session
+        aggregation = session.aggregation
+        processes = aggregation.workers if aggregation.is_distributed else os.cpu_count() or 1
+        slowest_s = max((test.wall_s or 0.0 for test in self.tests), default=0.0)
+        folder = session.options.report / FOLDER
+        return Recordings(session.context, folder, processes, slowest_s, session.say, session.signals.let_through)
+
+    def _runs(self, runs: Sequence[StoredRun]) -> Runs:
+        testbench = self.session.context.collection.testbench
+        return Runs(runs, testbench.vocabulary(), frozenset(testbench.model.who_acts), testbench.state)
+
+    def _requirements(self) -> list[str]:
+        """Ids of those that candidates compete with."""
+        requirements = () if self.settings.anew else formulas(self.session.context.requirements)
+        return [requirement.id for requirement in requirements]
+
+    def _runs_of_faults(self, recordings: Recordings) -> tuple[dict[SeededFault, list[StoredRun]], int, SuggestionEnd]:
+        """Fault -> its runs that differ, of those that change any; how many no test reaches; why it ended."""
+        session, settings = self.session, self.settings
+        measured = [test for test in self.tests if test.code is not None]
+        seed = self._seeding(measured) if settings.faults else None
+        if seed is None:
+            return {}, 0, "done"
+        trials, unreached = seed(session.context, measured, session.aggregation.chosen, settings.faults, TESTS_OF_FAULT)
+        runs = recordings.of_faults(trials, settings.seconds)
+        left = len(trials) - len(runs)
+        if left:
+            self._notes.append(f"{left} of {plural(len(trials), 'fault')} not tried: time was over")
+        return {fault: changed for fault, changed in runs.items() if changed}, unreached, "seconds" if left else "done"
+
+    def _seeding(self, measured: Sequence[TestResult]) -> Callable[..., Trials] | None:
+        """What seeds faults; None, with a note, where nothing does."""
+        makers = offers("feature", "seed_faults")
+        if makers and importlib.util.find_spec("mutmut") is not None and measured:
+            return cast("Callable[..., Trials]", makers[0])
+        reason = "no test was measured, so it is unknown which tests reach them"
+        if not makers:
+            reason = "the feature mutation is not installed"
+        elif importlib.util.find_spec("mutmut") is None:
+            reason = "they need mutmut: pip install pytest-hricdv[mutation]"
+        self._notes.append(f"not ranked by seeded faults: {reason}")
+        return None
+
+    def _continue_runs(
+        self, pool: Pool, recordings: Recordings, own: Sequence[StoredRun], cases: Sequence[HriCase]
+    ) -> Pool:
+        """Without what fails if a run continues until it is decided, as it does once a suggestion is accepted."""
+        tests = {case.concrete.id: case.concrete for case in cases}
+        for _ in range(MAX_ROUNDS):
+            shown = pool.rank()[: self.settings.most]
+            texts = tuple(score.candidate.formula for score in shown)
+            undecided = [tests[name] for name in undecided_tests(shown, own)]
+            runs = recordings.of_tests(undecided, "tests that continue until suggestions are decided", texts)
+            refuted = {name for run in runs for name in run.failed}.intersection(texts)
+            if not refuted:
+                break
+            pool = pool.drop(refuted)
+        return pool
+
+    def _nearest_tests(
+        self, best: Sequence[CandidateScore], cases: Sequence[HriCase], count: int
+    ) -> list[ConcreteTest]:
+        """Tests to refute the best candidates: those that came nearest to a violation, with other parameters."""
+        nearest = Counter(score.tally.nearest for score in best if score.tally.nearest)
+        # A test with other parameters is named after the test of the session that it is a variant of.
+        by_id = {case.abstract.id: case for case in cases}
+        names = [name if name in by_id else name.rpartition("-k")[0] for name, _ in nearest.most_common()]
+        first = [by_id[name] for name in dict.fromkeys(names) if name in by_id]
+        rest = [case for case in cases if case not in first]
+        return vary_tests([*first, *rest], count, start=self.settings.further)
+
+    def _describe(self, shown: Sequence[CandidateScore], pool: Pool) -> list[Suggestion]:
+        names, noticed, suggestions = {*self.session.context.texts}, pool.noticed, []
+        number = 0
+        for score in shown:
+            number += 1
+            while f"S{number}" in names:
+                number += 1
+            tally, candidate = score.tally, score.candidate
+            suggestions.append(
+                Suggestion(
+                    id=f"S{number}",
+                    title=candidate.title,
+                    formula=candidate.formula,
+                    form=candidate.form,
+                    triggers=tally.triggers,
+                    decisive=tally.decisive,
+                    margin=None if tally.least is None else round(tally.least, 6),
+                    observed=candidate.observed,
+                    faults=score.faults.bit_count(),
+                    new=score.new.bit_count(),
+                    added=(score.faults & ~noticed).bit_count(),
+                    further=pool.further.get(candidate.formula, 0),
+                )
+            )
+            noticed |= score.faults
+        return suggestions
