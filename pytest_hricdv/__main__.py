@@ -14,10 +14,12 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv._base.message import InputError, visible
 from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.suggestion import command as suggest
+from pytest_hricdv.registry import offers
 from pytest_hricdv.skeleton.skeleton import Skeleton, name_like
 
 OK, USAGE = 0, 2
@@ -30,11 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _init(options: argparse.Namespace) -> int:
-    if options.update or options.write:
-        from pytest_hricdv.extra.draft.update import update
-
-        return update(options.folder, write=options.write)
     try:
+        if options.update or options.write:
+            return int(_drafts().update(options.folder, write=options.write))
         asked = [name for name, value in (("--from", options.source), ("--ros2", options.ros2),
                                           ("--launch", options.launch)) if value]  # fmt: skip
         if len(asked) > 1:
@@ -44,7 +44,7 @@ def _init(options: argparse.Namespace) -> int:
             )
         if options.recording and not asked:
             raise InputError(
-                "--recording: expected --from, --ros2 or --launch, too: its ranges are those of what the code hears"
+                "--recording: expected --from, --ros2 or --launch, too: its ranges are those of what the code receives"
             )
         if asked or options.ros2 is not None:
             return _draft(options)
@@ -65,20 +65,24 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _draft(options: argparse.Namespace) -> int:
-    from pytest_hricdv.extra.draft.command import DraftOptions, draft, draft_launch, draft_node
-
-    choices = [(draft_launch, options.launch), (draft_node, options.ros2), (draft, options.source)]
-    begin, code = next((begin, code) for begin, code in choices if code is not None)
-    recordings = tuple(options.recording)
-    for line in begin(
-        code, DraftOptions(options.folder, options.robot or "", options.person, not options.no_run, recordings)
-    ):
+    asked = {"launch": options.launch, "ros2": options.ros2, "from": options.source}
+    given = {"folder": options.folder, "robot": options.robot or "", "person": options.person,
+             "runs": not options.no_run, "recordings": tuple(options.recording)}  # fmt: skip
+    for line in _drafts().draft(asked, given):
         print(visible(line), flush=True)
     where = "" if options.folder == Path() else f"cd {options.folder}; "
     print()
     print(visible(f"now:  {where}pytest"))
     print(visible("then: its README lists the lines to edit next; TODO marks what the code does not say"))
     return OK
+
+
+def _drafts() -> Any:
+    """The feature that drafts. Raises InputError where the installation has none."""
+    offered = offers("command", "INIT")
+    if not offered:
+        raise InputError("--from, --ros2, --launch and --update need the feature `draft`, which is not installed")
+    return offered[0]
 
 
 def _parser() -> argparse.ArgumentParser:

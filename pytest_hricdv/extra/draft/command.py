@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv.extra.draft.analysis import analyse
 from pytest_hricdv.extra.draft.code.sources import DraftError
@@ -153,3 +154,23 @@ def _outcomes(trials: tuple[FirstRuns, ...], made: Draft) -> Iterator[str]:
             yield (f"first runs: ended after {trial.tests} tests, as they take long; pytest.ini keeps this number")
         else:
             yield f"first runs: {trial.tests} tests, {trial.passed} of them passed before requirements were settled"
+
+
+class InitCommand:
+    """What `python -m pytest_hricdv init` does with code."""
+
+    def draft(self, asked: Mapping[str, str | None], options: Mapping[str, Any]) -> Iterator[str]:
+        """Draft for "launch", "ros2" or "from", the first one that is not None. Raises DraftError where it cannot."""
+        begin = {"launch": draft_launch, "ros2": draft_node, "from": draft}
+        way, code = next((way, code) for way, code in asked.items() if code is not None)
+        return begin[way](code, DraftOptions(**options))
+
+    def update(self, folder: Path, *, write: bool) -> int:
+        """Compare code and testbench of a project; returns the exit status."""
+        from pytest_hricdv.extra.draft.update import update
+
+        return update(folder, write=write)
+
+
+INIT = InitCommand()
+"""For `python -m pytest_hricdv`."""

@@ -76,3 +76,22 @@ def test_the_terminal_says_what_nodes_say_and_hear_and_what_is_not_drafted(
     assert "node_code.py:11: parameter: period_s, default 0.1" in said
     assert "use --ros2" in said
     assert "/arm/done (std_msgs/msg/Empty)" in (tmp_path / "draft" / "README.md").read_text(encoding="utf-8")
+
+
+def test_without_the_feature_ros2_plain_code_is_drafted_and_nodes_say_what_they_need(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.extra.draft.ros.tools.offers", lambda role, name: ())
+    (tmp_path / "node_code.py").write_text(ros_robots.ARM, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "draft", "--from", "node_code", "--no-run"]) == 0
+    assert main(["init", "node", "--ros2", "node_code.py"]) == 2
+    assert "nodes of ROS 2 need the feature `ros2`" in capsys.readouterr().err
+
+
+def test_without_the_feature_draft_code_is_not_drafted(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pytest_hricdv.__main__.offers", lambda role, name: ())
+    assert main(["init", "--from", "json"]) == 2
+    assert "need the feature `draft`, which is not installed" in capsys.readouterr().err

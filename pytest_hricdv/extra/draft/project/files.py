@@ -38,7 +38,7 @@ _ISOLATES = """\
 hri_isolate = true
 """
 _NO_WAIVERS = """\
-# {place} is waived as unreachable, and first runs executed it: the waivers of the code are of another testbench.
+# {location} is waived as unreachable, and first runs executed it: the waivers of the code are of another testbench.
 hri_no_waivers = true
 """
 _TESTS, _RUNS = 30, 60
