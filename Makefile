@@ -2,10 +2,10 @@
 # make home-care: the same for the second testbench, examples/home_care.
 # make test:  the project's own tests (5 minutes), without the long ones; those are make slow (half an hour).
 # OPTIONS=... is handed on to pytest by these.
-# make experiment: docs/experiment.md and docs/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
+# make experiment: docs/experiment.md and docs/studies/agreement.md, beside the paper's figures (5 minutes; agreement alone: 2).
 # make adequacy: docs/adequacy.md, seeded faults with each suite (hours; ended at any time, it goes on where it was).
 # make false-alarms: docs/false-alarms.md, what fails on the unchanged controller (40 sessions; resumable as well).
-# make engines: docs/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
+# make engines: docs/studies/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
 # make closure: docs/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
 # make campaign: docs/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
 # make docs: the documentation as a site, docs/_build/index.html (a minute). make dist: wheel and sdist, checked, in dist/.

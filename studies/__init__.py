@@ -1,7 +1,7 @@
 """Studies behind the figures in docs/: the paper's experiment repeated, and what the chosen settings change.
 
 experiment   the four methods beside the paper's figures        docs/experiment.md
-agreement    the original's own tests, run here                 docs/agreement.md
+agreement    the original's own tests, run here                 docs/studies/agreement.md
 convergence  what the step size of physics changes              docs/convergence.md
 rewards      which reward learns the better suite               docs/rewards.md
 adequacy     the seeded faults that each suite notices          docs/adequacy.md

@@ -1,4 +1,4 @@
-"""Run the original's own tests here and compare outcomes, verdicts and order of coverage, for docs/agreement.md.
+"""Run the original's own tests here and compare outcomes, verdicts and order of coverage, for docs/studies/agreement.md.
 
     python -m studies.agreement [--report DIR] [--again]
 
@@ -28,8 +28,8 @@ def main() -> None:
     except session.SessionError as error:
         sys.exit(f"agreement: {error}")
     plots.save(coverage_chart(pairs), options.docs / "pictures" / "agreement-coverage.svg")
-    page.write(options.docs / "agreement.md", page.render("agreement/agreement.md.jinja", context(pairs)))
-    print(f"written: {options.docs / 'agreement.md'}")
+    page.write(options.docs / "studies" / "agreement.md", page.render("agreement/agreement.md.jinja", context(pairs)))
+    print(f"written: {options.docs / 'studies' / 'agreement.md'}")
 
 
 def paired(report: Mapping[str, Any]) -> tuple[Pair, ...]:

@@ -27,7 +27,7 @@ HAND = "where the hand is while the robot closes its own is drawn anew"
 UNEXPLAINED = "unexplained"
 
 LATE_S = 7.0
-"""Time of the earliest first request that the original's robot did not hear; see docs/agreement.md."""
+"""Time of the earliest first request that the original's robot did not hear; see docs/studies/agreement.md."""
 
 READ = ("released", "discarded")
 """How a turn ends in which the sensors were read."""

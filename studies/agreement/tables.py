@@ -1,4 +1,4 @@
-"""Tables and chart of docs/agreement.md."""
+"""Tables and chart of docs/studies/agreement.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run each suite on both physics engines and say how far they agree, for docs/engines.md.
+"""Run each suite on both physics engines and say how far they agree, for docs/studies/engines.md.
 
     python -m studies.engines [--suites NAME,...] [--seeds 0] [--report DIR] [--again]
 
@@ -31,8 +31,8 @@ def main() -> None:
         sys.exit(f"engines: {error}")
     except KeyboardInterrupt:
         sys.exit("engines: interrupted; start it again to go on")
-    page.write(options.docs / "engines.md", page.render("engines/engines.md.jinja", context(by_session)))
-    print(f"written: {options.docs / 'engines.md'}")
+    page.write(options.docs / "studies" / "engines.md", page.render("engines/engines.md.jinja", context(by_session)))
+    print(f"written: {options.docs / 'studies' / 'engines.md'}")
 
 
 def agreements(cells: Iterable[grid.Cell], folder: Path, *, again: bool) -> dict[str, Agreement]:

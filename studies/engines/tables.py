@@ -1,4 +1,4 @@
-"""The tables of docs/engines.md."""
+"""The tables of docs/studies/engines.md."""
 
 from __future__ import annotations
 
