@@ -1,4 +1,4 @@
-"""Run the original's own tests here and compare outcomes, verdicts and order of coverage, for docs/studies/agreement.md.
+"""Run the original's own tests here and compare outcomes, verdicts and coverage order: docs/studies/agreement.md.
 
     python -m studies.agreement [--report DIR] [--again]
 
