@@ -211,17 +211,17 @@ def _merge(options: argparse.Namespace) -> int:
         (str(path), carrying.renamed(report, folder))
         for path, folder, report in zip(options.reports, folders, loaded, strict=True)
     ]
-    merged, checked = _judged(merge(reports), options)
+    merged, checked = _judge(merge(reports), options)
     merged = structs.replace(merged, gates=checked)
     carrying.copy()
     write(merged, options.output)
     print(f"{options.output}: merged from {len(reports)} reports of {len(merged.sessions)} runs")
-    return _printed(merged, checked, options.output)
+    return _print_report(merged, checked, options.output)
 
 
 def _gate(options: argparse.Namespace) -> int:
     folder = options.report if options.report.is_dir() else options.report.parent
-    return _printed(*_judged(load(options.report), options), folder)
+    return _print_report(*_judge(load(options.report), options), folder)
 
 
 def _rebuild(options: argparse.Namespace) -> int:
@@ -263,7 +263,7 @@ def _minimal(options: argparse.Namespace) -> int:
     return OK
 
 
-def _printed(report: Report, checked: GateResult, folder: Path) -> int:
+def _print_report(report: Report, checked: GateResult, folder: Path) -> int:
     """Says what a session says at its end."""
     columns = shutil.get_terminal_size().columns
     failing = FailingTests.of(report, columns)
@@ -282,7 +282,7 @@ def _printed(report: Report, checked: GateResult, folder: Path) -> int:
     return FAILED if failed else OK
 
 
-def _judged(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:
+def _judge(report: Report, options: argparse.Namespace) -> tuple[Report, GateResult]:
     """Check a report against all gates, and compare it; write the baseline where that was asked for."""
     missing = expected(report) - report.reported
     failed = [f"shard {shard} is missing" for shard in missing_shards(report)]

@@ -22,8 +22,8 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
     yield Line(headline(changes), "warn" if changes.changed or not changes.compared else "ok")
     room = max((len(str(kind.tests)) for kind in changes.kinds), default=1) + 4
     for kind in changes.kinds[:_MAX_KINDS]:
-        yield from _wrapped(f"{kind.tests:>{room - 2}}  ", kind.kind, columns, "warn")
-        yield from _wrapped(" " * room, _example(report, changes, kind), columns)
+        yield from _wrap_lines(f"{kind.tests:>{room - 2}}  ", kind.kind, columns, "warn")
+        yield from _wrap_lines(" " * room, _example(report, changes, kind), columns)
     if len(changes.kinds) > _MAX_KINDS:
         yield Line(f"  ... and {plural(len(changes.kinds) - _MAX_KINDS, 'more kind')}: see the report", "dim")
     for names, where in ((changes.new, "not in the baseline"), (changes.gone, "only in the baseline")):
@@ -31,7 +31,7 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
             start = f"  {plural(len(names), 'test')} {where}: "
             yield Line(visible(start + listing(names, columns - width(start))), "dim")
     for note in changes.notes:
-        yield from _wrapped("  ", note, columns, "warn")
+        yield from _wrap_lines("  ", note, columns, "warn")
 
 
 def sentence(report: Report) -> str:
@@ -89,7 +89,7 @@ def _example(report: Report, changes: BehaviourChanges, kind: ChangeKind) -> str
     return f"first difference in {test}: {changes.changed[kind.example].text}"
 
 
-def _wrapped(start: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
+def _wrap_lines(start: str, text: str, columns: int, style: Style = "plain") -> Iterator[Line]:
     """Text behind a start, which continues below itself if it is too long."""
     for line in wrap(visible(text).split(" "), columns - width(start)):
         yield Line(start + line, style)

@@ -67,7 +67,7 @@ class Carrying:
 
     def renamed(self, report: Report, source: Path) -> Report:
         """A report with the names that its files will have."""
-        names = _Names(self, source)
+        names = _NewNames(self, source)
         report = replace(report, tests=tuple(map(names.of_test, report.tests)))
         for section in report_sections():
             if section.rename is not None:
@@ -98,7 +98,7 @@ class Carrying:
 
 
 @dataclass(frozen=True)
-class _Names:
+class _NewNames:
     """Changes the names in one report, whose files are in `source`; a file that is missing keeps its name."""
 
     carrying: Carrying

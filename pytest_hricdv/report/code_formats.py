@@ -69,9 +69,9 @@ def hits(report: Report) -> tuple[FileHits, ...]:
     if not code.measured:
         return ()
     bits = [test.code.bits for test in report.tests if test.code]
-    statements = _counted(lines for lines, _ in bits)
+    statements = _count_bits(lines for lines, _ in bits)
     measured_arcs = [arcs for _, arcs in bits if arcs is not None]
-    arcs = _counted(measured_arcs) if len(measured_arcs) == len(bits) else None
+    arcs = _count_bits(measured_arcs) if len(measured_arcs) == len(bits) else None
     waived = {(waiver.file, waiver.line) for waiver in code.waivers}
     return tuple(sorted(_files(code.map, statements, arcs, waived), key=lambda file: file.name))
 
@@ -157,7 +157,7 @@ def _files(
         yield FileHits(file.file, lines, branches)
 
 
-def _counted(numbers: Iterable[str]) -> Counter[int]:
+def _count_bits(numbers: Iterable[str]) -> Counter[int]:
     """How many of the hexadecimal numbers have each bit set; equal ones, which suites have many of, are read once."""
     counts: Counter[int] = Counter()
     for number, times in Counter(numbers).items():

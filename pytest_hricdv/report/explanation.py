@@ -77,7 +77,7 @@ def failure(
     most = action_lines.BRIEF_ACTIONS if brief else action_lines.MAX_ACTIONS
     event = "" if at_s is None else f"{failed[0]} is violated"
     story = _actions(test, test.sim_s if at_s is None else at_s, event, most)
-    lines += [*story, "", *_logged(logged, test.sim_s if at_s is None else at_s)]
+    lines += [*story, "", *_log_around(logged, test.sim_s if at_s is None else at_s)]
     lines += instructions(test, suite, seed, rerun_options, file)
     return "\n".join(visible(line) for line in lines)
 
@@ -102,7 +102,7 @@ def aborted(
     """
     again = instructions(test, suite, seed, rerun_options, file)
     last_s = max((line.time_s for line in logged), default=0.0)
-    lines = [f"{place}; nothing was checked", "", *_actions(test), "", *_logged(logged, last_s), *again]
+    lines = [f"{place}; nothing was checked", "", *_actions(test), "", *_log_around(logged, last_s), *again]
     return "\n".join(visible(line) for line in lines)
 
 
@@ -145,7 +145,7 @@ def generate_command(nodeid: str, suite: str, seed: int, options: Sequence[str] 
         options: further options that the run was given and that decide which tests exist or what fails.
     """
     words = [f"--hri-suite={suite}", f"--hri-seed={seed}", *options]
-    return " ".join(["pytest", _quoted(nodeid), *map(_option, words)])
+    return " ".join(["pytest", _quote(nodeid), *map(_option, words)])
 
 
 def replay_command(file: str, options: Sequence[str] = ()) -> str:
@@ -172,7 +172,7 @@ def instructions(
         file: the test's replay file, if it has one.
     """
     if seed is None:
-        return ["run it again:", f"  pytest {_quoted(test.nodeid)}"]
+        return ["run it again:", f"  pytest {_quote(test.nodeid)}"]
     if file and suite == "":
         return ["run it again:", f"  {replay_command(file, options)}"]
     lines = ["run it again:", f"  {generate_command(test.nodeid, suite or test.suite, seed, options)}"]
@@ -272,7 +272,7 @@ def _actions(
     return action_lines.listed(test.abstract, name, who)
 
 
-def _logged(logged: Sequence[LogLine], at_s: float) -> list[str]:
+def _log_around(logged: Sequence[LogLine], at_s: float) -> list[str]:
     """What was logged around an instant (s), with an empty line; nothing where nothing was."""
     lines = [*log_lines.around(logged, at_s)]
     return [*lines, ""] if lines else []
@@ -282,7 +282,7 @@ def _names(test: TestResult) -> list[str]:
     return sorted(test.requirements, key=by_requirement)
 
 
-def _quoted(nodeid: str) -> str:
+def _quote(nodeid: str) -> str:
     if nodeid.startswith("-"):  # pytest would take it for an option, and --basetemp=DIR empties a folder
         nodeid = f"./{nodeid}"
     # Some shells require quotes around brackets. Every shell understands double quotes, so these are used unless a

@@ -40,14 +40,14 @@ class ExportTargets:
 
 
 @dataclass(frozen=True)
-class Written:
+class ExportResult:
     """Messages: files written or not, with the reason; and errors."""
 
     notes: tuple[str, ...]
     problems: tuple[str, ...]
 
 
-def write_exports(report: Report, targets: ExportTargets, root: str) -> Written:
+def write_exports(report: Report, targets: ExportTargets, root: str) -> ExportResult:
     """Write the files that were asked for.
 
     Args:
@@ -74,11 +74,11 @@ def write_exports(report: Report, targets: ExportTargets, root: str) -> Written:
         except ReportError as error:
             problems.append(f"--hri-{name}: {error}")
     if targets.job_summary is not None:
-        problems += _appended(targets.job_summary, f"{markdown(report)}\n")
-    return Written(tuple(notes), tuple(problems))
+        problems += _append(targets.job_summary, f"{markdown(report)}\n")
+    return ExportResult(tuple(notes), tuple(problems))
 
 
-def _appended(path: Path, text: str) -> list[str]:
+def _append(path: Path, text: str) -> list[str]:
     """Appends: other steps may have written to the file, which GitHub reads after the step."""
     try:
         with path.open("a", encoding="utf-8", errors="backslashreplace") as file:

@@ -61,7 +61,7 @@ class FailingTests:
         for cause in self.causes.causes if self.causes else ():
             for nodeid in cause.tests:
                 labels.setdefault(nodeid, []).append(cause.label)
-        return {nodeid: _joined(of_test) for nodeid, of_test in labels.items()}
+        return {nodeid: _join_labels(of_test) for nodeid, of_test in labels.items()}
 
     def lines(self, columns: int | None, *, all_rows: bool = False) -> Iterator[Line]:
         """What tests fail for, each cause with a line for each of its tests.
@@ -87,14 +87,14 @@ class FailingTests:
         if not all_rows and len(self.tests) > MOST_ROWS:
             yield Line(f"and {plural(len(self.tests) - MOST_ROWS, 'more test')}: -v lists all", "dim")
         if self.causes is not None and self.causes.remark:
-            yield from (Line(line, "dim") for line in _wrapped(self.causes.remark, columns))
+            yield from (Line(line, "dim") for line in _wrap_lines(self.causes.remark, columns))
 
     def rows(self, nodeids: Sequence[str], columns: int | None = None) -> Iterator[Line]:
         """`id  R29 R21  replay`: nothing that tells tests apart is cut, and commands are whole or not there."""
         tests = [self.tests[nodeid] for nodeid in nodeids]
         if not tests:
             return
-        names = [" ".join(self._failed(test)) for test in tests]
+        names = [" ".join(self._failure_names(test)) for test in tests]
         id_columns, name_columns = max(width(test.id) for test in tests), max(map(width, names))
         start = width(_GAP) + id_columns + width(_GAP)
         for test, failed in zip(tests, names, strict=True):
@@ -111,7 +111,7 @@ class FailingTests:
         if columns is None:
             return True
         ids = max(width(visible(test.id)) for test in self.tests.values())
-        names = max(width(" ".join(self._failed(test))) for test in self.tests.values())
+        names = max(width(" ".join(self._failure_names(test))) for test in self.tests.values())
         replays = max(width(visible(test.replay or "")) for test in self.tests.values())
         return 3 * width(_GAP) + ids + names + replays <= columns
 
@@ -122,7 +122,7 @@ class FailingTests:
             folder = visible(replayed.replay).removesuffix(f"{visible(replayed.id)}.json")
             yield Line(f"replay each: --hri-replay={folder}ID.json", "dim")
 
-    def _failed(self, test: TestResult) -> list[str]:
+    def _failure_names(self, test: TestResult) -> list[str]:
         """The requirements that a test failed for, by the time of their violation."""
         declared = {} if self.report.strict else self.report.known_violations
         names = [name for name in failed_in_order(test, declared) if not is_known(name, test, declared)]
@@ -132,7 +132,7 @@ class FailingTests:
         return [visible(name) for name in names] or [by_engine]
 
 
-def _joined(labels: Sequence[str]) -> str:
+def _join_labels(labels: Sequence[str]) -> str:
     """`cause 1`, or `causes 1, 2`."""
     if len(labels) == 1:
         return labels[0]
@@ -140,5 +140,5 @@ def _joined(labels: Sequence[str]) -> str:
     return f"{word}s {', '.join(label.partition(' ')[2] for label in labels)}"
 
 
-def _wrapped(text: str, columns: int | None) -> list[str]:
+def _wrap_lines(text: str, columns: int | None) -> list[str]:
     return [visible(text)] if columns is None else wrap(visible(text).split(" "), columns)

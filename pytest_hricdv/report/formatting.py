@@ -111,7 +111,7 @@ def fit(text: str, columns: int) -> str:
     if width(text) <= columns:
         return text
     dots = "..."[: max(columns, 0)]
-    return _beginning(text, columns - len(dots)).rstrip() + dots
+    return _cut_end(text, columns - len(dots)).rstrip() + dots
 
 
 def fitting(texts: Iterable[str], columns: int) -> str:
@@ -123,7 +123,7 @@ def fitting(texts: Iterable[str], columns: int) -> str:
     for text in texts:
         if width(text) <= columns:
             return text
-    return _beginning(text, columns)
+    return _cut_end(text, columns)
 
 
 def fit_path(path: str, columns: int) -> str:
@@ -210,7 +210,7 @@ def _end(line: int) -> str:
     return "exit" if line < 0 else str(line)
 
 
-def _beginning(text: str, columns: int) -> str:
+def _cut_end(text: str, columns: int) -> str:
     room = columns
     for length, char in enumerate(text):
         room -= _char_width(char)

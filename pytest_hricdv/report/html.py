@@ -67,7 +67,7 @@ def _environment() -> jinja2.Environment:
         speedup=formatting.speedup,
         outcome=totals.outcome_word,
         outcome_style=totals.outcome_style,
-        coded=_coded,
+        coded=_mark_code,
     )
     return environment
 
@@ -83,7 +83,7 @@ def _finalize(value: object) -> object:
     return visible(value, keep="\n\t") if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
-def _coded(text: str) -> Markup:
+def _mark_code(text: str) -> Markup:
     """Text with what stands between backquotes as code."""
     parts = visible(text).split("`")
     return Markup("").join(Markup("<code>{}</code>").format(part) if n % 2 else part for n, part in enumerate(parts))

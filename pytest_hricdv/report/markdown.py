@@ -61,13 +61,13 @@ def markdown(report: Report) -> str:
     """
     lines: list[str] = []
     for part in (_head, _causes, _requirements, _coverage, _failures, _gaps):
-        section = [*_fitting(part(report))]
+        section = [*_fit_section(part(report))]
         if section:
             lines += [*section, ""]
     return "\n".join(lines)
 
 
-def _fitting(lines: Iterator[str]) -> Iterator[str]:
+def _fit_section(lines: Iterator[str]) -> Iterator[str]:
     """The lines of a section, as far as there is room; what is open then is closed."""
     room, fence, details = _MAX_SECTION_BYTES, "", 0
     for line in lines:
@@ -121,11 +121,11 @@ def _causes(report: Report) -> Iterator[str]:
             continue
         yield f"**{_escape(cause.title)}**"
         yield ""
-        yield from _fenced([line.text for line in cause.lines[1:]])
+        yield from _fence([line.text for line in cause.lines[1:]])
         if len(nodeids) > 1:
             yield f"<details><summary>{plural(len(nodeids), 'test')}</summary>"
             yield ""
-            yield from _fenced([line.text.strip() for line in failing.rows(nodeids[:MOST_ROWS])])
+            yield from _fence([line.text.strip() for line in failing.rows(nodeids[:MOST_ROWS])])
             yield "</details>"
         yield ""
     yield _escape(failing.causes.remark)
@@ -205,7 +205,7 @@ def _failure(report: Report, test: TestResult) -> Iterator[str]:
     if not (names or test.faults):
         yield from (f"- {_escape(line)}" for line in test.failure.strip().splitlines()[:1])
     yield ""
-    yield from _fenced(instructions_of(report, test))
+    yield from _fence(instructions_of(report, test))
     yield "</details>"
     yield ""
 
@@ -222,7 +222,7 @@ def _gaps(report: Report) -> Iterator[str]:
     yield "</details>"
 
 
-def _fenced(lines: Sequence[str]) -> Iterator[str]:
+def _fence(lines: Sequence[str]) -> Iterator[str]:
     """Lines as a code block; its fence is longer than any sequence of backquotes inside."""
     text = [visible(cut(line, MAX_LINE)) for line in lines]
     longest = max((len(part) for line in text for part in _backquotes(line)), default=0)

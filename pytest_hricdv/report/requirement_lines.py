@@ -36,12 +36,12 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief
         yield Line(f"  {len(good)} others: no test failed them; -v lists all", "ok")
     else:
         yield from _table(rows, columns)
-    yield from _unchecked([row for row in rows if not (brief and row.may_be_nc)], columns)
-    yield from _pending(rows, columns)
-    yield from _known(rows, columns)
-    yield from _overtaken(rows, columns)
+    yield from _nc_lines([row for row in rows if not (brief and row.may_be_nc)], columns)
+    yield from _pending_lines(rows, columns)
+    yield from _known_violation_lines(rows, columns)
+    yield from _masked_lines(rows, columns)
     if totals.is_whole(report, suite) and not brief:
-        yield from _unused(rows, columns)
+        yield from _vacuous_lines(rows, columns)
 
 
 def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
@@ -68,7 +68,7 @@ def _table(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
             yield Line(f"  {name}{figures}{unit}".rstrip(), _verdict_style(row))
 
 
-def _unchecked(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _nc_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     unchecked = [row for row in rows if row.nc and not row.passed + row.failed]
     for undecided, why in (
         (False, "no test triggered it"),
@@ -82,14 +82,14 @@ def _unchecked(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[
             yield from labelled("NC: allowed", f"{row.name}: {row.may_be_nc}", columns, "dim")
 
 
-def _pending(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _pending_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     open_ = [f"{row.name}: {plural(row.pending, 'trigger')}" for row in rows if row.pending]
     if open_:
         shown = listing(open_, columns - LABEL_COLUMNS - 30)
         yield from labelled("pending at the end", f"{shown}, undecided when a run ended", columns, "warn")
 
 
-def _known(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _known_violation_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     for row in rows:
         if row.failed and row.known_reason:
             note = visible(f"{row.name} is known to fail: {row.known_note}")
@@ -97,7 +97,7 @@ def _known(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line
                 yield Line(f"  {line}", "warn" if row.tolerated else "bad")
 
 
-def _unused(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _vacuous_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     """Alternatives of responses without which all verdicts would be the same."""
     unused = [f"in {row.name}, never affected the verdict: {text}" for row in rows for text in row.unused]
     for text in unused[:_MAX_UNUSED]:
@@ -107,7 +107,7 @@ def _unused(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Lin
         yield from labelled("vacuous", f"{len(unused) - _MAX_UNUSED} more: see the report", columns, "warn")
 
 
-def _overtaken(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
+def _masked_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     """Messages that requirements read and did not evaluate."""
     texts = [
         f"{row.name} ignored {count} '{topic}' message{'s' * (count != 1)}: only the last message of a topic per "

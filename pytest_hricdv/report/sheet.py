@@ -51,7 +51,7 @@ def sheet(report: Report, requirements: Sequence[RequirementView], origins: Sequ
     revisions = dict.fromkeys(
         f"{o.revision[:12]}{' with local changes' if o.dirty else ''}" for o in origins if o.revision
     )
-    waived = tuple(_joined(waivers(report)))
+    waived = tuple(_join_lines(waivers(report)))
     return Sheet(
         date=max((origin.began for origin in origins), default="").replace("T", " ").replace("+00:00", " UTC"),
         revision=", ".join(revisions),
@@ -81,7 +81,7 @@ def _incomplete(report: Report, origins: Sequence[ReportOrigin], waived: Sequenc
         yield f"{nobody} of {len(waived)} waivers name no owner"
 
 
-def _joined(single: Sequence[Waiver]) -> Iterator[Waiver]:
+def _join_lines(single: Sequence[Waiver]) -> Iterator[Waiver]:
     """Lines of a file that are waived for one reason are one row."""
     lines: dict[tuple[str, str, str], list[Waiver]] = {}
     for waiver in single:

@@ -52,7 +52,7 @@ class CoverageCount:
 
 
 @dataclass(frozen=True)
-class Source:
+class AnnotatedSource:
     """A file with its lines.
 
     Attributes:
@@ -74,7 +74,7 @@ class Source:
     note: str = ""
 
 
-def code_sources(report: Report) -> tuple[Source, ...]:
+def code_sources(report: Report) -> tuple[AnnotatedSource, ...]:
     """The files under test; empty where nothing was measured."""
     if not any(test.code for test in report.tests):
         return ()
@@ -103,7 +103,7 @@ def _file_note(report: Report, file: str) -> str:
     return f"unmeasured: {reason}" if reason else ""
 
 
-def model_sources(report: Report) -> tuple[Source, ...]:
+def model_sources(report: Report) -> tuple[AnnotatedSource, ...]:
     """The agents' sources."""
     names = plan_names(report)
     numbers = {plan: number for number, plan in enumerate(names)}
@@ -114,7 +114,9 @@ def model_sources(report: Report) -> tuple[Source, ...]:
         units = {line: numbers[agent, label] for line, label in lines.items()}
         notes = {line: _trigger_note(report, agent, label) for line, label in lines.items()}
         count = CoverageCount(sum(hits[unit] > 0 for unit in units.values()), len(units))
-        sources.append(Source(f"Agent {agent}", model.file, tuple(_model_lines(model, units, hits, notes)), count))
+        sources.append(
+            AnnotatedSource(f"Agent {agent}", model.file, tuple(_model_lines(model, units, hits, notes)), count)
+        )
     return tuple(sources)
 
 
@@ -128,7 +130,7 @@ def count_bits(sets: Iterable[int], size: int) -> list[int]:
 
 def _code_source(
     file: MappedFile, first: int, hits: Sequence[int], taken: Mapping[tuple[int, int], int], waived: Set[int]
-) -> Source:
+) -> AnnotatedSource:
     """A file whose first statement has this number; how many tests took each branch that has to be taken."""
     units = {line: unit for unit, line in enumerate(file.statements, start=first)}
     untaken: dict[int, list[str]] = {}
@@ -148,7 +150,7 @@ def _code_source(
         else:
             lines.append(SourceLine(number, text, "hit" if hits[unit] else "missed", unit, hits[unit]))
     needed = [unit for line, unit in units.items() if line not in waived]
-    return Source(
+    return AnnotatedSource(
         title=file.file,
         file="",
         lines=tuple(lines),

@@ -68,7 +68,7 @@ def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = F
     Args:
         brief: of a session that failed, what that is about, without all that passed and is not covered.
     """
-    lines = [*_unchecked(report, width)]
+    lines = [*_vacuity_lines(report, width)]
     for suite in report.suites:
         lines += [*_suite(report, suite, width, brief=brief), Line("")]
     uncovered = [*_files(report, width), *(_gaps_counted(report, width) if brief else _gaps(report, width))]
@@ -89,12 +89,12 @@ def findings(report: Report) -> Iterator[Line]:
     yield from _faults(report)
     for test in report.tests:
         if test.replayed:
-            yield from _replayed(test.id, test.replayed)
+            yield from _replay_lines(test.id, test.replayed)
     for view in views():
         yield from view.findings(report)
 
 
-def _unchecked(report: Report, columns: int) -> Iterator[Line]:
+def _vacuity_lines(report: Report, columns: int) -> Iterator[Line]:
     """That nothing was checked comes first: tests that passed look as if all were well."""
     sentences = totals.nothing_checked(report)
     for sentence in sentences:
@@ -261,7 +261,7 @@ def _slowest(report: Report) -> Iterator[Line]:
         yield Line(f"slowest: {seconds(wall_s)} {slow}", "dim")
 
 
-def _replayed(test: str, replayed: ReplayComparison) -> Iterator[Line]:
+def _replay_lines(test: str, replayed: ReplayComparison) -> Iterator[Line]:
     start = visible(f"replay of {test}: ")
     if replayed.same:
         yield Line(f"{start}the same run, to the bit", "ok")

@@ -125,7 +125,7 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "plans": {agent: sorted(labels, key=natural) for agent, labels in test.plans.items()},
         "aim": test.name or test.aim,
         "abstract": test.abstract,
-        "acted": _acted(test),
+        "acted": _action_times(test),
         "seen": test.seen,
         "actions": [(action.command, _values(action.parameters)) for action in test.concrete.actions],
         "run": _values(test.concrete.run),
@@ -137,14 +137,14 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "rerun": [line.strip() for line in explanation.instructions_of(report, test)[1:]],
         "facts": {name: value for name, value in _facts(test).items() if value},
         "repeats": len(test.repeats),
-        "replayed": _replayed(test.replayed) if test.replayed else "",
+        "replayed": _replay_text(test.replayed) if test.replayed else "",
         "timeline": to_builtins(test.timeline),
         "changed": behaviour_view.details(report, test),
         **{key: value for view in views() for key, value in view.of_test(report, test).items()},
     }
 
 
-def _acted(test: TestResult) -> list[float | None]:
+def _action_times(test: TestResult) -> list[float | None]:
     """When each action began (s); None for one that did not, and nothing for those after the last that did."""
     times = {number: round(time_s, 3) for time_s, number in test.begun}
     return [times.get(number) for number in range(max(times, default=-1) + 1)]
@@ -162,10 +162,10 @@ def _row(
         test.outcome,
         "".join(_letter(report, name, test) for name in requirements),
         [result.triggers if result else 0 for result in results],
-        [_rounded(result.margin) if result else None for result in results],
+        [_round(result.margin) if result else None for result in results],
         test.outcomes,
-        _rounded(test.code.percent) if test.code else None,
-        _rounded(test.sim_s),
+        _round(test.code.percent) if test.code else None,
+        _round(test.sim_s),
         " ".join(test.beliefs),
         f"{code_bits(test)[0]:x}",
         f"{plan_bits(test, plans):x}",
@@ -181,7 +181,7 @@ def _letter(report: Report, name: str, test: TestResult) -> str:
     return "K" if result.verdict == "Failed" and is_known else _LETTERS[result.verdict]
 
 
-def _rounded(value: float | None) -> float | None:
+def _round(value: float | None) -> float | None:
     """Five digits are more than any table or plot shows."""
     return None if value is None else float(f"{value:.5g}")
 
@@ -222,7 +222,7 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
     }
 
 
-def _replayed(replayed: ReplayComparison) -> str:
+def _replay_text(replayed: ReplayComparison) -> str:
     if replayed.same:
         return f"Replay of {replayed.file}: the same run, to the bit."
     if replayed.changed:

@@ -75,7 +75,7 @@ class RequirementRow:
 
 
 @dataclass(frozen=True)
-class Duration:
+class SessionDuration:
     """Wall-clock seconds of the session, and simulated seconds over all its tests."""
 
     wall_s: float
@@ -253,11 +253,11 @@ def is_tolerated(report: Report, requirement: str, test: TestResult) -> bool:
     return bool(known_reason(report, requirement)) and not test.requirements[requirement].outside
 
 
-def duration(report: Report) -> Duration:
+def duration(report: Report) -> SessionDuration:
     """The session's wall clock, and the simulated time of its tests; of a campaign, that of all runs."""
     of_all_runs = [total_s for view in views() if (total_s := view.simulated_s(report)) is not None]
     simulated_s = of_all_runs[0] if of_all_runs else sum(test.sim_s for test in report.tests)
-    return Duration(report.wall_s, simulated_s, report.workers)
+    return SessionDuration(report.wall_s, simulated_s, report.workers)
 
 
 def unmeasured(report: Report) -> str:

@@ -58,9 +58,13 @@ def verdict(report: Report) -> ReportVerdict:
     """The verdict on a report: failed where a test, a gate or the session itself did."""
     groups = failure_groups(report)
     causes = next((causes for view in views() if (causes := view.causes(report, None)) is not None), None)
-    why = [*_failed(report, causes)]
+    why = [*_describe_failures(report, causes)]
     counts = totals.outcomes(report)
-    rest = [text for text in (_passed(report) if not why else "", _known(counts["known-violation"], why)) if text]
+    rest = [
+        text
+        for text in (_describe_passes(report) if not why else "", _describe_known(counts["known-violation"], why))
+        if text
+    ]
     ran = sum(counts.values()) - counts["not-run"]
     word = "failed" if why else "passed" if ran else "nothing ran"
     parts = "; ".join(filter(None, [", ".join(why), *rest]))
@@ -73,7 +77,7 @@ def verdict(report: Report) -> ReportVerdict:
     )
 
 
-def _failed(report: Report, causes: FailureCauses | None) -> Iterator[str]:
+def _describe_failures(report: Report, causes: FailureCauses | None) -> Iterator[str]:
     failing = sum(test.fails for test in report.tests)
     if failing:
         yield plural(failing, "test")
@@ -90,12 +94,12 @@ def _failed(report: Report, causes: FailureCauses | None) -> Iterator[str]:
         yield f"{plural(lost, 'test')} without a result"
 
 
-def _passed(report: Report) -> str:
+def _describe_passes(report: Report) -> str:
     passed = totals.outcomes(report)["passed"]
     return plural(passed, "test") if passed else ""
 
 
-def _known(count: int, why: list[str]) -> str:
+def _describe_known(count: int, why: list[str]) -> str:
     return f"{count} known" if why and count else f"{plural(count, 'test')} known to fail" if count else ""
 
 

@@ -52,7 +52,7 @@ class Waiver:
 
 def waivers(report: Report) -> tuple[Waiver, ...]:
     """All of them: known violations, allowed NC, lines declared unreachable."""
-    return (*_known(report), *_unchecked(report), *_lines(report))
+    return (*_known_violations(report), *_nc_exemptions(report), *_lines(report))
 
 
 def _split(reason: str) -> tuple[str, str]:
@@ -61,7 +61,7 @@ def _split(reason: str) -> tuple[str, str]:
     return (match["reason"], match["owner"]) if match else (reason, "")
 
 
-def _known(report: Report) -> Iterator[Waiver]:
+def _known_violations(report: Report) -> Iterator[Waiver]:
     whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
     for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
         condition = report.known_while.get(name, "")
@@ -76,7 +76,7 @@ def _known(report: Report) -> Iterator[Waiver]:
         yield Waiver("known violation", subject, *_split(reason), report.known_until.get(name, ""), state)
 
 
-def _unchecked(report: Report) -> Iterator[Waiver]:
+def _nc_exemptions(report: Report) -> Iterator[Waiver]:
     for name in sorted(report.may_be_nc, key=by_requirement):
         exemption = report.may_be_nc[name]
         suites = [suite for suite in report.suites if not exemption.suites or suite.name in exemption.suites]

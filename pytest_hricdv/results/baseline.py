@@ -80,7 +80,7 @@ def baseline_of(report: Report, old: Baseline | None = None) -> Baseline:
 def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, float | None]) -> SuiteBaseline:
     tests = [test for test in report.tests if test.suite == suite.name]
     return SuiteBaseline(
-        violations={requirement: _violating(tests, requirement) for requirement in suite.requirements},
+        violations={requirement: _violation_ids(tests, requirement) for requirement in suite.requirements},
         broken=tuple(sorted(test.id for test in tests if test.outcome == "error" or test.faults)),
         triggers={requirement: tally.triggers for requirement, tally in suite.requirements.items()},
         percent=percent,
@@ -152,7 +152,7 @@ def _message(text: str) -> BusMessage:
         ) from None
 
 
-def _violating(tests: Sequence[TestResult], requirement: str) -> Names:
+def _violation_ids(tests: Sequence[TestResult], requirement: str) -> Names:
     return tuple(sorted(test.id for test in tests if test.violates(requirement)))
 
 

@@ -32,12 +32,12 @@ def compare(report: Report, baseline: Baseline, *, whole: bool) -> tuple[Differe
                 Difference(suite=name, what="suite", before="-", now="new", items=(), worse=False, text=text)
             )
         else:
-            suite = _Suite(name, before, now)
+            suite = _SuiteComparison(name, before, now)
             differences += [*suite.new_causes(), *suite.new_failures(), *(suite.others() if whole else ())]
     return tuple(sorted(differences, key=lambda difference: not difference.worse))
 
 
-class _Suite:
+class _SuiteComparison:
     """A suite's differences."""
 
     def __init__(self, name: str, before: SuiteBaseline, now: SuiteBaseline) -> None:
@@ -47,13 +47,13 @@ class _Suite:
         """What tests fail for now, and did not in the baseline."""
         for name, words in (self.now.causes or {}).items():
             if self.before.causes is not None and name not in self.before.causes:
-                yield self._made(NEW_CAUSE, ("-", "new"), f"new cause {name}: {words}", items=(name,), worse=True)
+                yield self._difference(NEW_CAUSE, ("-", "new"), f"new cause {name}: {words}", items=(name,), worse=True)
 
     def _causes_gone(self) -> Iterator[Difference]:
         for name, words in (self.before.causes or {}).items():
             if self.now.causes is not None and name not in self.now.causes:
                 text = f"cause {name} is gone: {words}"
-                yield self._made("cause", ("there", "gone"), text, items=(name,), worse=False)
+                yield self._difference("cause", ("there", "gone"), text, items=(name,), worse=False)
 
     def new_failures(self) -> Iterator[Difference]:
         for requirement, tests in self.now.violations.items():
@@ -61,11 +61,11 @@ class _Suite:
             new = sorted(set(tests) - set(old))
             if new:
                 grown = f": grown from {len(old)} to {len(tests)} tests" if len(tests) > len(old) > 0 else ""
-                text = f"{requirement} is newly violated by {_shown(new)}{grown}"
+                text = f"{requirement} is newly violated by {_list_names(new)}{grown}"
                 yield self._tests(f"{requirement} violated", old, tests, new, text, worse=True)
         new = sorted(set(self.now.broken) - set(self.before.broken))
         if new:
-            text = f"newly in error or at fault: {_shown(new)}"
+            text = f"newly in error or at fault: {_list_names(new)}"
             yield self._tests("in error or at fault", self.before.broken, self.now.broken, new, text, worse=True)
 
     def others(self) -> Iterator[Difference]:
@@ -75,12 +75,12 @@ class _Suite:
             still = self.now.violations.get(requirement, ())
             mended = sorted(set(tests) - set(still))
             if mended:
-                text = f"{requirement} is no longer violated by {_shown(mended)}"
+                text = f"{requirement} is no longer violated by {_list_names(mended)}"
                 yield self._tests(f"{requirement} violated", tests, still, mended, text, worse=False)
         yield from self._triggers()
         for kind in _PERCENT:
             yield from self._percent(kind)
-        yield from self._covered()
+        yield from self._coverage_changes()
 
     def _triggers(self) -> Iterator[Difference]:
         for requirement in {**self.before.triggers, **self.now.triggers}:
@@ -88,7 +88,7 @@ class _Suite:
             if bool(before) != bool(now):
                 lost = f"{requirement} is no longer triggered; {before} times in the baseline"
                 text = f"{requirement} is triggered now, {now} times" if now else lost
-                yield self._made(f"{requirement} triggered", (str(before), str(now)), text, worse=not now)
+                yield self._difference(f"{requirement} triggered", (str(before), str(now)), text, worse=not now)
 
     def _percent(self, kind: str) -> Iterator[Difference]:
         before, now = self.before.percent.get(kind), self.now.percent.get(kind)
@@ -96,9 +96,9 @@ class _Suite:
             return
         shown, then = ("unmeasured" if percent is None else f"{percent:.2f} %" for percent in (now, before))
         worse = now is None or (before is not None and now < before)
-        yield self._made(kind, (then, shown), f"{kind} {shown}; {then} in the baseline", worse=worse)
+        yield self._difference(kind, (then, shown), f"{kind} {shown}; {then} in the baseline", worse=worse)
 
-    def _covered(self) -> Iterator[Difference]:
+    def _coverage_changes(self) -> Iterator[Difference]:
         """Plans and bins that were lost or gained."""
         before, now = _points(self.before), _points(self.now)
         for worse, word, some, others in ((True, "lost", before, now), (False, "gained", now, before)):
@@ -106,16 +106,16 @@ class _Suite:
                 missing = sorted(points - others.get(kind, set()))
                 if missing:
                     counts = (str(len(before.get(kind, ()))), str(len(now.get(kind, ()))))
-                    text = f"{word} {kind}: {_shown(missing)}"
-                    yield self._made(kind, counts, text, items=tuple(missing), worse=worse)
+                    text = f"{word} {kind}: {_list_names(missing)}"
+                    yield self._difference(kind, counts, text, items=tuple(missing), worse=worse)
 
     def _tests(
         self, kind: str, before: Sequence[str], now: Sequence[str], items: list[str], text: str, *, worse: bool
     ) -> Difference:
         counts = (_tests(len(before)), _tests(len(now)))
-        return self._made(kind, counts, text, items=tuple(items), worse=worse)
+        return self._difference(kind, counts, text, items=tuple(items), worse=worse)
 
-    def _made(
+    def _difference(
         self, kind: str, values: tuple[str, str], text: str, *, items: tuple[str, ...] = (), worse: bool
     ) -> Difference:
         before, now = values
@@ -133,6 +133,6 @@ def _points(suite: SuiteBaseline) -> dict[str, set[str]]:
     return plans | {f"bins of {name}": {" x ".join(bin_) for bin_ in bins} for name, bins in suite.bins.items()}
 
 
-def _shown(names: list[str], most: int = 3) -> str:
+def _list_names(names: list[str], most: int = 3) -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more

@@ -49,7 +49,7 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
         changed=changed,
         kinds=_kinds(changed),
         new=tuple(test.id for test, before in pairs if before is None and _has_behaviour(suites.get(test.suite))),
-        gone=tuple(_gone(report, suites)) if whole else (),
+        gone=tuple(_removed_tests(report, suites)) if whole else (),
         notes=tuple(dict.fromkeys(_notes(report, suites, changed=bool(changed)))),
     )
 
@@ -107,13 +107,13 @@ def first_difference(before: Behaviour, now: Behaviour) -> FirstDifference:
 def _first_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> FirstDifference | None:
     for number, (old, new) in enumerate(zip_longest(before, now)):
         if new is None:
-            return _missing(old)
+            return _missing_message(old)
         if old is None:
             return _extra(new)
         if _content(old) != _content(new):
             return _other_message(before[number:], now[number:])
         if old.time_s != new.time_s:
-            return _moved(old, new)
+            return _shifted_message(old, new)
     return None
 
 
@@ -134,10 +134,10 @@ def _other_message(before: Sequence[BusMessage], now: Sequence[BusMessage]) -> F
     if to_new == to_old and (to_new == _NEVER or old.time_s == new.time_s):
         return _instead(old, new)
     if new.time_s < old.time_s:
-        return _moved(before[to_new], new) if to_new <= to_old else _extra(new)
+        return _shifted_message(before[to_new], new) if to_new <= to_old else _extra(new)
     if old.time_s < new.time_s:
-        return _moved(old, now[to_old]) if to_old <= to_new else _missing(old)
-    return _missing(old) if to_new < to_old else _extra(new)
+        return _shifted_message(old, now[to_old]) if to_old <= to_new else _missing_message(old)
+    return _missing_message(old) if to_new < to_old else _extra(new)
 
 
 def _distance(message: BusMessage, sequence: Sequence[BusMessage]) -> int:
@@ -153,8 +153,8 @@ def _other_fields(old: BusMessage, new: BusMessage) -> FirstDifference:
 
 def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = None) -> FirstDifference:
     """One message instead of another; where only some fields differ, `names` are these."""
-    kind, kind_before = (_said(message, names, words=True) for message in (new, old))
-    said, said_before = (_said(message, names) for message in (new, old))
+    kind, kind_before = (_message_text(message, names, words=True) for message in (new, old))
+    said, said_before = (_message_text(message, names) for message in (new, old))
     fields = ", ".join(f"`{name}`" for name in names or ())
     if kind != kind_before:
         kind = f"{kind} instead of {kind_before}"
@@ -164,13 +164,13 @@ def _instead(old: BusMessage, new: BusMessage, names: Sequence[str] | None = Non
         kind = f"`{new.topic}` with another {fields}"
     else:
         kind = f"`{new.topic}` with a slightly other {fields}"
-        said, said_before = (_said(message, names, exact=True) for message in (new, old))
+        said, said_before = (_message_text(message, names, exact=True) for message in (new, old))
     before_s = "" if _tenths(old.time_s) == _tenths(new.time_s) else f" at {_tenths(old.time_s)}"
     text = f"at {_tenths(new.time_s)} {said} instead of {said_before}{before_s}"
     return FirstDifference(kind, text, new.time_s, new.topic)
 
 
-def _missing(old: BusMessage) -> FirstDifference:
+def _missing_message(old: BusMessage) -> FirstDifference:
     return _at(old, "is missing")
 
 
@@ -179,19 +179,21 @@ def _extra(new: BusMessage) -> FirstDifference:
 
 
 def _at(message: BusMessage, verb: str) -> FirstDifference:
-    text = f"at {_tenths(message.time_s)} {_said(message)} {verb}"
-    return FirstDifference(f"{_said(message, words=True)} {verb}", text, message.time_s, message.topic)
+    text = f"at {_tenths(message.time_s)} {_message_text(message)} {verb}"
+    return FirstDifference(f"{_message_text(message, words=True)} {verb}", text, message.time_s, message.topic)
 
 
-def _moved(old: BusMessage, new: BusMessage) -> FirstDifference:
+def _shifted_message(old: BusMessage, new: BusMessage) -> FirstDifference:
     by_s = new.time_s - old.time_s
     size = f"{abs(by_s):.1f} s" if abs(by_s) >= 0.05 else f"{abs(by_s):.3f} s"
     how = "later" if by_s > 0 else "earlier"
-    text = f"at {_tenths(new.time_s)} {_said(new)}, {size} {how} than in the baseline"
-    return FirstDifference(f"{_said(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
+    text = f"at {_tenths(new.time_s)} {_message_text(new)}, {size} {how} than in the baseline"
+    return FirstDifference(f"{_message_text(new, words=True)} {how}", text, min(old.time_s, new.time_s), new.topic)
 
 
-def _said(message: BusMessage, names: Sequence[str] | None = None, *, words: bool = False, exact: bool = False) -> str:
+def _message_text(
+    message: BusMessage, names: Sequence[str] | None = None, *, words: bool = False, exact: bool = False
+) -> str:
     """A message as `topic(values)`: of these fields, or of all; with `words` without numbers."""
     shown = {name: value for name, value in message.fields.items() if names is None or name in names}
     if words:
@@ -282,7 +284,7 @@ def _kinds(changed: Mapping[str, Change]) -> tuple[ChangeKind, ...]:
     return tuple(sorted(kinds, key=lambda kind: (-kind.tests, kind.kind)))
 
 
-def _gone(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterator[str]:
+def _removed_tests(report: Report, suites: Mapping[str, SuiteBaseline | None]) -> Iterator[str]:
     present = {name for test in report.tests for name in (test.id, test.nodeid)}
     for before in suites.values():
         yield from sorted(name for name in (before and before.tests) or () if name not in present)

@@ -25,7 +25,7 @@ class ReportError(InputError):
     """A report cannot be written or read; the message says which file, why, and what to do."""
 
 
-class _Head(msgspec.Struct):
+class _ReportHead(msgspec.Struct):
     schema: str | int | None = None
 
 
@@ -51,17 +51,17 @@ def encode_bounded(result: TestResult) -> str:
     except MemoryError:
         pass  # once more with less
     timeline = result.timeline
-    plain = _bounded(msgspec.to_builtins(msgspec.structs.replace(result, timeline=None), enc_hook=_exact))
+    plain = _cut_texts(msgspec.to_builtins(msgspec.structs.replace(result, timeline=None), enc_hook=_exact))
     return encode(msgspec.structs.replace(msgspec.convert(plain, TestResult), timeline=timeline))
 
 
-def _bounded(value: Any) -> Any:
+def _cut_texts(value: Any) -> Any:
     """JSON with its texts cut."""
     if isinstance(value, str):
         return cut(value)
     if isinstance(value, dict):
-        return {key: _bounded(item) for key, item in value.items()}
-    return [_bounded(item) for item in value] if isinstance(value, list | tuple) else value
+        return {key: _cut_texts(item) for key, item in value.items()}
+    return [_cut_texts(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def _exact(value: object) -> object:
@@ -89,14 +89,14 @@ def canonical(record: object) -> str:
     """
     try:
         plain = msgspec.to_builtins(record, enc_hook=_exact)
-        lines = [f"{_compact(key)}: {_itemized(plain[key])}" for key in sorted(plain)]
+        lines = [f"{_compact(key)}: {_item_lines(plain[key])}" for key in sorted(plain)]
     except (TypeError, ValueError) as error:
         place = next(_not_finite(plain, "$"), "") if isinstance(error, ValueError) else ""
         raise ReportError(f"cannot write {place or 'the report'} as JSON: {error}") from error
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _itemized(value: object) -> str:
+def _item_lines(value: object) -> str:
     if not isinstance(value, list | tuple) or not value:
         return _compact(value)
     return "[\n" + ",\n".join(map(_compact, value)) + "\n]"
@@ -131,7 +131,7 @@ def load(path: Path) -> Report:
     try:
         file_inside(file.parent, file.name)  # also where a pattern of the shell named it, as in `merge shards/*/*.json`
         text = read_text(file, MAX_REPORT_BYTES)
-        schema = from_json(text, _Head).schema
+        schema = from_json(text, _ReportHead).schema
         if schema != SCHEMA:
             raise ReportError(
                 f"{file}: expected schema {SCHEMA!r}, found {quoted(schema)}: run the suite again, or read the report "

@@ -28,9 +28,9 @@ def check_report(report: Report) -> None:
 
 
 def _problems(report: Report) -> Iterator[tuple[str, str]]:
-    yield from _repeated("suites", "name", (suite.name for suite in report.suites))
-    yield from _repeated("tests", "nodeid", (test.nodeid for test in report.tests))
-    yield from _repeated("code_under_test.map", "file", (file.file for file in report.code_under_test.map))
+    yield from _duplicates("suites", "name", (suite.name for suite in report.suites))
+    yield from _duplicates("tests", "nodeid", (test.nodeid for test in report.tests))
+    yield from _duplicates("code_under_test.map", "file", (file.file for file in report.code_under_test.map))
     yield from _bad_files(report)
     yield from _bad_shards(report)
     yield from _bad_days(report)
@@ -47,7 +47,7 @@ def _problems(report: Report) -> Iterator[tuple[str, str]]:
             yield from _bad_run(place, report, run, (statements, branches))
 
 
-def _repeated(place: str, key: str, names: Iterable[str]) -> Iterator[tuple[str, str]]:
+def _duplicates(place: str, key: str, names: Iterable[str]) -> Iterator[tuple[str, str]]:
     seen: set[str] = set()
     for number, name in enumerate(names):
         if name in seen:
@@ -96,7 +96,7 @@ def _bad_products(report: Report) -> Iterator[tuple[str, str]]:
             CrossProduct({coordinate.name: coordinate.bins for coordinate in product.coordinates})
         except CoverageError as error:
             yield place, str(error)
-        yield from _repeated(f"{place}.coordinates", "name", (coordinate.name for coordinate in product.coordinates))
+        yield from _duplicates(f"{place}.coordinates", "name", (coordinate.name for coordinate in product.coordinates))
         for bin_ in [*(record.bin for record in product.impossible), *(record.bin for record in product.illegal)]:
             yield from _bad_bin(place, report, name, bin_)
 

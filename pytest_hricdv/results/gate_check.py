@@ -94,14 +94,14 @@ def check_gates(
         whole: all tests of the suites were selected. For a part only thresholds of the command line, expired
             exemptions of violations that occurred, new failures, and changes of behaviour are checked.
     """
-    failed = [*_expired(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
+    failed = [*_expiry_failures(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
     if whole and (gates.fail_on_nc or is_whole(report)):
-        failed += _unchecked(report, gates.may_be_nc, today)
+        failed += _nc_failures(report, gates.may_be_nc, today)
     if gates.fail_on_pending:
-        failed += _pending(report)
+        failed += _pending_failures(report)
     if gates.fail_on_change and report.changes is not None:
-        failed += _changed(report, report.changes)
-    improved = list(_needless(report, gates)) if whole else []
+        failed += _change_failures(report, report.changes)
+    improved = list(_unused_exemptions(report, gates)) if whole else []
     differences = () if baseline is None else compare(report, baseline, whole=whole)
     failed += [difference.text for difference in differences if difference.worse]
     improved += [difference.text for difference in differences if not difference.worse]
@@ -130,7 +130,7 @@ def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) ->
                 yield f"suite {suite}: {threshold.kind} {percent:.2f} %, at least {threshold.percent:g} % asked for"
 
 
-def _expired(report: Report, gates: Gates, today: datetime.date, *, whole: bool) -> Iterator[str]:
+def _expiry_failures(report: Report, gates: Gates, today: datetime.date, *, whole: bool) -> Iterator[str]:
     for name, exemption in gates.known_violations.items():
         if exemption.expired(today) and (whole or _violations(report, name)):
             yield (
@@ -139,9 +139,9 @@ def _expired(report: Report, gates: Gates, today: datetime.date, *, whole: bool)
             )
 
 
-def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datetime.date) -> Iterator[str]:
+def _nc_failures(report: Report, exemptions: Mapping[str, Exemption], today: datetime.date) -> Iterator[str]:
     suites = {suite.name for suite in report.suites}
-    for name in _untriggered(report):
+    for name in _nc_requirements(report):
         exemption = exemptions.get(name)
         if exemption is None or (exemption.suites and not suites.issubset(exemption.suites)):
             results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)
@@ -152,7 +152,7 @@ def _unchecked(report: Report, exemptions: Mapping[str, Exemption], today: datet
             yield f"{name} was not checked, which was accepted until {exemption.until} ({exemption.reason})"
 
 
-def _pending(report: Report) -> Iterator[str]:
+def _pending_failures(report: Report) -> Iterator[str]:
     for name in report.requirements:
         tests = [test for test in report.tests if name in test.requirements and test.requirements[name].pending]
         if tests:
@@ -164,24 +164,24 @@ def _pending(report: Report) -> Iterator[str]:
             )
 
 
-def _changed(report: Report, changes: BehaviourChanges) -> Iterator[str]:
+def _change_failures(report: Report, changes: BehaviourChanges) -> Iterator[str]:
     if changes.changed or (report.reported and not changes.compared):
         yield headline(changes)
 
 
-def _untriggered(report: Report) -> list[str]:
+def _nc_requirements(report: Report) -> list[str]:
     return [
         name for name in report.requirements if not any(suite.requirements[name].triggers for suite in report.suites)
     ]
 
 
-def _needless(report: Report, gates: Gates) -> Iterator[str]:
+def _unused_exemptions(report: Report, gates: Gates) -> Iterator[str]:
     """Exemptions that are no longer needed.
 
     That a suite checks a requirement which was generated to check all of them is no sign that others do.
     """
     aimed = {name_aimed(report) for name_aimed in offers("records", "aimed_suite")}
-    untriggered, suites = _untriggered(report), {suite.name for suite in report.suites if suite.name not in aimed}
+    untriggered, suites = _nc_requirements(report), {suite.name for suite in report.suites if suite.name not in aimed}
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:
             yield f"unused known violation: no test violated {name} ({exemption.text})"

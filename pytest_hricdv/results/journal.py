@@ -179,7 +179,7 @@ def read(path: Path) -> Journal:
     """Read a journal. Raises OSError where there is none, or it cannot be read, is a symbolic link, or too large."""
     journal = Journal()
     end = 0
-    with _opened(path) as file:
+    with _open(path) as file:
         for text, size in _lines(file):
             end += size
             record = parse(text)
@@ -191,7 +191,7 @@ def read(path: Path) -> Journal:
     return journal
 
 
-def _opened(path: Path) -> BinaryIO:
+def _open(path: Path) -> BinaryIO:
     file = open(opened_unlinked(path, os.O_RDONLY | _BINARY), "rb", _BUFFER_BYTES)  # noqa: SIM115
     status = os.fstat(file.fileno())
     if stat.S_ISREG(status.st_mode) and status.st_size <= MAX_BYTES:
@@ -212,13 +212,13 @@ def _lines(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
 
 def records(path: Path) -> list[JournalRecord]:
     """The whole records of a journal, in order. Raises OSError where it cannot be read."""
-    with _opened(path) as file:
+    with _open(path) as file:
         return [record for text, _ in _lines(file) if (record := parse(text)) is not None]
 
 
 def is_ended(path: Path) -> bool:
     """Whether the last record of a journal says that its session ended. Raises OSError where it cannot be read."""
-    with _opened(path) as file:
+    with _open(path) as file:
         file.seek(max(0, file.seek(0, os.SEEK_END) - _LONGEST_END))
         last = file.read().splitlines(keepends=True)[-1:]
     return bool(last) and isinstance(parse(last[0]), Ended)

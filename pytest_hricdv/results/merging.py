@@ -108,7 +108,7 @@ def _refuse_others(first_name: str, first: Report, name: str, report: Report) ->
         if getattr(first, key) != getattr(report, key):
             raise MergeError(f"{both}: different {key.replace('_', ' ')}: {_difference(first, report, key)}")
     if first.code_under_test.sha256 != report.code_under_test.sha256:
-        raise MergeError(f"{both}: different code under test: {_changed_files(first, report)}; run both anew")
+        raise MergeError(f"{both}: different code under test: {_files_that_differ(first, report)}; run both anew")
     if first.cross_products != report.cross_products:
         raise MergeError(f"{both}: the testbench declared different cross products; run both anew")
     if first.models and report.models and first.models != report.models:
@@ -122,7 +122,7 @@ def _difference(first: Report, report: Report, key: str) -> str:
     return f"{value!r} and {other!r}"
 
 
-def _changed_files(first: Report, report: Report) -> str:
+def _files_that_differ(first: Report, report: Report) -> str:
     files, others = ({file.file: file for file in merged.code_under_test.map} for merged in (first, report))
     return ", ".join(_unequal_keys(files, others)) or "one of them does not say which"
 
@@ -211,14 +211,14 @@ def _tests(reports: Iterable[Report]) -> tuple[TestResult, ...]:
                 alone = replace(run, repeats=())
                 same_test = runs.setdefault(run.nodeid, {})
                 key = _content(alone)
-                same_test[key] = _united(same_test[key], alone) if key in same_test else alone
+                same_test[key] = _unite(same_test[key], alone) if key in same_test else alone
     return tuple(_with_repeats([*same_test.values()]) for same_test in runs.values())
 
 
 def _content(run: TestResult) -> str:
     """Equal for two runs exactly where everything is that a run determines: verdicts, record, plans, bins.
 
-    Left out is what can differ between two reports of one run; `_united` decides about each of these fields.
+    Left out is what can differ between two reports of one run; `_unite` decides about each of these fields.
     """
     same = replace(
         run,
@@ -233,7 +233,7 @@ def _content(run: TestResult) -> str:
     return canonical(same)
 
 
-def _united(run: TestResult, other: TestResult) -> TestResult:
+def _unite(run: TestResult, other: TestResult) -> TestResult:
     """One run, reported twice: the shorter time, what either measured, and of texts and files the first by content."""
     times = [result.wall_s for result in (run, other) if result.wall_s is not None]
     return replace(

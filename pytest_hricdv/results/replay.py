@@ -97,7 +97,7 @@ class Replay:
         Raises:
             ReplayError: cut off, of another version, incomplete, or contradictory.
         """
-        file = _decoded(text, where)
+        file = _decode(text, where)
         origin = file.origin
         try:
             test = AbstractTest.from_data(file.test)
@@ -142,13 +142,13 @@ class _File(msgspec.Struct, frozen=True):
     hash_seed: str = ""
 
 
-class _Head(msgspec.Struct):
+class _ReplayHead(msgspec.Struct):
     schema: str | int | None = None
 
 
-def _decoded(text: str, where: str) -> _File:
+def _decode(text: str, where: str) -> _File:
     try:
-        schema = from_json(text, _Head).schema
+        schema = from_json(text, _ReplayHead).schema
         if schema != SCHEMA:
             raise ReplayError(
                 f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; "
