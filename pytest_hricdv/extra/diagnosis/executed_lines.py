@@ -10,18 +10,24 @@ import contextlib
 import io
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 import msgspec
 
+from pytest_hricdv.coverage.code_map import CodeMap
+from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
-from pytest_hricdv.extra.diagnosis.records import ExecutedLines
+from pytest_hricdv.extra.diagnosis.records import ExecutedLines, Neighbour
+from pytest_hricdv.extra.diagnosis.runs import in_fork
 from pytest_hricdv.extra.diagnosis.tracing import Step, Tracing
+from pytest_hricdv.generate.concrete import ConcreteTest
+from pytest_hricdv.results.timeline import timeline
+from pytest_hricdv.session.replaying import Rerunning, named
 
 if TYPE_CHECKING:
     from pytest_hricdv.coverage.code_map import CodeMap
@@ -155,3 +161,42 @@ def first_violation_s(result: CaseResult) -> float | None:
     """When a run violated a requirement first (s); None where it did not."""
     times = (violation.time_s for verdict in result.verdicts for violation in verdict.violations)
     return min(times, default=None)
+
+
+Showing = Callable[[ConcreteTest], Neighbour | None]
+"""Runs a test to be shown; None where the run came to no end."""
+
+_DECODER: msgspec.json.Decoder[Neighbour | None] = msgspec.json.Decoder(Neighbour | None)
+
+
+def showing(rerunning: Rerunning, code: CodeMap) -> Showing:
+    """Runs tests traced, in a fork where there is one, and keeps what the page shows.
+
+    Args:
+        rerunning: runs tests.
+        code: under test.
+    """
+
+    def run_here(test: ConcreteTest) -> Neighbour | None:
+        return _neighbour(rerunning, code, named(test, "neighbour"))
+
+    def run(test: ConcreteTest) -> Neighbour | None:
+        return _DECODER.decode(in_fork(rerunning, lambda: run_here(test))) if hasattr(os, "fork") else run_here(test)
+
+    return run
+
+
+def _neighbour(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Neighbour | None:
+    tracing = None if debugger() or not code.files else Tracing(code)
+    if tracing is None:
+        result = rerunning.run(test)
+    else:
+        result = replace(rerunning, settings=rerunning.settings.measured_by(tracing)).run(test, tracing.begun)
+    if result is None:
+        return None
+    return Neighbour(
+        timeline=timeline(result.record, result.verdicts, result.sim_s),
+        abstract=tuple(action.command for action in result.test.actions),
+        begun=tuple((round(time_s, 3), number) for time_s, number in zip(result.acted_s, result.begun, strict=True)),
+        lines=None if tracing is None else executed_lines(tracing.steps(), None),
+    )

@@ -22,9 +22,8 @@ from itertools import combinations
 from math import exp, lgamma
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
-from pytest_hricdv.extra.diagnosis.columns import Columns
 from pytest_hricdv.extra.diagnosis.failures import Failure
-from pytest_hricdv.extra.diagnosis.spectrum import Counts, Suspect, ochiai, ranked
+from pytest_hricdv.extra.diagnosis.spectrum import Columns, Counts, Suspect, ochiai, ranked
 
 BY_CHANCE = 0.3
 """So probably may a kind come only in tests that fail otherwise by chance. Much, because what fails only there follows

@@ -9,16 +9,71 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from pytest_hricdv._base import own_json as json
 from pytest_hricdv.extra.diagnosis.conditions import Condition, Examples, Moment, condition_for
 from pytest_hricdv.extra.diagnosis.diagnosing import Subject, id_of
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
 from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
-from pytest_hricdv.extra.diagnosis.logs import log_of, rounded, vocabulary_of
 from pytest_hricdv.extra.diagnosis.records import Diagnosis
 from pytest_hricdv.monitor import Log, Vocabulary
 from pytest_hricdv.report.formatting import by_requirement, plural
-from pytest_hricdv.results.model import Report, TestResult
+from pytest_hricdv.results.model import Report, TestResult, Timeline
+
+_KINDS: Mapping[str, type[bool] | type[float] | type[str]] = {"bool": bool, "float": float, "str": str}
+
+
+@dataclass(frozen=True)
+class LoggedMessage:
+    """A message of a timeline."""
+
+    time_s: float
+    topic: str
+    fields: Mapping[str, object]
+
+
+def rounded(time_s: float) -> float:
+    """A time (s) as timelines have it."""
+    return round(time_s, 3)
+
+
+def vocabulary_of(diagnosis: Diagnosis) -> Vocabulary:
+    """The names that conditions may use."""
+    messages = {
+        topic: {name: _KINDS[kind] for name, kind in fields.items()} for topic, fields in diagnosis.messages.items()
+    }
+    return Vocabulary({name: _KINDS[kind] for name, kind in diagnosis.signals.items()}, messages)
+
+
+def log_of(test: TestResult, vocabulary: Vocabulary) -> Log:
+    """The log of a test that came to its end. Raises ValueError for one that did not."""
+    timeline = test.timeline
+    if timeline is None:
+        raise ValueError(f"{test.id}: no run of it came to an end")
+    signals = {name: _series(text) for name, text in timeline.signals.items() if name in vocabulary.signals}
+    texts = {
+        name: ([time_s for time_s, _ in changes], [text for _, text in changes])
+        for name, changes in timeline.texts.items()
+        if name in vocabulary.signals
+    }
+    return Log({**signals, **texts}, _messages(timeline, vocabulary), timeline.end_s)
+
+
+def _series(text: str) -> tuple[list[float], list[float]]:
+    numbers = [float(word) for word in text.split()]
+    return numbers[::2], numbers[1::2]
+
+
+def _messages(timeline: Timeline, vocabulary: Vocabulary) -> list[LoggedMessage]:
+    made = []
+    for message in timeline.messages:
+        time_s, _, topic, fields = message.split("\t", 3)
+        kinds = vocabulary.messages.get(topic)
+        if kinds is not None:
+            values = json.loads(fields)
+            made.append(LoggedMessage(float(time_s), topic, {name: kind(values[name]) for name, kind in kinds.items()}))
+    return made
+
 
 REASON = "why is this tolerated? [owner?]"
 """In place of reason and owner: people have to say them."""

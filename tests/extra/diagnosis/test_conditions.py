@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.extra.diagnosis.conditions import Condition, Examples, Moment, condition_for, truths
-from pytest_hricdv.extra.diagnosis.logs import LoggedMessage
+from pytest_hricdv.extra.diagnosis.triage import LoggedMessage
 from pytest_hricdv.monitor import Log, Vocabulary
 
 VOCABULARY = Vocabulary(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.extra.diagnosis.minimal import shrunk
+from pytest_hricdv.extra.diagnosis.decisions import shrunk
 from pytest_hricdv.extra.diagnosis.runs import Ran
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Range
