@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from math import comb
 
@@ -10,7 +11,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.coverage.gaps import functions
 from pytest_hricdv.extra.diagnosis.diagnosing import Subject
 from pytest_hricdv.extra.diagnosis.records import CAUSES, Cause
-from pytest_hricdv.extra.diagnosis.spectrum import Coefficient, Counts, dstar, ochiai, statement_counts
+from pytest_hricdv.extra.diagnosis.spectrum import ExecutionCounts, ochiai
 from pytest_hricdv.results.model import Report
 from studies.localization.faults import Truth
 
@@ -46,20 +47,30 @@ def hits(report: Report, truth: Truth) -> dict[str, Hit] | None:
     }
 
 
-def _counts(report: Report, cause: Cause, code: CodeMap) -> Iterator[tuple[Place, Counts]]:
+def _counts(report: Report, cause: Cause, code: CodeMap) -> Iterator[tuple[Place, ExecutionCounts]]:
     """The statements that tests of a cause execute."""
     subject = Subject.of(report)
     failing = {test.nodeid for test in report.tests if test.id in cause.tests}
     passing = {*subject.spectra.bits} - {failure.nodeid for failure in subject.failures}
-    bits = subject.spectra.bits
-    counts = statement_counts(
-        code, [bits[name] for name in sorted(failing & bits.keys())], [bits[name] for name in sorted(passing)]
-    )
+    table = subject.spectra.table
+    counts = table.counts(table.statements, table.tests(failing), table.tests(passing))
     places = [(file.name, line) for file in code.files for line in file.statements]
     return ((place, executing) for place, executing in zip(places, counts, strict=True) if executing.failing)
 
 
-def _tied(counts: dict[Place, Counts], coefficient: Coefficient) -> list[list[Place]]:
+def dstar(counts: ExecutionCounts) -> float:
+    """DStar with the exponent 2: from 0 on, infinite for what all failing tests execute and no passing one.
+
+    W. Wong, V. Debroy, R. Gao, Y. Li: The DStar Method for Effective Software Fault Localization, IEEE Transactions on
+    Reliability 63(1), 2014.
+    """
+    others = counts.passing + counts.all_failing - counts.failing
+    if not counts.failing:
+        return 0.0
+    return math.inf if not others else counts.failing**2 / others
+
+
+def _tied(counts: dict[Place, ExecutionCounts], coefficient: Callable[[ExecutionCounts], float]) -> list[list[Place]]:
     """Statements of the same score, the highest first."""
     groups: dict[float, list[Place]] = {}
     for place, executing in counts.items():

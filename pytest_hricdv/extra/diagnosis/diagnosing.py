@@ -15,7 +15,7 @@ from pytest_hricdv.extra.diagnosis.decisions import Decisions, kept
 from pytest_hricdv.extra.diagnosis.executed_lines import showing
 from pytest_hricdv.extra.diagnosis.experiments import Experiments, evidence_of, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, grouped
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
 from pytest_hricdv.extra.diagnosis.places import weighted
 from pytest_hricdv.extra.diagnosis.records import (
@@ -28,7 +28,7 @@ from pytest_hricdv.extra.diagnosis.records import (
     SuspiciousPlace,
 )
 from pytest_hricdv.extra.diagnosis.runs import remembering, runner
-from pytest_hricdv.extra.diagnosis.spectrum import Suspect
+from pytest_hricdv.extra.diagnosis.spectrum import Spectra, Suspect
 from pytest_hricdv.extra.diagnosis.tracing import Trace
 from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.generate.rng import digest

@@ -21,9 +21,8 @@ from functools import cache, cached_property
 from itertools import combinations
 from math import exp, lgamma
 
-from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.extra.diagnosis.failures import Failure
-from pytest_hricdv.extra.diagnosis.spectrum import Columns, Counts, Suspect, ochiai, ranked
+from pytest_hricdv.extra.diagnosis.spectrum import ExecutionCounts, Spectra, ochiai
 
 BY_CHANCE = 0.3
 """So probably may a kind come only in tests that fail otherwise by chance. Much, because what fails only there follows
@@ -38,9 +37,6 @@ cause then."""
 SAME_TESTS = 0.8
 """So many of the tests with the rarer kind have the other one, too. Chosen: the end of a run can prevent a consequence
 (0.5 and 1.0: not measured)."""
-
-FIRST = 3
-"""So many of the most suspicious statements are compared. Chosen: a fault is seldom more than three statements."""
 
 SEVERAL = 2
 """In so many tests a kind comes before the statements that only they execute tell it from another one: what a single
@@ -100,53 +96,6 @@ class Group:
     def is_known(self) -> bool:
         """All of its violations are known."""
         return all(failure.is_known for failure in self.failures)
-
-
-@dataclass(frozen=True)
-class Spectra:
-    """What each test executes.
-
-    Args:
-        code: None where none was measured.
-        bits: node id -> what the test executes; tests that were not measured are not among them.
-    """
-
-    code: CodeMap | None = None
-    bits: Mapping[str, Bits] = field(default_factory=dict)
-
-    def suspects(self, failing: Collection[str], failing_otherwise: Collection[str] = ()) -> tuple[Suspect, ...]:
-        """The statements that these tests execute, the most suspicious first.
-
-        Args:
-            failing: node ids of the tests.
-            failing_otherwise: of others, which are no passing tests.
-        """
-        if self.code is None:
-            return ()
-        columns = self.columns
-        failed = columns.tests(failing)
-        passed = columns.all_tests & ~failed & ~columns.tests(failing_otherwise)
-        statements, branches = (
-            columns.counts(elements, failed, passed) for elements in (columns.statements, columns.branches)
-        )
-        return ranked(self.code, statements, branches)
-
-    def specific(self, failing: Collection[str], failing_otherwise: Collection[str]) -> frozenset[tuple[str, int]]:
-        """The first of the suspects: file and line of those that are more suspicious than what all tests execute.
-
-        Args:
-            failing: see `suspects`.
-            failing_otherwise: see `suspects`.
-        """
-        passing = len(self.bits.keys() - {*failing_otherwise, *failing})
-        anyway = ochiai(Counts(len(failing), passing, len(failing)))
-        first = self.suspects(sorted(failing), failing_otherwise)[:FIRST]
-        return frozenset((suspect.file, suspect.line) for suspect in first if suspect.score > anyway)
-
-    @cached_property
-    def columns(self) -> Columns:
-        """Which tests execute what."""
-        return Columns.of(self.code, self.bits) if self.code is not None else Columns({}, (), ())
 
 
 def grouped(
@@ -224,7 +173,7 @@ class _Association:
             return 0.0
         is_sure = self._of_kind[kind] <= having or self._evidence.asks
         if is_sure or _by_chance(both, len(having), len(failing), self._tests) < BESIDE_OTHERS:
-            return ochiai(Counts(both, len(having) - both, len(failing)))
+            return ochiai(ExecutionCounts(both, len(having) - both, len(failing)))
         return 0.0
 
 

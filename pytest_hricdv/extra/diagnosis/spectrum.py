@@ -1,23 +1,25 @@
 """Spectrum-based fault localization: which statements failing tests execute, and passing ones do not.
 
-The coefficients are Ochiai (R. Abreu, P. Zoeteweij, A. van Gemund: On the Accuracy of Spectrum-based Fault
-Localization, TAIC PART 2007) and DStar with the exponent 2 (W. Wong, V. Debroy, R. Gao, Y. Li: The DStar Method for
-Effective Software Fault Localization, IEEE Transactions on Reliability 63(1), 2014).
+The coefficient is Ochiai's (R. Abreu, P. Zoeteweij, A. van Gemund: On the Accuracy of Spectrum-based Fault
+Localization, TAIC PART 2007).
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 
+MAX_COMPARED = 3
+"""The most suspicious statements that are compared: a fault is seldom more than three statements."""
+
 
 @dataclass(frozen=True)
-class Counts:
-    """How many tests execute an element of the code, and how many do not.
+class ExecutionCounts:
+    """How many tests execute an element of the code.
 
     Args:
         failing: tests that fail and execute it.
@@ -30,21 +32,10 @@ class Counts:
     all_failing: int
 
 
-def ochiai(counts: Counts) -> float:
+def ochiai(counts: ExecutionCounts) -> float:
     """From 0 to 1: 1 for what all failing tests execute and no passing one."""
     executing = counts.failing + counts.passing
     return counts.failing / math.sqrt(counts.all_failing * executing) if counts.failing else 0.0
-
-
-def dstar(counts: Counts) -> float:
-    """From 0 on, infinite for what all failing tests execute and no passing one."""
-    others = counts.passing + counts.all_failing - counts.failing
-    if not counts.failing:
-        return 0.0
-    return math.inf if not others else counts.failing**2 / others
-
-
-Coefficient = Callable[[Counts], float]
 
 
 @dataclass(frozen=True)
@@ -68,8 +59,8 @@ class Suspect:
     branches: tuple[tuple[int, float], ...] = ()
 
 
-def suspects(
-    code: CodeMap, failing: Iterable[Bits], passing: Iterable[Bits], coefficient: Coefficient = ochiai
+def rank(
+    code: CodeMap, statements: Sequence[ExecutionCounts], branches: Sequence[ExecutionCounts]
 ) -> tuple[Suspect, ...]:
     """The statements that failing tests execute, the most suspicious first.
 
@@ -77,66 +68,38 @@ def suspects(
     then those that come later in the text: what a wrong decision leads to stands below it.
 
     Args:
-        code: with as many bits as the tests have.
-        failing: what each failing test executes.
-        passing: the same of tests that do not fail.
-        coefficient: the measure of suspiciousness.
+        code: under test.
+        statements: counts in the order of their bits.
+        branches: likewise.
     """
-    failing, passing = tuple(failing), tuple(passing)
-    statements = _counts(
-        Counter(test.statements for test in failing), Counter(test.statements for test in passing), code.statements
-    )
-    branches = _counts(
-        Counter(test.branches or 0 for test in failing), Counter(test.branches or 0 for test in passing), code.branches
-    )
-    return ranked(code, statements, branches, coefficient)
-
-
-def ranked(
-    code: CodeMap, statements: Sequence[Counts], branches: Sequence[Counts], coefficient: Coefficient = ochiai
-) -> tuple[Suspect, ...]:
-    """As `suspects`, of tests that have been counted already: in the order of their bits."""
-    scored = _scored(code, statements, branches, coefficient)
-    return tuple(sorted(scored, key=lambda suspect: (-suspect.score, suspect.passing, suspect.file, -suspect.line)))
-
-
-def statement_counts(code: CodeMap, failing: Iterable[Bits], passing: Iterable[Bits]) -> list[Counts]:
-    """Of each statement, in the order of its bits."""
-    return _counts(
-        Counter(test.statements for test in failing), Counter(test.statements for test in passing), code.statements
+    return tuple(
+        sorted(
+            _suspects(code, statements, branches),
+            key=lambda suspect: (-suspect.score, suspect.passing, suspect.file, -suspect.line),
+        )
     )
 
 
-def _counts(failing: Counter[int], passing: Counter[int], size: int) -> list[Counts]:
-    """Bit by bit. Thousands of tests execute the same few sets of statements, so each set is looked at once."""
-    all_failing = failing.total()
-    return [Counts(_executing(failing, place), _executing(passing, place), all_failing) for place in range(size)]
-
-
-def _executing(sets: Counter[int], place: int) -> int:
-    return sum(count for bits, count in sets.items() if bits >> place & 1)
-
-
-def _scored(
-    code: CodeMap, statements: Sequence[Counts], branches: Sequence[Counts], coefficient: Coefficient
+def _suspects(
+    code: CodeMap, statements: Sequence[ExecutionCounts], branches: Sequence[ExecutionCounts]
 ) -> Iterator[Suspect]:
     first_statement = first_branch = 0
     for file in code.files:
         leaving: dict[int, list[tuple[int, float]]] = {}
         for place, (line, to) in enumerate(file.branches, first_branch):
-            leaving.setdefault(line, []).append((to, coefficient(branches[place])))
+            leaving.setdefault(line, []).append((to, ochiai(branches[place])))
         for place, line in enumerate(file.statements, first_statement):
             counts = statements[place]
             if counts.failing:
-                own, ways = coefficient(counts), tuple(leaving.get(line, ()))
+                own, ways = ochiai(counts), tuple(leaving.get(line, ()))
                 yield Suspect(file.name, line, max(own, *(score for _, score in ways), 0.0), counts.passing, own, ways)
         first_statement += len(file.statements)
         first_branch += len(file.branches)
 
 
 @dataclass(frozen=True)
-class Columns:
-    """Which tests execute what.
+class ExecutionTable:
+    """Of each element of the code, which tests execute it: as the bits of a number, so that counting is one `and`.
 
     Args:
         bit_of: node id -> the bit of the test.
@@ -149,12 +112,12 @@ class Columns:
     branches: tuple[int, ...]
 
     @classmethod
-    def of(cls, code: CodeMap, bits: Mapping[str, Bits]) -> Columns:
+    def of(cls, code: CodeMap, bits: Mapping[str, Bits]) -> ExecutionTable:
         """Of what each test executes, by node ids."""
         bit_of = {name: 1 << place for place, name in enumerate(bits)}
         statements = ((measured.statements, bit_of[name]) for name, measured in bits.items())
         branches = ((measured.branches or 0, bit_of[name]) for name, measured in bits.items())
-        return cls(bit_of, _transposed(statements, code.statements), _transposed(branches, code.branches))
+        return cls(bit_of, _transpose(statements, code.statements), _transpose(branches, code.branches))
 
     @property
     def all_tests(self) -> int:
@@ -165,13 +128,16 @@ class Columns:
         """A set of tests; those that were not measured are not in it."""
         return sum(self.bit_of[name] for name in {*names} if name in self.bit_of)
 
-    def counts(self, elements: Collection[int], failing: int, passing: int) -> list[Counts]:
+    def counts(self, elements: Collection[int], failing: int, passing: int) -> list[ExecutionCounts]:
         """How many of the failing and passing tests execute each of these elements."""
         all_failing = failing.bit_count()
-        return [Counts((tests & failing).bit_count(), (tests & passing).bit_count(), all_failing) for tests in elements]
+        return [
+            ExecutionCounts((tests & failing).bit_count(), (tests & passing).bit_count(), all_failing)
+            for tests in elements
+        ]
 
 
-def _transposed(rows: Iterable[tuple[int, int]], size: int) -> tuple[int, ...]:
+def _transpose(rows: Iterable[tuple[int, int]], size: int) -> tuple[int, ...]:
     """Thousands of tests execute the same few sets of elements, so each set is looked at once."""
     tests_with: dict[int, int] = {}
     for row, test in rows:
@@ -182,3 +148,50 @@ def _transposed(rows: Iterable[tuple[int, int]], size: int) -> tuple[int, ...]:
             if bit == "1":
                 columns[place] |= tests
     return tuple(columns)
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """What each test executes.
+
+    Args:
+        code: None where none was measured.
+        bits: node id -> what the test executes; tests that were not measured are not among them.
+    """
+
+    code: CodeMap | None = None
+    bits: Mapping[str, Bits] = field(default_factory=dict)
+
+    def suspects(self, failing: Collection[str], failing_otherwise: Collection[str] = ()) -> tuple[Suspect, ...]:
+        """The statements that these tests execute, the most suspicious first.
+
+        Args:
+            failing: node ids of the tests.
+            failing_otherwise: of others, which are no passing tests.
+        """
+        if self.code is None:
+            return ()
+        table = self.table
+        failed = table.tests(failing)
+        passed = table.all_tests & ~failed & ~table.tests(failing_otherwise)
+        statements, branches = (
+            table.counts(elements, failed, passed) for elements in (table.statements, table.branches)
+        )
+        return rank(self.code, statements, branches)
+
+    def specific(self, failing: Collection[str], failing_otherwise: Collection[str]) -> frozenset[tuple[str, int]]:
+        """The first of the suspects: file and line of those that are more suspicious than what all tests execute.
+
+        Args:
+            failing: see `suspects`.
+            failing_otherwise: see `suspects`.
+        """
+        passing = len(self.bits.keys() - {*failing_otherwise, *failing})
+        anyway = ochiai(ExecutionCounts(len(failing), passing, len(failing)))
+        first = self.suspects(sorted(failing), failing_otherwise)[:MAX_COMPARED]
+        return frozenset((suspect.file, suspect.line) for suspect in first if suspect.score > anyway)
+
+    @cached_property
+    def table(self) -> ExecutionTable:
+        """Which tests execute what."""
+        return ExecutionTable.of(self.code, self.bits) if self.code is not None else ExecutionTable({}, (), ())

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, SourceFile
 from pytest_hricdv.extra.diagnosis.failures import Failure
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, Spectra, grouped
+from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, grouped
+from pytest_hricdv.extra.diagnosis.spectrum import Spectra
 
 NO_SPECTRA = Spectra()
 
