@@ -115,9 +115,6 @@ class StateMachine:
     Args:
         name: of its class or table.
         kind: the library (`transitions`, `python-statemachine`), or "table".
-        states: in the order of the source.
-        transitions: likewise.
-        location: of its definition.
         field: the field of a message in which the code publishes its state, `state.name`; empty where it has none.
         held_in: the attribute that holds the state, `Class.attribute`; empty where none is known.
     """
@@ -133,14 +130,7 @@ class StateMachine:
 
 @dataclass(frozen=True)
 class Wait:
-    """A call that waits.
-
-    Args:
-        call: as the source writes what is called, `time.sleep`.
-        location: of the call.
-        seconds: how long at most, where a constant says so; None otherwise.
-        bounded: whether it has a time-out.
-    """
+    """A call that waits, as the source writes it; `seconds` is how long at most, where a constant says so."""
 
     call: str
     location: Location
@@ -205,13 +195,10 @@ class Port:
     """A parameter of the entry.
 
     Args:
-        name: of the parameter.
         role: "bus", "clock", "publish" (a function that is called with each message), "queue", "parameter" (a number
             or text), "settings" (an object of numbers and texts), "device" (hardware, or whatever else the code gets).
         annotation: source text; empty where there is none.
         default: source text; empty where there is none.
-        operations: what the code does with it.
-        location: of the parameter.
         direction: of a queue: received or published; empty where it is not known.
         is_keyword: whether it can be passed by name only.
         neutral: source text of a neutral value of its type, where the type says one.
@@ -235,13 +222,11 @@ class Entry:
     """What runs the code.
 
     Args:
-        module: dotted name.
         name: of a function, or of a class.
         method: of the class, called on an instance of it; empty for a function.
         is_async: whether it is a coroutine.
         ports: parameters of the function or constructor.
         method_ports: parameters of the method.
-        location: of its definition.
         is_certain: whether it was named, or is the only candidate.
     """
 
@@ -291,7 +276,6 @@ class CodeModel:
         modules: names of the top-level modules and packages under test.
         messages: published and received.
         machines: state machines; the one whose state the code publishes first.
-        waits: all calls that wait.
         virtual: "time", "threading", "asyncio": for `Testbench.virtual`.
         constants: numbers with units.
         parameters: what can be set.

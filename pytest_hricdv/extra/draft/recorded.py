@@ -144,24 +144,16 @@ def _differences(messages: Sequence[Message], seen: Observation) -> Iterator[tup
 
 
 def _field_differences(message: Message, topic: ObservedTopic, source: str) -> Iterator[tuple[str, Location | None]]:
-    if not topic.numbers and not topic.texts:
-        return
-    for part in message.fields:
-        if part.kind and part.name not in topic.numbers and part.name not in topic.texts:
-            yield f"{message.name}.{part.name} is in the code, but in no message of {source}", part.location
-        texts = topic.texts.get(part.name, Counter())
-        lacking = [value.text for value in part.values if value.text not in texts and not value.is_observed]
+    for part in message.fields if topic.numbers or topic.texts else ():
+        name, texts = f"{message.name}.{part.name}", topic.texts.get(part.name, Counter())
+        if part.kind and part.name not in topic.numbers and not texts:
+            yield f"{name} is in the code, but in no message of {source}", part.location
+        lacking = [repr(value.text) for value in part.values if value.text not in texts and not value.is_observed]
         if part.kind == "str" and texts and lacking:
-            yield (
-                f"{message.name}.{part.name}: never observed in {source}: {', '.join(map(repr, lacking))}",
-                part.location,
-            )
-        new = [text for text in texts if part.by_type and text not in {value.text for value in part.values}]
+            yield f"{name}: never observed in {source}: {', '.join(lacking)}", part.location
+        new = [repr(text) for text in texts if part.by_type and text not in {value.text for value in part.values}]
         if part.kind == "str" and new:
-            yield (
-                f"{message.name}.{part.name}: {source} has {', '.join(map(repr, new))}, which its type has not",
-                part.location,
-            )
+            yield f"{name}: {source} has {', '.join(new)}, which its type has not", part.location
 
 
 def _open_questions(questions: Sequence[Question], seen: Observation) -> tuple[Question, ...]:

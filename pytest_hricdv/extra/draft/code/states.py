@@ -114,12 +114,11 @@ class StateMachines:
             rows = tuple(member for scope in self._sources.classes if scope.node.name == value.name
                          for member, _ in members(self._sources, scope))  # fmt: skip
         for row in rows:
-            content = row
-            if isinstance(content, dict):
-                name = _state(content.get("name", ""))
-                builder.add_state(name, location, final=bool(content.get("final")))
-            elif isinstance(content, str | Member):
-                builder.add_state(_state(content), location)
+            if isinstance(row, dict):
+                name = _state(row.get("name", ""))
+                builder.add_state(name, location, final=bool(row.get("final")))
+            elif isinstance(row, str | Member):
+                builder.add_state(_state(row), location)
 
     def _add_row(self, builder: _Builder, row: Any, location: Location) -> None:
         content = row

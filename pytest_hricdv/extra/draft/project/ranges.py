@@ -106,26 +106,24 @@ def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, fl
     return (low, high) if seen.is_trusted else (min(low, default[0]), max(high, default[1]))
 
 
+def _reactions(draft: Draft) -> Iterator[tuple[Input, Spread]]:
+    """How soon the robot answered each input in the recording."""
+    answers = {key_of(message.topic) for message in draft.answers}
+    for thing in draft.inputs if draft.observed is not None else ():
+        seen = draft.observed.reactions(key_of(thing.message.topic), answers) if draft.observed is not None else None
+        if seen is not None:
+            yield thing, seen
+
+
 def reaction_lines(draft: Draft) -> list[str]:
     """Comments on how soon the robot answered in the recording."""
-    if draft.observed is None:
-        return []
-    answers = {key_of(message.topic) for message in draft.answers}
-    lines = []
-    for thing in draft.inputs:
-        seen = draft.observed.reactions(key_of(thing.message.topic), answers)
-        if seen is not None:
-            lines.append(f"# Answers to {thing.name}: {seen.comment('s', 'answers').partition('; margin')[0]}.")
-    return lines
+    return [f"# Answers to {thing.name}: {seen.comment('s', 'answers').partition('; margin')[0]}."
+            for thing, seen in _reactions(draft)]  # fmt: skip
 
 
 def answer_s(draft: Draft, chosen_s: float) -> tuple[float, str]:
     """How long a person waits for an answer, and why: longer than all that were observed."""
-    if draft.observed is None:
-        return chosen_s, "TODO"
-    answers = {key_of(message.topic) for message in draft.answers}
-    seen = [draft.observed.reactions(key_of(thing.message.topic), answers) for thing in draft.inputs]
-    longest = max((made for made in seen if made is not None), key=lambda made: made.high, default=None)
+    longest = max((seen for _, seen in _reactions(draft)), key=lambda seen: seen.high, default=None)
     if longest is None:
         return chosen_s, "TODO"
     if longest.ends()[1] > chosen_s:

@@ -21,15 +21,7 @@ HEAD = """\
 
 @dataclass(frozen=True)
 class DraftedRequirement:
-    """A requirement.
-
-    Args:
-        subject: what it is about, `answer order`; first runs drop it by this.
-        title: of the requirement.
-        formula: likewise.
-        location: in the code, for people.
-        question: that is asked where it does not hold in the first runs.
-    """
+    """A requirement; first runs drop it by its subject, such as `answer order`, and ask the question."""
 
     subject: str
     title: str
