@@ -30,8 +30,8 @@ from pytest_hricdv.monitor import (
     Requirement,
     Verdict,
     Vocabulary,
-    explained,
-    watched,
+    explain,
+    watch,
 )
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
@@ -294,7 +294,7 @@ def _finished(
         raise TestbenchError(f"the testbench's run returned {outcome!r}; expected a pytest_hricdv.testbench.Outcome")
     record, end_s = run.recorder.finish(), run.kernel.now_s
     log = log_of(record, end_s)
-    verdicts = explained(run.monitors.finish(end_s), formulas(settings.requirements), log)
+    verdicts = explain(run.monitors.finish(end_s), formulas(settings.requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
     return outcome, tuple(_marked(verdict, settings.known_while, log) for verdict in verdicts), record
 
@@ -309,7 +309,7 @@ def _marked(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) 
     """The verdict, with violations marked that are outside of the condition under which they are known."""
     if not verdict.violations or verdict.requirement not in known_while:
         return verdict
-    condition = watched(known_while[verdict.requirement], log)
+    condition = watch(known_while[verdict.requirement], log)
     violations = (
         replace(violation, outside=not condition.holds_at(violation.time_s)) for violation in verdict.violations
     )

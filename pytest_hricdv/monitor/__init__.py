@@ -31,7 +31,7 @@ A number may have a unit, `0.25 rad/s`: it is converted to the declared unit of 
 A file of requirements may define names for conditions, numbers and texts that its formulas share.
 
 Outside of requirements, a formula about the present and the past is a condition: `parse_condition` reads it,
-`MonitorSet.watch` says online when it becomes true and false, `watched` does so for a logged run.
+`MonitorSet.watch` says online when it becomes true and false, `watch` does so for a logged run.
 
 The same formulas can be built in Python, see `pytest_hricdv.monitor.build`; `str(formula)` is the text.
 
@@ -68,7 +68,7 @@ from pytest_hricdv.monitor.loading import (
     parse_formula,
 )
 from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.logged import evaluate, explained, watched
+from pytest_hricdv.monitor.logged import evaluate, explain, watch
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.requirement import Criterion, FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.verdict import NearestMiss, RequirementResult, Trigger, Verdict, Violation
@@ -94,10 +94,10 @@ __all__ = [
     "Vocabulary",
     "check_requirement",
     "evaluate",
-    "explained",
+    "explain",
     "load_definitions",
     "load_requirements",
     "parse_condition",
     "parse_formula",
-    "watched",
+    "watch",
 ]

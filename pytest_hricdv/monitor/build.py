@@ -50,7 +50,7 @@ __all__ = [
     "rise",
     "signal",
     "since",
-    "text",
+    "string",
     "time_between",
     "time_since",
     "unequal",
@@ -76,7 +76,7 @@ def last(name: str) -> Name:
     return Name(last_of(_field_name(name)))
 
 
-def text(name: str) -> TextOperand:
+def string(name: str) -> TextOperand:
     """A signal, or `topic.field`, that is a text; needed only to compare two of them. Raises ValueError as above."""
     return TextOperand((field(name) if "." in name else signal(name)).text)
 
@@ -92,7 +92,7 @@ def on(topic: str) -> Condition:
 def equal(left: Operand, right: Operand) -> Comparison:
     """`left == right`, of numbers or of texts. (Python's `==` would compare the Python objects.)
 
-    Where one side is a text, or `text(name)`, both are texts.
+    Where one side is a text, or `string(name)`, both are texts.
     """
     return _equality("==", left, right)
 

@@ -77,7 +77,7 @@ class Comparison(Condition):
         super().__init__(comparison)
         self._comparison = comparison
 
-    def lasting(self, duration_s: float) -> Comparison:
+    def held_for(self, duration_s: float) -> Comparison:
         """`[for d]`: true once it has held for `duration_s` seconds."""
         return Comparison(replace(self._comparison, for_s=as_number(duration_s, "a duration")))
 
@@ -93,7 +93,7 @@ class Inequality(Comparison):
         """`[hysteresis h]`: once false, true again only past the bound by `width`, in the unit of the comparison."""
         return Inequality(replace(self._inequality, hysteresis=as_number(width, "a hysteresis")))
 
-    def lasting(self, duration_s: float) -> Inequality:
+    def held_for(self, duration_s: float) -> Inequality:
         """`[for d]`: true once it has held for `duration_s` seconds."""
         return Inequality(replace(self._inequality, for_s=as_number(duration_s, "a duration")))
 

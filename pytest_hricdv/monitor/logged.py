@@ -20,7 +20,7 @@ from pytest_hricdv.monitor.verdict import Verdict
 from pytest_hricdv.monitor.vocabulary import Kind
 
 
-def explained(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], log: Log) -> tuple[Verdict, ...]:
+def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], log: Log) -> tuple[Verdict, ...]:
     """The verdicts with what they did not see, and with the nearest miss of requirements that were never triggered.
 
     Args:
@@ -49,19 +49,19 @@ def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ..
         topics |= topics_read(requirement.formula)
     monitors = MonitorSet(requirements)
     _feed(monitors, log, kinds, topics)
-    return explained(monitors.finish(log.end_s), requirements, log)
+    return explain(monitors.finish(log.end_s), requirements, log)
 
 
-def watched(condition: PastFormula, log: Log) -> ConditionMonitor:
+def watch(condition: PastFormula, log: Log) -> ConditionMonitor:
     """The truth of a condition over a logged run, as from `MonitorSet.watch`.
 
     Raises:
         MonitorError: as from `evaluate`.
     """
-    return all_watched([condition], log)[0]
+    return watch_all([condition], log)[0]
 
 
-def all_watched(conditions: Iterable[PastFormula], log: Log) -> tuple[ConditionMonitor, ...]:
+def watch_all(conditions: Iterable[PastFormula], log: Log) -> tuple[ConditionMonitor, ...]:
     """The same of several conditions, in one pass over the run."""
     conditions = tuple(conditions)
     monitors = MonitorSet()

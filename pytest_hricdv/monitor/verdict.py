@@ -99,10 +99,10 @@ class RequirementResult(PlainRecord, frozen=True, kw_only=True):
             time from the deadline to the end of the run. None if nothing was compared.
             It does not decide the verdict: at 0.0, `<` fails and `<=` passes.
         margin_time_s: when the margin first occurred (s); UNSET where no run came to an end, as is `nearest_miss`.
-        nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explained`).
+        nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explain`).
         unused: if it was triggered: the alternatives `f`, `g` of a response `f | g` by which it never held.
         overtaken: topic -> how many of its messages it did not see, as another one came at the same instant (added by
-            `logged.explained`).
+            `logged.explain`).
     """
 
     verdict: Outcome

@@ -14,7 +14,7 @@ from pytest_hricdv.monitor import (
     MonitorSet,
     RequirementError,
     parse_condition,
-    watched,
+    watch,
 )
 from pytest_hricdv.monitor.build import equal, field, on
 from pytest_hricdv.monitor.formula import PastFormula
@@ -52,7 +52,7 @@ def test_a_random_condition_has_the_truth_of_the_reference(condition: PastFormul
     assert [time_s for time_s, _ in calls] == sorted(time_s for time_s, _ in calls)
     assert [holds for _, holds in calls] == [number % 2 == 0 for number in range(len(calls))]
     assert monitor.began_s == tuple(time_s for time_s, holds in calls if holds)
-    logged = watched(condition, log_of(trace))
+    logged = watch(condition, log_of(trace))
     assert (logged.began_s, logged.holds) == (monitor.began_s, monitor.holds)
 
 
@@ -154,6 +154,6 @@ def test_a_text_of_the_wrong_type_is_refused() -> None:
 
 def test_a_log_may_have_texts() -> None:
     log = Log({"s": ([0.0, 2.0], ["i", "j"])}, [Logged(1.0, "w", {"name": "i"})], 4.0)
-    assert watched(parse_condition("s == w", SMALL), log).began_s == (1.0,)
+    assert watch(parse_condition("s == w", SMALL), log).began_s == (1.0,)
     with pytest.raises(RequirementError):
         parse_condition("s == w & on(s)", SMALL)

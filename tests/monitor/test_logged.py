@@ -11,7 +11,7 @@ from operator import itemgetter
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, evaluate, explained
+from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, evaluate, explain
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logged_run import LoggedRun
 from tests.monitor.logs import Logged, log_of, run, summary
@@ -47,7 +47,7 @@ def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace:
 @RUNS
 def test_a_run_that_starts_late_is_judged_as_by_monitors_that_are_fed(formula: Formula, trace: LoggedRun) -> None:
     watched, log = [Requirement("R", "", "", "", formula, SHOWN)], log_of(trace, 299.999999999)
-    assert evaluate(watched, log) == explained([run(formula, trace, 299.999999999, SHOWN)], watched, log)
+    assert evaluate(watched, log) == explain([run(formula, trace, 299.999999999, SHOWN)], watched, log)
 
 
 @given(trace=table_traces)
@@ -170,7 +170,7 @@ def test_a_value_may_be_unknown_where_it_is_not_needed(
     watched, log = [requirement(text)], Log(signals, messages, 3.0)
     [verdict] = evaluate(watched, log)
     assert [(trigger.begin_s, trigger.end_s, trigger.outcome) for trigger in verdict.history] == triggers
-    assert (verdict,) == explained([fed(text, log)], watched, log)
+    assert (verdict,) == explain([fed(text, log)], watched, log)
 
 
 def test_a_log_may_have_the_numbers_of_other_types() -> None:

@@ -12,7 +12,7 @@ from pytest_hricdv.monitor import MonitorSet, Requirement
 from pytest_hricdv.monitor.antecedent import nearest_miss
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.logged import explained
+from pytest_hricdv.monitor.logged import explain
 from pytest_hricdv.monitor.verdict import NearestMiss
 from tests.monitor.logged_run import TICK_S, LoggedRun
 from tests.monitor.logs import Logged, log_of, run
@@ -88,7 +88,7 @@ def test_only_requirements_that_were_never_triggered_are_explained() -> None:
     for name, value in [("leg_held", True), ("leg_torn", False), ("leg_offset", 0.0)]:
         monitors.signal(0.0, name, value)
     monitors.message(1.0, "reading", {"gaze": True, "pressure": True, "location": True})
-    pending, unchecked = explained(monitors.finish(2.0), (R1, R3), log)
+    pending, unchecked = explain(monitors.finish(2.0), (R1, R3), log)
     assert (pending.verdict, pending.triggers, pending.nearest_miss) == ("NC", 1, None)
     assert unchecked.nearest_miss == NearestMiss(0.0, ("hand_closing",), None)
 

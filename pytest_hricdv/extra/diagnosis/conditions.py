@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from pytest_hricdv.monitor import Log, Vocabulary, parse_condition
-from pytest_hricdv.monitor.logged import all_watched
+from pytest_hricdv.monitor.logged import watch_all
 from pytest_hricdv.monitor.vocabulary import IDENTIFIER
 
 MOST_ATOMS = 3
@@ -116,7 +116,7 @@ def truths(
         places.setdefault(moment.nodeid, []).append(place)
     holds = [[False] * len(moments) for _ in texts]
     for nodeid, of_test in places.items():
-        for number, watcher in enumerate(all_watched(parsed, logs[nodeid])):
+        for number, watcher in enumerate(watch_all(parsed, logs[nodeid])):
             for place in of_test:
                 holds[number][place] = watcher.holds_at(moments[place].time_s)
     return holds

@@ -15,7 +15,7 @@ from __future__ import annotations
 from pytest_hricdv.monitor.build import always, historically, once, since
 from pytest_hricdv.monitor.dsl import Condition, Quantity
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.patterns.pattern import PatternError, beginning, lasting, pattern
+from pytest_hricdv.monitor.patterns.pattern import PatternError, as_event, pattern, require_duration
 
 
 @pattern
@@ -146,7 +146,7 @@ def protective_stop(
     >>> print(protective_stop(on("stop"), signal("arm_speed"), within_s=0.5, until=on("restart")))
     always(historically[0:0.5](!on(restart) since on(stop)) -> arm_speed <= 0)
     """
-    stopped = lasting(condition, "condition") if until is None else since(~beginning(until), condition)
+    stopped = require_duration(condition, "condition") if until is None else since(~as_event(until), condition)
     return always(historically(stopped, 0, within_s) >> (speed <= standstill))
 
 
@@ -165,8 +165,8 @@ def hand_guiding(enabled: Condition, moving: Condition, *, within_s: float = 0.0
     >>> print(hand_guiding(signal("enabling_device"), (signal("arm_speed") > 0.001).hysteresis(0.004), within_s=0.2))
     always(arm_speed > 0.001 [hysteresis 0.004] -> once[0:0.2](enabling_device))
     """
-    lasting(enabled, "enabled")
-    return always(lasting(moving, "moving") >> (once(enabled, 0, within_s) if within_s else enabled))
+    require_duration(enabled, "enabled")
+    return always(require_duration(moving, "moving") >> (once(enabled, 0, within_s) if within_s else enabled))
 
 
 def _limited(
@@ -181,4 +181,4 @@ def _limited(
     if transient_limit is None or transient_s is None:
         present = argument if transient_s is None else "transient_s"
         raise PatternError(present, f"expected both {argument} and transient_s, or none of them")
-    return always((value > 0) >> ((value <= transient_limit) & ~(value > limit).lasting(transient_s)))
+    return always((value > 0) >> ((value <= transient_limit) & ~(value > limit).held_for(transient_s)))

@@ -74,7 +74,7 @@ def _check(name: str, value: object, types: tuple[type, ...]) -> None:
         raise PatternError(name, f"expected {expected}, got {value!r}")
 
 
-def lasting(condition: Condition, argument: str) -> Condition:
+def require_duration(condition: Condition, argument: str) -> Condition:
     """The condition, which has to be one that can hold for a length of time.
 
     Raises:
@@ -86,6 +86,6 @@ def lasting(condition: Condition, argument: str) -> Condition:
     return condition
 
 
-def beginning(condition: Condition) -> Condition:
+def as_event(condition: Condition) -> Condition:
     """The instants at which a condition becomes true: of one that is true for single instants only, these."""
     return condition if is_instantaneous(condition.past) else rise(condition)

@@ -15,7 +15,7 @@ import math
 from pytest_hricdv.monitor.build import always, count, eventually, once, previously, since
 from pytest_hricdv.monitor.dsl import Condition
 from pytest_hricdv.monitor.formula import Formula
-from pytest_hricdv.monitor.patterns.pattern import PatternError, beginning, lasting, pattern
+from pytest_hricdv.monitor.patterns.pattern import PatternError, as_event, pattern, require_duration
 
 MOST_IN_SCOPE = 20
 """Most times in a scope (chosen): the formula has three operators more in each other for each, half of the 128 that
@@ -66,9 +66,9 @@ def precedence(
         return always(event >> once(cause))
     recent = once(cause, 0, math.inf if within_s is None else within_s)
     if after is None:
-        return always(beginning(event) >> recent)
-    anew = since(~beginning(after), cause)
-    return always(beginning(event) >> (anew if within_s is None else recent & anew))
+        return always(as_event(event) >> recent)
+    anew = since(~as_event(after), cause)
+    return always(as_event(event) >> (anew if within_s is None else recent & anew))
 
 
 @pattern
@@ -119,7 +119,7 @@ def universality(
     >>> print(universality(signal("gripper_closed"), during=signal("carrying")))
     always(carrying -> gripper_closed)
     """
-    return _in_scope(lasting(condition, "condition"), during, after, until, for_s)
+    return _in_scope(require_duration(condition, "condition"), during, after, until, for_s)
 
 
 @pattern
@@ -151,7 +151,7 @@ def existence(
     """
     if at_most < 1:
         raise PatternError("at_most", f"expected a number of at least 1, got {at_most}; for 0, use absence")
-    event = beginning(event)
+    event = as_event(event)
     if after is None:
         if until is not None:
             raise PatternError("until", "ends a scope that begins with `after`; there is no `after`")
@@ -160,7 +160,7 @@ def existence(
         raise PatternError("within_s", "expected one of within_s and after")
     if at_most > MOST_IN_SCOPE:
         raise PatternError("at_most", f"expected at most {MOST_IN_SCOPE} in a scope, got {at_most}")
-    nth, outside = event, ~beginning(after)
+    nth, outside = event, ~as_event(after)
     for _ in range(at_most):
         nth = event & outside & previously(since(outside, nth))
     return _in_scope(~nth, None, after, until, None)
