@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from enum import Enum
 from typing import Literal, get_args, get_origin, get_type_hints
 
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.runtime import fields_of, text_of
 
 _KINDS: tuple[Kind, ...] = (bool, float, str)

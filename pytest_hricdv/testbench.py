@@ -26,7 +26,7 @@ from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
 from pytest_hricdv.message_types import compared_fields
 from pytest_hricdv.monitor import Requirement, Vocabulary
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.online.declaration import Online, OnlineError
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError

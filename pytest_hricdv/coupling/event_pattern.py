@@ -13,7 +13,7 @@ from pytest_hricdv.coupling.agent_names import AgentNames
 from pytest_hricdv.coupling.hears import PERCEPT, CouplingError, Hears
 from pytest_hricdv.coupling.terms import term_of
 from pytest_hricdv.monitor import FormulaSource, PastFormula, Value, Vocabulary, parse_condition
-from pytest_hricdv.monitor.analysis import is_instantaneous, topics_of
+from pytest_hricdv.monitor.analysis import topics_of
 
 Bindings = dict[Variable, Term]
 
@@ -60,7 +60,7 @@ def parse_event(owner: str, pattern: Structure | None, when: str, vocabulary: Vo
     """
     source = FormulaSource(when, owner=owner)
     condition = parse_condition(when, vocabulary, source)
-    if not is_instantaneous(condition):
+    if not condition.is_instantaneous:
         advice = "it holds for a time; name the event: on(topic) & ..., rise(...), or fall(...)"
         raise source.error(0, len(when), "expected an event", advice)
     return EventPattern(owner, pattern, condition, _sources(owner, pattern, condition, vocabulary))

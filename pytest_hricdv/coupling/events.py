@@ -10,7 +10,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from pytest_hricdv.monitor import MonitorSet, PastFormula, Value
-from pytest_hricdv.monitor.analysis import names_of, sources, topics_of
+from pytest_hricdv.monitor.analysis import names_of, topics_of
 
 ORDER_S = 1e-9
 """Events with one time stamp are kept apart by this much: the resolution of the monitors."""
@@ -54,7 +54,7 @@ class Events:
         """The topics whose messages are read."""
         self.signals = frozenset(name for name in (*names_of(formulas), *names) if "." not in name)
         """The signals that are read."""
-        self._sources = frozenset().union(*map(sources, formulas))
+        self._sources = frozenset().union(*(formula.sources for formula in formulas))
         self.values: dict[str, Value] = {}
         """The last value of each signal, and of each field as `topic.field`."""
         self._numbers: list[tuple[float, int]] = []

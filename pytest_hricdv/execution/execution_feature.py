@@ -8,7 +8,7 @@ from typing import Protocol
 from pytest_hricdv.declarations.ros2_system import Middleware
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion, Verdict
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.registry import offers
 from pytest_hricdv.runtime.plain import Value
 from pytest_hricdv.testbench import Testbench

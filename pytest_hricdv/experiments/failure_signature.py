@@ -7,26 +7,10 @@ from collections.abc import Callable, Mapping
 
 from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violation
 from pytest_hricdv.monitor.analysis import conjuncts
-from pytest_hricdv.monitor.formula import (
-    And,
-    Arithmetic,
-    BooleanName,
-    Comparison,
-    Count,
-    Eventually,
-    FloatName,
-    Negative,
-    Not,
-    Number,
-    Or,
-    PastFormula,
-    Term,
-    Text,
-    TextComparison,
-    TextTerm,
-    TimeBetween,
-    TimeSince,
-)
+from pytest_hricdv.monitor.formula import Eventually
+from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
+from pytest_hricdv.monitor.past_formula import And, BooleanName, Comparison, Not, Or, TextComparison
+from pytest_hricdv.monitor.terms import Arithmetic, Count, FloatName, Negative, Number, Text, TimeBetween
 
 _RELATIONS: Mapping[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
@@ -108,8 +92,6 @@ def _number(term: Term, values: Mapping[str, Value]) -> float | None:
         case Count() | TimeBetween():
             value = values.get(str(term))
             return None if value is None else float(value)
-        case TimeSince():
-            return None
         case Negative():
             inner = _number(term.operand, values)
             return None if inner is None else -inner
@@ -118,7 +100,9 @@ def _number(term: Term, values: Mapping[str, Value]) -> float | None:
             if left is None or right is None or (term.operator == "/" and right == 0):
                 return None
             return _ARITHMETIC[term.operator](left, right)
+        case _:
+            return None  # of time_since, violations have no value
 
 
 def _text(term: TextTerm, values: Mapping[str, Value]) -> Value | None:
-    return term.value if isinstance(term, Text) else values.get(term.name)
+    return term.value if isinstance(term, Text) else values.get(str(term))

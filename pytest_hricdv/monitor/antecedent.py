@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 from pytest_hricdv.monitor.analysis import conjuncts, fields_read, names_of, topics_of
-from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
+from pytest_hricdv.monitor.compiler import ExpressionCompiler, function_of
 from pytest_hricdv.monitor.evaluation_state import (
     NO_MESSAGE,
     Condition,
@@ -25,10 +25,12 @@ from pytest_hricdv.monitor.evaluation_state import (
     Values,
     seconds,
 )
-from pytest_hricdv.monitor.formula import And, Arithmetic, ArithmeticOperator, Comparison, Not, Number, Or, PastFormula
 from pytest_hricdv.monitor.log import Log, Update
+from pytest_hricdv.monitor.names import last_of
+from pytest_hricdv.monitor.node import HysteresisScope, PastFormula
+from pytest_hricdv.monitor.past_formula import And, Comparison, Not, Or
+from pytest_hricdv.monitor.terms import Arithmetic, ArithmeticOperator, Number
 from pytest_hricdv.monitor.verdict import NearestMiss
-from pytest_hricdv.monitor.vocabulary import last_of
 
 # A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
 _UNDEFINED = (UnknownValueError, ArithmeticError)
@@ -112,7 +114,7 @@ class _Replay:
         self._kinds = names_of([antecedent])
         self._topics = topics_of([antecedent])
         compiler = ExpressionCompiler()
-        self.conjuncts = [_compiled(part, compiler) for part in conjuncts(antecedent)]
+        self.conjuncts = [_compile(part, compiler) for part in conjuncts(antecedent)]
         self._operators = [make() for make in compiler.run_operators]
         self._fields = {topic: fields_read(self._kinds, topic) for topic in self._topics}
         self._arrived: dict[str, int] = {}
@@ -157,9 +159,9 @@ class _Replay:
         return min((operator.wake_ns for operator in self._operators), default=math.inf)
 
 
-def _compiled(conjunct: PastFormula, compiler: ExpressionCompiler) -> _Conjunct:
-    condition = function_of(compiler.condition(conjunct, HysteresisScope.RUN))
-    robustness = compiler.robustness(_with_shifted_bounds(conjunct, wanted=True))
+def _compile(conjunct: PastFormula, compiler: ExpressionCompiler) -> _Conjunct:
+    condition = function_of(conjunct.expression(compiler, HysteresisScope.RUN))
+    robustness = _with_shifted_bounds(conjunct, wanted=True).robustness(compiler)
     return _Conjunct(str(conjunct), condition, None if robustness is None else function_of(robustness))
 
 

@@ -17,22 +17,36 @@ import math
 from collections.abc import Sequence
 from typing import overload
 
-from pytest_hricdv.monitor import formula as ast
 from pytest_hricdv.monitor.dsl import (
-    Comparison,
-    Condition,
+    ComparisonValue,
     Implication,
-    Name,
-    Quantity,
-    TextOperand,
+    NameValue,
+    NumberValue,
+    TextValue,
+    TruthValue,
     as_number,
     as_past,
     as_term,
     as_text,
 )
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, HoldsUntil
+from pytest_hricdv.monitor.names import IDENTIFIER, last_of
+from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.past_formula import (
+    Comparison,
+    Equality,
+    Fall,
+    Historically,
+    On,
+    Once,
+    Previously,
+    Rise,
+    Since,
+    TextComparison,
+)
 from pytest_hricdv.monitor.requirement import Requirement
+from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince
 from pytest_hricdv.monitor.units import MAX_TIME_S
-from pytest_hricdv.monitor.vocabulary import IDENTIFIER, last_of
 
 __all__ = [
     "always",
@@ -56,40 +70,40 @@ __all__ = [
     "unequal",
 ]
 
-Operand = Quantity | TextOperand | float | str
+Operand = NumberValue | TextValue | float | str
 
 # --- names
 
 
-def signal(name: str) -> Name:
+def signal(name: str) -> NameValue:
     """A signal: a condition if it is a bool, a number if it is a float. Raises ValueError for an invalid name."""
-    return Name(_identifier(name))
+    return NameValue(_identifier(name))
 
 
-def field(name: str) -> Name:
+def field(name: str) -> NameValue:
     """The last value of a message's field, written `topic.field`. Raises ValueError for an invalid name."""
-    return Name(_field_name(name))
+    return NameValue(_field_name(name))
 
 
-def last(name: str) -> Name:
+def last(name: str) -> NameValue:
     """The value that a field, written `topic.field`, had in the message before. Raises ValueError as above."""
-    return Name(last_of(_field_name(name)))
+    return NameValue(last_of(_field_name(name)))
 
 
-def string(name: str) -> TextOperand:
+def string(name: str) -> TextValue:
     """A signal, or `topic.field`, that is a text; needed only to compare two of them. Raises ValueError as above."""
-    return TextOperand((field(name) if "." in name else signal(name)).text)
+    return TextValue((field(name) if "." in name else signal(name)).text)
 
 
-def on(topic: str) -> Condition:
+def on(topic: str) -> TruthValue:
     """True at the instant at which a message of the topic arrives. Raises ValueError for an invalid name."""
-    return Condition(ast.On(_identifier(topic)))
+    return TruthValue(On(_identifier(topic)))
 
 
 # --- conditions
 
 
-def equal(left: Operand, right: Operand) -> Comparison:
+def equal(left: Operand, right: Operand) -> ComparisonValue:
     """`left == right`, of numbers or of texts. (Python's `==` would compare the Python objects.)
 
     Where one side is a text, or `string(name)`, both are texts.
@@ -97,57 +111,57 @@ def equal(left: Operand, right: Operand) -> Comparison:
     return _equality("==", left, right)
 
 
-def unequal(left: Operand, right: Operand) -> Comparison:
+def unequal(left: Operand, right: Operand) -> ComparisonValue:
     """`left != right`, of numbers or of texts."""
     return _equality("!=", left, right)
 
 
-def rise(condition: Condition) -> Condition:
+def rise(condition: TruthValue) -> TruthValue:
     """True at the instant at which `condition` becomes true."""
-    return Condition(ast.Rise(as_past(condition)))
+    return TruthValue(Rise(as_past(condition)))
 
 
-def fall(condition: Condition) -> Condition:
+def fall(condition: TruthValue) -> TruthValue:
     """True at the instant at which `condition` becomes false."""
-    return Condition(ast.Fall(as_past(condition)))
+    return TruthValue(Fall(as_past(condition)))
 
 
-def previously(condition: Condition) -> Condition:
+def previously(condition: TruthValue) -> TruthValue:
     """`condition` just before the instant."""
-    return Condition(ast.Previously(as_past(condition)))
+    return TruthValue(Previously(as_past(condition)))
 
 
-def once(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Condition:
+def once(condition: TruthValue, start_s: float = 0.0, end_s: float = math.inf) -> TruthValue:
     """`condition` was true at some time between `end_s` and `start_s` seconds ago; without a window: ever."""
-    return Condition(ast.Once(as_past(condition), *_window(start_s, end_s)))
+    return TruthValue(Once(as_past(condition), *_window(start_s, end_s)))
 
 
-def historically(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Condition:
+def historically(condition: TruthValue, start_s: float = 0.0, end_s: float = math.inf) -> TruthValue:
     """`condition` was true at all times between `end_s` and `start_s` seconds ago; without a window: always."""
-    return Condition(ast.Historically(as_past(condition), *_window(start_s, end_s)))
+    return TruthValue(Historically(as_past(condition), *_window(start_s, end_s)))
 
 
-def since(condition: Condition, start: Condition) -> Condition:
+def since(condition: TruthValue, start: TruthValue) -> TruthValue:
     """`condition since start`: `start` was true, and `condition` has been true since then."""
-    return Condition(ast.Since(as_past(condition), as_past(start)))
+    return TruthValue(Since(as_past(condition), as_past(start)))
 
 
 # --- numbers over the past
 
 
-def count(condition: Condition, start_s: float = 0.0, end_s: float = math.inf) -> Quantity:
+def count(condition: TruthValue, start_s: float = 0.0, end_s: float = math.inf) -> NumberValue:
     """How often `condition` became true between `end_s` and `start_s` seconds ago; without a window: so far."""
-    return Quantity(ast.Count(as_past(condition), *_window(start_s, end_s)))
+    return NumberValue(Count(as_past(condition), *_window(start_s, end_s)))
 
 
-def time_since(condition: Condition) -> Quantity:
+def time_since(condition: TruthValue) -> NumberValue:
     """The time (s) since `condition` was last true, infinite before; to be compared with a number."""
-    return Quantity(ast.TimeSince(as_past(condition)))
+    return NumberValue(TimeSince(as_past(condition)))
 
 
-def time_between(begin: Condition, end: Condition) -> Quantity:
+def time_between(begin: TruthValue, end: TruthValue) -> NumberValue:
     """The time (s) from when `begin` last became true to when `end` last did; no value before, as for `last`."""
-    return Quantity(ast.TimeBetween(as_past(begin), as_past(end)))
+    return NumberValue(TimeBetween(as_past(begin), as_past(end)))
 
 
 # --- responses and formulas
@@ -156,31 +170,31 @@ def time_between(begin: Condition, end: Condition) -> Quantity:
 class UnfinishedAlways:
     """`always(condition)`: a response only with `.until(release)`."""
 
-    def __init__(self, condition: ast.PastFormula) -> None:
+    def __init__(self, condition: PastFormula) -> None:
         self._condition = condition
 
-    def until(self, release: Condition) -> ast.HoldsUntil:
+    def until(self, release: TruthValue) -> HoldsUntil:
         """`always(condition) until release`: from the trigger until `release`, or to the end of the run."""
-        return ast.HoldsUntil(self._condition, as_past(release))
+        return HoldsUntil(self._condition, as_past(release))
 
     def __repr__(self) -> str:
         return f"<always({self._condition}), without window or until>"
 
 
-def eventually(condition: Condition, start_s: float, end_s: float) -> ast.Eventually:
+def eventually(condition: TruthValue, start_s: float, end_s: float) -> Eventually:
     """The response `eventually[a:b](condition)`: true at some time from `start_s` to `end_s` after the trigger."""
-    return ast.Eventually(as_past(condition), *_response_window(start_s, end_s))
+    return Eventually(as_past(condition), *_response_window(start_s, end_s))
 
 
 @overload
-def always(required: Implication) -> ast.Formula: ...
+def always(required: Implication) -> Formula: ...
 @overload
-def always(required: Condition) -> UnfinishedAlways: ...
+def always(required: TruthValue) -> UnfinishedAlways: ...
 @overload
-def always(required: Condition, start_s: float, end_s: float) -> ast.AlwaysWithin: ...
+def always(required: TruthValue, start_s: float, end_s: float) -> AlwaysWithin: ...
 def always(
-    required: Implication | Condition, start_s: float | None = None, end_s: float | None = None
-) -> ast.Formula | UnfinishedAlways | ast.AlwaysWithin:
+    required: Implication | TruthValue, start_s: float | None = None, end_s: float | None = None
+) -> Formula | UnfinishedAlways | AlwaysWithin:
     """As in the text: a whole formula, or a response.
 
     `always(antecedent >> response)` is a formula. As responses, `always(condition, a, b)` requires `condition` at all
@@ -193,17 +207,17 @@ def always(
     if isinstance(required, Implication):
         if start_s is not None or end_s is not None:
             raise TypeError("a window belongs to a response: always(antecedent >> always(condition, a, b))")
-        return ast.Formula(required.antecedent, required.response)
+        return Formula(required.antecedent, required.response)
     condition = as_past(required)
     if start_s is None and end_s is None:
         return UnfinishedAlways(condition)
     if start_s is None or end_s is None:
         raise TypeError("a window has two ends: always(condition, a, b), in seconds after the trigger")
-    return ast.AlwaysWithin(condition, *_response_window(start_s, end_s))
+    return AlwaysWithin(condition, *_response_window(start_s, end_s))
 
 
 def requirement(
-    id: str, title: str, formula: ast.Formula, source: str = "", shows: Sequence[str] = (), group: str = ""
+    id: str, title: str, formula: Formula, source: str = "", shows: Sequence[str] = (), group: str = ""
 ) -> Requirement:
     """A requirement as from a table of a TOML file; its text is written from the formula.
 
@@ -218,15 +232,15 @@ def requirement(
     Raises:
         TypeError: `formula` is not a formula, for instance because the antecedent is missing.
     """
-    if not isinstance(formula, ast.Formula):
+    if not isinstance(formula, Formula):
         raise TypeError(f"{id}: expected always(antecedent >> response), got {formula!r}")
     return Requirement(id, title, source, str(formula), formula, tuple(shows), group)
 
 
-def _equality(relation: ast.Equality, left: Operand, right: Operand) -> Comparison:
-    if isinstance(left, str | TextOperand) or isinstance(right, str | TextOperand):
-        return Comparison(ast.TextComparison(relation, as_text(left), as_text(right)))
-    return Comparison(ast.Comparison(relation, as_term(left), as_term(right)))
+def _equality(relation: Equality, left: Operand, right: Operand) -> ComparisonValue:
+    if isinstance(left, str | TextValue) or isinstance(right, str | TextValue):
+        return ComparisonValue(TextComparison(relation, as_text(left), as_text(right)))
+    return ComparisonValue(Comparison(relation, as_term(left), as_term(right)))
 
 
 def _field_name(name: str) -> str:

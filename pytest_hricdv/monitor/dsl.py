@@ -6,48 +6,51 @@ import math
 from dataclasses import replace
 from typing import NoReturn, overload
 
-from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.formula import Holds, Response
+from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
+from pytest_hricdv.monitor.past_formula import And, BooleanName, Comparison, Not, Or, TextComparison
+from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number, Text, TextName
 
 _PARENTHESES = "in Python & | ~ >> bind more strongly than comparisons: put parentheses around each, as in p & (x < 1)"
 
 
-class Condition:
+class TruthValue:
     """A past formula: true or false at each time."""
 
-    def __init__(self, past: ast.PastFormula) -> None:
+    def __init__(self, past: PastFormula) -> None:
         self.past = past
 
     @overload
     def __and__(self, other: Implication) -> Implication: ...
     @overload
-    def __and__(self, other: Condition) -> Condition: ...
-    def __and__(self, other: Condition | Implication) -> Condition | Implication:
+    def __and__(self, other: TruthValue) -> TruthValue: ...
+    def __and__(self, other: TruthValue | Implication) -> TruthValue | Implication:
         # Python parses `p & q >> r` as `p & (q >> r)`; `(p & q) >> r` is meant.
         if isinstance(other, Implication):
-            return Implication(self._joined(ast.And, other.antecedent), other.response)
-        return Condition(self._joined(ast.And, as_past(other)))
+            return Implication(self._joined(And, other.antecedent), other.response)
+        return TruthValue(self._joined(And, as_past(other)))
 
     @overload
     def __or__(self, other: Implication) -> Implication: ...
     @overload
-    def __or__(self, other: Condition) -> Condition: ...
-    def __or__(self, other: Condition | Implication) -> Condition | Implication:
+    def __or__(self, other: TruthValue) -> TruthValue: ...
+    def __or__(self, other: TruthValue | Implication) -> TruthValue | Implication:
         if isinstance(other, Implication):
-            return Implication(self._joined(ast.Or, other.antecedent), other.response)
-        return Condition(self._joined(ast.Or, as_past(other)))
+            return Implication(self._joined(Or, other.antecedent), other.response)
+        return TruthValue(self._joined(Or, as_past(other)))
 
-    def _joined(self, connective: type[ast.And | ast.Or], other: ast.PastFormula) -> ast.PastFormula:
+    def _joined(self, connective: type[And | Or], other: PastFormula) -> PastFormula:
         """Of `p & q & r` one conjunction, as in the text."""
         before = self.past.operands if isinstance(self.past, connective) else (self.past,)
         return connective(*before, other)
 
-    def __invert__(self) -> Condition:
-        return Condition(ast.Not(self.past))
+    def __invert__(self) -> TruthValue:
+        return TruthValue(Not(self.past))
 
-    def __rshift__(self, response: Condition | ast.Response) -> Implication:
-        if isinstance(response, ast.Response):
+    def __rshift__(self, response: TruthValue | Response) -> Implication:
+        if isinstance(response, Response):
             return Implication(self.past, response)
-        return Implication(self.past, ast.Holds(as_past(response)))
+        return Implication(self.past, Holds(as_past(response)))
 
     def __rand__(self, other: object) -> NoReturn:
         raise TypeError(f"{other!r} is not a condition; {_PARENTHESES}")
@@ -70,22 +73,22 @@ class Condition:
         return f"<condition {self.past}>"
 
 
-class Comparison(Condition):
+class ComparisonValue(TruthValue):
     """A comparison, to which a minimum duration can be added."""
 
-    def __init__(self, comparison: ast.Comparison | ast.TextComparison) -> None:
+    def __init__(self, comparison: Comparison | TextComparison) -> None:
         super().__init__(comparison)
         self._comparison = comparison
 
-    def held_for(self, duration_s: float) -> Comparison:
+    def held_for(self, duration_s: float) -> ComparisonValue:
         """`[for d]`: true once it has held for `duration_s` seconds."""
-        return Comparison(replace(self._comparison, for_s=as_number(duration_s, "a duration")))
+        return ComparisonValue(replace(self._comparison, for_s=as_number(duration_s, "a duration")))
 
 
-class Inequality(Comparison):
+class Inequality(ComparisonValue):
     """A comparison with `< <= > >=`, to which a hysteresis can be added as well."""
 
-    def __init__(self, inequality: ast.Comparison) -> None:
+    def __init__(self, inequality: Comparison) -> None:
         super().__init__(inequality)
         self._inequality = inequality
 
@@ -98,78 +101,78 @@ class Inequality(Comparison):
         return Inequality(replace(self._inequality, for_s=as_number(duration_s, "a duration")))
 
 
-class Quantity:
+class NumberValue:
     """A term: a number at each time."""
 
-    def __init__(self, term: ast.Term) -> None:
+    def __init__(self, term: Term) -> None:
         self.term = term
 
-    def __add__(self, other: Quantity | float) -> Quantity:
-        return Quantity(ast.Arithmetic("+", self.term, as_term(other)))
+    def __add__(self, other: NumberValue | float) -> NumberValue:
+        return NumberValue(Arithmetic("+", self.term, as_term(other)))
 
-    def __radd__(self, other: float) -> Quantity:
-        return Quantity(ast.Arithmetic("+", as_term(other), self.term))
+    def __radd__(self, other: float) -> NumberValue:
+        return NumberValue(Arithmetic("+", as_term(other), self.term))
 
-    def __sub__(self, other: Quantity | float) -> Quantity:
-        return Quantity(ast.Arithmetic("-", self.term, as_term(other)))
+    def __sub__(self, other: NumberValue | float) -> NumberValue:
+        return NumberValue(Arithmetic("-", self.term, as_term(other)))
 
-    def __rsub__(self, other: float) -> Quantity:
-        return Quantity(ast.Arithmetic("-", as_term(other), self.term))
+    def __rsub__(self, other: float) -> NumberValue:
+        return NumberValue(Arithmetic("-", as_term(other), self.term))
 
-    def __mul__(self, other: Quantity | float) -> Quantity:
-        return Quantity(ast.Arithmetic("*", self.term, as_term(other)))
+    def __mul__(self, other: NumberValue | float) -> NumberValue:
+        return NumberValue(Arithmetic("*", self.term, as_term(other)))
 
-    def __rmul__(self, other: float) -> Quantity:
-        return Quantity(ast.Arithmetic("*", as_term(other), self.term))
+    def __rmul__(self, other: float) -> NumberValue:
+        return NumberValue(Arithmetic("*", as_term(other), self.term))
 
-    def __truediv__(self, other: Quantity | float) -> Quantity:
-        return Quantity(ast.Arithmetic("/", self.term, as_term(other)))
+    def __truediv__(self, other: NumberValue | float) -> NumberValue:
+        return NumberValue(Arithmetic("/", self.term, as_term(other)))
 
-    def __rtruediv__(self, other: float) -> Quantity:
-        return Quantity(ast.Arithmetic("/", as_term(other), self.term))
+    def __rtruediv__(self, other: float) -> NumberValue:
+        return NumberValue(Arithmetic("/", as_term(other), self.term))
 
-    def __neg__(self) -> Quantity:
-        return Quantity(ast.Negative(self.term))
+    def __neg__(self) -> NumberValue:
+        return NumberValue(Negative(self.term))
 
-    def __lt__(self, other: Quantity | float) -> Inequality:
-        return Inequality(ast.Comparison("<", self.term, as_term(other)))
+    def __lt__(self, other: NumberValue | float) -> Inequality:
+        return Inequality(Comparison("<", self.term, as_term(other)))
 
-    def __le__(self, other: Quantity | float) -> Inequality:
-        return Inequality(ast.Comparison("<=", self.term, as_term(other)))
+    def __le__(self, other: NumberValue | float) -> Inequality:
+        return Inequality(Comparison("<=", self.term, as_term(other)))
 
-    def __gt__(self, other: Quantity | float) -> Inequality:
-        return Inequality(ast.Comparison(">", self.term, as_term(other)))
+    def __gt__(self, other: NumberValue | float) -> Inequality:
+        return Inequality(Comparison(">", self.term, as_term(other)))
 
-    def __ge__(self, other: Quantity | float) -> Inequality:
-        return Inequality(ast.Comparison(">=", self.term, as_term(other)))
+    def __ge__(self, other: NumberValue | float) -> Inequality:
+        return Inequality(Comparison(">=", self.term, as_term(other)))
 
-    __eq__ = Condition.__eq__
+    __eq__ = TruthValue.__eq__
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"<number {self.term}>"
 
 
-class TextOperand:
+class TextValue:
     """A text at each time."""
 
-    def __init__(self, text: ast.TextTerm) -> None:
+    def __init__(self, text: TextTerm) -> None:
         self.text = text
 
-    __eq__ = Condition.__eq__
+    __eq__ = TruthValue.__eq__
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"<text {self.text}>"
 
 
-class Name(Condition, Quantity):
+class NameValue(TruthValue, NumberValue):
     """A signal or a field; its position decides whether it is a condition, a number or a text, as in the language."""
 
     def __init__(self, name: str) -> None:
-        self.text = ast.TextName(name)
-        Condition.__init__(self, ast.BooleanName(name))
-        Quantity.__init__(self, ast.FloatName(name))
+        self.text = TextName(name)
+        TruthValue.__init__(self, BooleanName(name))
+        NumberValue.__init__(self, FloatName(name))
 
     def __repr__(self) -> str:
         return f"<name {self.past}>"
@@ -178,7 +181,7 @@ class Name(Condition, Quantity):
 class Implication:
     """`antecedent >> response`, the argument of `always(...)`."""
 
-    def __init__(self, antecedent: ast.PastFormula, response: ast.Response) -> None:
+    def __init__(self, antecedent: PastFormula, response: Response) -> None:
         self.antecedent = antecedent
         self.response = response
 
@@ -188,31 +191,31 @@ class Implication:
     __lt__ = __le__ = __gt__ = __ge__ = _compare
 
 
-def as_past(condition: Condition) -> ast.PastFormula:
+def as_past(condition: TruthValue) -> PastFormula:
     """The formula of a condition. Raises TypeError for anything else, with advice."""
-    if isinstance(condition, Condition):
+    if isinstance(condition, TruthValue):
         return condition.past
     raise TypeError(f"expected a condition, got {condition!r}; {_PARENTHESES}")
 
 
-def as_term(quantity: Quantity | float) -> ast.Term:
+def as_term(quantity: NumberValue | float) -> Term:
     """The term of a number. Raises TypeError for anything else, ValueError for a number that is not finite."""
-    if isinstance(quantity, Quantity):
+    if isinstance(quantity, NumberValue):
         return quantity.term
     if isinstance(quantity, int | float) and quantity < 0:
-        return ast.Negative(ast.Number(as_number(-quantity, "a number")))
-    return ast.Number(as_number(quantity, "a number"))
+        return Negative(Number(as_number(-quantity, "a number")))
+    return Number(as_number(quantity, "a number"))
 
 
-def as_text(text: object) -> ast.TextTerm:
+def as_text(text: object) -> TextTerm:
     """The term of a text. Raises TypeError for anything else, ValueError for one that cannot be written."""
-    if isinstance(text, Name | TextOperand):
+    if isinstance(text, NameValue | TextValue):
         return text.text
     if not isinstance(text, str):
         raise TypeError(f"expected a text or a name, got {text!r}; texts are compared with texts")
     if "\n" in text or ('"' in text and "'" in text):
         raise ValueError(f"{text!r}: a text is one line with at most one kind of quotation marks")
-    return ast.Text(text)
+    return Text(text)
 
 
 def as_number(value: float, description: str, *, allow_infinite: bool = False) -> float:

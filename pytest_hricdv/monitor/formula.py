@@ -1,83 +1,11 @@
-"""The formula of a requirement as data: `always(antecedent -> response)`. The names of all nodes are here.
-
-`str(formula)` is its text in the requirement language, which is parsed to an equal formula. Times are in seconds.
-"""
+"""The formula of a requirement as data, `always(antecedent -> response)`, and the responses."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pytest_hricdv.monitor.node import Node, window_text
-from pytest_hricdv.monitor.past_formula import (
-    And,
-    Arithmetic,
-    ArithmeticOperator,
-    BooleanName,
-    Comparison,
-    Count,
-    Equality,
-    Fall,
-    FloatName,
-    Historically,
-    Negative,
-    Not,
-    Number,
-    On,
-    Once,
-    Or,
-    PastFormula,
-    Previously,
-    Relation,
-    Rise,
-    Since,
-    Term,
-    Text,
-    TextComparison,
-    TextName,
-    TextTerm,
-    TimeBetween,
-    TimeSince,
-)
-
-__all__ = [
-    "AlwaysWithin",
-    "And",
-    "Arithmetic",
-    "ArithmeticOperator",
-    "BooleanName",
-    "Comparison",
-    "Count",
-    "Equality",
-    "Eventually",
-    "Fall",
-    "FloatName",
-    "Formula",
-    "Historically",
-    "Holds",
-    "HoldsUntil",
-    "Negative",
-    "Not",
-    "Number",
-    "On",
-    "Once",
-    "Or",
-    "PastFormula",
-    "Previously",
-    "Relation",
-    "Response",
-    "Rise",
-    "Since",
-    "Term",
-    "Text",
-    "TextComparison",
-    "TextName",
-    "TextTerm",
-    "TimeBetween",
-    "TimeSince",
-]
-
-# --- responses: what has to follow when the antecedent is true
+from pytest_hricdv.monitor.node import Node, PastFormula, window_text
 
 
 @dataclass(frozen=True)
@@ -138,6 +66,11 @@ class Formula(Node):
 
     antecedent: PastFormula
     response: Response
+
+    @property
+    def conditions(self) -> tuple[PastFormula, ...]:
+        """The antecedent, and the conditions of the response."""
+        return self.children
 
     def __str__(self) -> str:
         return f"always({self.antecedent} -> {self.response})"

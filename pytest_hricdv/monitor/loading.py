@@ -11,7 +11,8 @@ from typing import Any
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.monitor.formula import Formula, PastFormula
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 

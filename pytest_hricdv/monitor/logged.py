@@ -10,14 +10,14 @@ from msgspec.structs import replace
 from pytest_hricdv.monitor.analysis import names_of, names_read, topics_of, topics_read
 from pytest_hricdv.monitor.antecedent import nearest_miss
 from pytest_hricdv.monitor.evaluation_state import Value, seconds
-from pytest_hricdv.monitor.formula import PastFormula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
 from pytest_hricdv.monitor.log import Log
+from pytest_hricdv.monitor.masked_messages import crowded_instants, masked_messages
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
-from pytest_hricdv.monitor.overtaken import crowded, overtaken
+from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Verdict
-from pytest_hricdv.monitor.vocabulary import Kind
 
 
 def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], log: Log) -> tuple[Verdict, ...]:
@@ -28,11 +28,12 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
         requirements: of the verdicts, in the same order.
         log: the run.
     """
-    instants, made = crowded(log), []
+    instants, results = crowded_instants(log), []
     for verdict, requirement in zip(verdicts, requirements, strict=True):
         miss = nearest_miss(requirement.formula.antecedent, log) if verdict.vacuous else verdict.nearest_miss
-        made.append(replace(verdict, nearest_miss=miss, overtaken=overtaken(requirement.formula, instants)))
-    return tuple(made)
+        masked = masked_messages(requirement.formula, instants)
+        results.append(replace(verdict, nearest_miss=miss, overtaken=masked))
+    return tuple(results)
 
 
 def evaluate(requirements: Sequence[Requirement], log: Log) -> tuple[Verdict, ...]:
@@ -83,7 +84,7 @@ def _feed(monitors: MonitorSet, log: Log, kinds: Mapping[str, Kind], topics: Ite
             if isinstance(value, Mapping):
                 monitors.message(time_s, name, value)
             else:
-                monitors.signal(time_s, name, _typed(time_s, name, value, kinds[name]))
+                monitors.signal(time_s, name, _as_type(time_s, name, value, kinds[name]))
 
 
 def _require_one_value_each(name: str, times: Sequence[float], values: Sequence[Value]) -> None:
@@ -91,7 +92,7 @@ def _require_one_value_each(name: str, times: Sequence[float], values: Sequence[
         raise MonitorError(f"{name}: expected one value for each of {len(times)} times, got {len(values)} values")
 
 
-def _typed(time_s: float, name: str, value: Value, kind: Kind) -> Value:
+def _as_type(time_s: float, name: str, value: Value, kind: Kind) -> Value:
     """The value as the monitors want it: a log may have a bool as a number, and numbers of other libraries."""
     if kind is bool:
         if value not in (0, 1):

@@ -16,13 +16,13 @@ from pytest_hricdv.monitor.evaluation_state import (
     Values,
     seconds,
 )
-from pytest_hricdv.monitor.formula import PastFormula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor, FormulaMonitor
+from pytest_hricdv.monitor.names import Kind, field_of
+from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.program import compile_condition
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.requirement_monitor import RequirementMonitor, monitor_of
 from pytest_hricdv.monitor.verdict import Outcome, Verdict
-from pytest_hricdv.monitor.vocabulary import Kind, field_of
 
 
 class MonitorError(RuntimeError):

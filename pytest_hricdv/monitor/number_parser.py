@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from typing import cast
+from collections.abc import Callable, Mapping
+from typing import TypeVar, cast
 
 from lark import Token, Tree
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.node import Term
 from pytest_hricdv.monitor.requirement import FormulaSource
-from pytest_hricdv.monitor.term_parser import Node, TermParser
+from pytest_hricdv.monitor.term_parser import Node, TermParser, UnknownOperatorError
+from pytest_hricdv.monitor.terms import (
+    PAST_NUMBERS,
+    Arithmetic,
+    ArithmeticOperator,
+    FloatName,
+    Negative,
+    Number,
+    TimeSince,
+)
 from pytest_hricdv.monitor.units import (
     MAX_TIME_S,
     NO_UNIT,
@@ -30,6 +39,8 @@ from pytest_hricdv.monitor.vocabulary import Vocabulary
 # A number, with what is left as its unit. The grammar has checked the form: this only takes it apart.
 _QUANTITY = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?)\s*(.*)")
 
+T = TypeVar("T")
+
 
 class NumberParser(TermParser):
     """Makes terms from syntax trees, with the rule of the same name for each node.
@@ -40,12 +51,10 @@ class NumberParser(TermParser):
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
         super().__init__(source, vocabulary)
-        self._number_rules: dict[str, Callable[[Tree[Token]], Measured]] = {
-            "name": self._named,
-            "last": self._named,
-            "count": lambda tree: Measured(self._count(tree), NO_UNIT, "value"),
-            "time_since": lambda tree: Measured(ast.TimeSince(self._past(tree.children[1])), SECOND, "value"),
-            "time_between": self._time_between,
+        self._number_rules |= {
+            "name": self._name,
+            "last": self._name,
+            "number_operator": self._number_operator,
             "number": lambda tree: self._constant(tree.children[0]),
             "signed": self._signed,
             "arithmetic": self._arithmetic,
@@ -56,20 +65,27 @@ class NumberParser(TermParser):
         tree = self._expect(node, float)
         return self._number_rules[tree.data](tree)
 
-    def _named(self, tree: Tree[Token]) -> Measured:
+    def _name(self, tree: Tree[Token]) -> Measured:
         meaning, name = self._meaning(tree), self._full_name(tree)
         if meaning is not None:
             return cast("Measured", meaning)
-        return Measured(ast.FloatName(name), self._vocabulary.unit(name), "value")
+        return Measured(FloatName(name), self._vocabulary.unit(name), "value")
 
-    def _count(self, tree: Tree[Token]) -> ast.Term:
-        _, window, operand = tree.children
-        start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
-        return ast.Count(self._past(operand), start_s, end_s)
+    def _number_operator(self, tree: Tree[Token]) -> Measured:
+        number = self._apply(tree, PAST_NUMBERS)
+        return Measured(number, unit_of(number.UNIT), "value")
 
-    def _time_between(self, tree: Tree[Token]) -> Measured:
-        _, begin, end = tree.children
-        return Measured(ast.TimeBetween(self._past(begin), self._past(end)), SECOND, "value")
+    def _apply(self, tree: Tree[Token], operators: Mapping[str, type[T]]) -> T:
+        """What an operator means that is written as a function, with a window if its class has one."""
+        word, *nodes = tree.children
+        operator = operators.get(str(word))
+        if operator is None:
+            raise UnknownOperatorError(tree.data, str(word))
+        window: tuple[float, ...] = ()
+        if hasattr(operator, "start_s"):
+            first = nodes.pop(0)
+            window = (0.0, math.inf) if first is None else self._window(cast("Tree[Token]", first))
+        return cast("Callable[..., T]", operator)(*map(self._past, nodes), *window)
 
     # --- constants
 
@@ -81,13 +97,13 @@ class NumberParser(TermParser):
         if not math.isfinite(value):
             raise self._error(node, "this number is too large for a float")
         if not written[2]:
-            return Measured(ast.Number(value), None, "number")
+            return Measured(Number(value), None, "number")
         unit = unit_of(written[2])
         if not unit.is_known and unit.text not in self._vocabulary.units.values():
             advice = "a product of a number and a name is written with `*`"
             suggestion = nearest(unit.text, [*known_units(), *self._vocabulary.units.values()])
             raise self._error(node, f"unknown unit {quoted(unit.text)}{suggestion}", advice)
-        return Measured(ast.Number(value), unit, "quantity")
+        return Measured(Number(value), unit, "quantity")
 
     def _seconds(self, node: Node) -> float:
         """A time that is written without a unit, in seconds, or with one."""
@@ -113,7 +129,7 @@ class NumberParser(TermParser):
     def _operand(self, node: Node) -> Measured:
         """A number that can be a part of others."""
         measured = self._measured(node)
-        if isinstance(measured.term, ast.TimeSince):
+        if isinstance(measured.term, TimeSince):
             advice = "`time_between(f, g)` is a number like others"
             problem = "a time_since is compared with a number of seconds, as in `time_since(f) < 3`"
             raise self._error(node, problem, advice)
@@ -124,25 +140,29 @@ class NumberParser(TermParser):
         operand = self._operand(node)
         if str(sign) == "+":
             return operand
-        return Measured(ast.Negative(operand.term), operand.unit, operand.origin, operand.exact)
+        if str(sign) != "-":
+            raise UnknownOperatorError(tree.data, str(sign))
+        return Measured(Negative(operand.term), operand.unit, operand.origin, operand.exact)
 
     def _arithmetic(self, tree: Tree[Token]) -> Measured:
         left_node, operator, right_node = tree.children
         left, right = self._operand(left_node), self._operand(right_node)
-        symbol = cast("ast.ArithmeticOperator", str(operator))
+        symbol = cast("ArithmeticOperator", str(operator))
         if symbol in ("+", "-"):
             left, right = self._in_one_unit(left_node, left, right_node, right)
             unit, exact = left.unit or right.unit, left.exact and right.exact
-        else:
+        elif symbol in ("*", "/"):
             # A quantity is a factor in its base units, so that the unit of a product needs no numbers of its own.
             left, right = self._in_base_unit(left_node, left), self._in_base_unit(right_node, right)
             unit, exact = _product_unit(left, right, symbol)
-        term, origins = ast.Arithmetic(symbol, left.term, right.term), (left.origin, right.origin)
+        else:
+            raise UnknownOperatorError(tree.data, symbol)
+        term, origins = Arithmetic(symbol, left.term, right.term), (left.origin, right.origin)
         if "value" in origins:
             return Measured(term, unit, "value", exact)
         return Measured(self._computed(tree, term), unit, "quantity") if unit else Measured(term, None, "number")
 
-    def _computed(self, tree: Tree[Token], term: ast.Term) -> ast.Term:
+    def _computed(self, tree: Tree[Token], term: Term) -> Term:
         """The constant that a computation with quantities makes, so that it can be converted."""
         try:
             return constant_term(constant(term))

@@ -5,27 +5,39 @@ Imports lark, so this module is imported only when a formula is parsed.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import cast
 
 from lark import Token, Tree
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.analysis import is_instantaneous, leaves
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Response
+from pytest_hricdv.monitor.node import PastFormula, Term
 from pytest_hricdv.monitor.number_parser import NumberParser
+from pytest_hricdv.monitor.past_formula import (
+    FLIPPED,
+    OPERATORS,
+    And,
+    BooleanName,
+    Comparison,
+    Equality,
+    Not,
+    On,
+    Or,
+    Relation,
+    Since,
+    TextComparison,
+)
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import MAX_DEPTH, nodes, syntax_tree
-from pytest_hricdv.monitor.term_parser import Node
+from pytest_hricdv.monitor.term_parser import Node, UnknownOperatorError
+from pytest_hricdv.monitor.terms import Count, Number, TimeBetween, TimeSince, leaves
 from pytest_hricdv.monitor.units import Measured, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 
-_FLIPPED: dict[str, ast.Relation] = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
-
-def parse(source: FormulaSource, vocabulary: Vocabulary) -> tuple[ast.Formula, tuple[str, ...]]:
+def parse(source: FormulaSource, vocabulary: Vocabulary) -> tuple[Formula, tuple[str, ...]]:
     """The formula that a text means, and the definitions that the text names.
 
     Raises:
@@ -36,7 +48,7 @@ def parse(source: FormulaSource, vocabulary: Vocabulary) -> tuple[ast.Formula, t
     return parser.formula(syntax_tree(source, "formula")), tuple(parser.used)
 
 
-def parse_past(source: FormulaSource, vocabulary: Vocabulary) -> ast.PastFormula:
+def parse_past(source: FormulaSource, vocabulary: Vocabulary) -> PastFormula:
     """The past formula that a text means.
 
     Raises:
@@ -84,20 +96,19 @@ class FormulaParser(NumberParser):
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
         super().__init__(source, vocabulary)
-        self._past_rules: dict[str, Callable[[Tree[Token]], ast.PastFormula]] = {
-            "name": lambda tree: cast("ast.PastFormula", self._meaning(tree) or ast.BooleanName(self._full_name(tree))),
-            "last": lambda tree: ast.BooleanName(self._full_name(tree)),
+        self._past_rules |= {
+            "name": lambda tree: cast("PastFormula", self._meaning(tree) or BooleanName(self._full_name(tree))),
+            "last": lambda tree: BooleanName(self._full_name(tree)),
             "on": self._on,
             "comparison": self._comparison,
-            "negation": lambda tree: ast.Not(self._past(tree.children[0])),
-            "conjunction": lambda tree: ast.And(*map(self._past, tree.children)),
-            "disjunction": lambda tree: ast.Or(*map(self._past, tree.children)),
-            "since": lambda tree: ast.Since(self._past(tree.children[0]), self._past(tree.children[1])),
-            "unary_operator": self._unary_operator,
-            "windowed_operator": self._windowed_operator,
+            "negation": lambda tree: Not(self._past(tree.children[0])),
+            "conjunction": lambda tree: And(*map(self._past, tree.children)),
+            "disjunction": lambda tree: Or(*map(self._past, tree.children)),
+            "since": lambda tree: Since(self._past(tree.children[0]), self._past(tree.children[1])),
+            "operator": self._operator,
         }
 
-    def condition(self, tree: Tree[Token]) -> ast.PastFormula:
+    def condition(self, tree: Tree[Token]) -> PastFormula:
         return self._past(tree.children[0])
 
     def definition(self, tree: Tree[Token]) -> Definition:
@@ -112,42 +123,48 @@ class FormulaParser(NumberParser):
         text, uses = self._source.formula.strip(), frozenset(self.used)
         return Definition(text, kind, meaning, uses, len(sizes) + self._expanded, depth)
 
-    def formula(self, tree: Tree[Token]) -> ast.Formula:
+    def formula(self, tree: Tree[Token]) -> Formula:
         _, antecedent_node, response_node = tree.children
         antecedent = self._past(antecedent_node)
         response = self._response(cast("Tree[Token]", response_node))
-        if not isinstance(response, ast.Holds) or is_instantaneous(antecedent):
-            return ast.Formula(antecedent, response)
+        if not isinstance(response, Holds) or antecedent.is_instantaneous:
+            return Formula(antecedent, response)
         advice = "it would fail right after the instant; did you mean `eventually[0:d](...)`?"
         self._reject_instantaneous(response.condition, response_node, "as long as the antecedent", advice)
-        return ast.Formula(antecedent, response)
+        return Formula(antecedent, response)
 
-    def _response(self, tree: Tree[Token]) -> ast.Response:
+    def _response(self, tree: Tree[Token]) -> Response:
         parts = [child for child in tree.children if not _is_keyword(child)]
         match tree.data:
             case "holds":
-                return ast.Holds(self._past(parts[0]))
+                return Holds(self._past(parts[0]))
             case "holds_until":
                 condition = self._past(parts[0])
                 self._reject_instantaneous(condition, parts[0], "until a release", "")
-                return ast.HoldsUntil(condition, self._past(parts[1]))
+                return HoldsUntil(condition, self._past(parts[1]))
+            case "eventually" | "always_within":
+                return self._windowed_response(tree, parts)
+            case rule:
+                raise UnknownOperatorError(rule)
+
+    def _windowed_response(self, tree: Tree[Token], parts: Sequence[Node]) -> Response:
         start_s, end_s = self._window(cast("Tree[Token]", parts[0]))
         condition = self._past(parts[1])
         if end_s == 0:
             advice = "for a response at the very instant of the trigger write it without a window"
             raise self._error(parts[0], "a window of a response has to end after the trigger", advice)
         if tree.data == "eventually":
-            return ast.Eventually(condition, start_s, end_s)
+            return Eventually(condition, start_s, end_s)
         self._reject_instantaneous(condition, parts[1], "for a whole window", "")
-        return ast.AlwaysWithin(condition, start_s, end_s)
+        return AlwaysWithin(condition, start_s, end_s)
 
     # --- formulas
 
-    def _past(self, node: Node) -> ast.PastFormula:
+    def _past(self, node: Node) -> PastFormula:
         tree = self._expect(node, bool)
         return self._past_rules[tree.data](tree)
 
-    def _on(self, tree: Tree[Token]) -> ast.PastFormula:
+    def _on(self, tree: Tree[Token]) -> PastFormula:
         topic = cast("Token", tree.children[0])
         if topic not in self._vocabulary.messages:
             kind = "a definition" if topic in self._vocabulary.definitions else "a signal"
@@ -155,29 +172,31 @@ class FormulaParser(NumberParser):
             advice = f"{topic} is {kind}; on(...) takes a topic" if is_declared else ""
             problem = f"unknown topic {quoted(str(topic))}{nearest(topic, self._vocabulary.messages)}"
             raise self._error(topic, problem, advice)
-        return ast.On(str(topic))
+        return On(str(topic))
 
-    def _comparison(self, tree: Tree[Token]) -> ast.PastFormula:
+    def _comparison(self, tree: Tree[Token]) -> PastFormula:
         left, relation, right, *qualifier_nodes = tree.children
         of_texts = self._compares_texts(left, right)
         if of_texts and str(relation) not in ("==", "!="):
             raise self._error(relation, "texts are compared with == or !=")
         qualifiers = self._qualifiers(qualifier_nodes)
+        if unknown := qualifiers.keys() - {"for", "hysteresis"}:
+            raise UnknownOperatorError("qualifier", min(unknown))
         for_s = self._seconds(qualifiers["for"]) if "for" in qualifiers else 0.0
         if "hysteresis" in qualifiers and str(relation) in ("==", "!="):
             raise self._error(relation, "a hysteresis needs a bound with two sides: < <= > >=")
         if of_texts:
-            return ast.TextComparison(cast("ast.Equality", str(relation)), *self._texts(left, right), for_s)
+            return TextComparison(cast("Equality", str(relation)), *self._texts(left, right), for_s)
         sides = self._in_one_unit(left, self._measured(left), right, self._measured(right))
         terms = sides[0].term, sides[1].term
-        if any(isinstance(term, ast.TimeSince) for term in terms):
+        if any(isinstance(term, TimeSince) for term in terms):
             return self._elapsed(tree, *terms)
         width = self._width(qualifiers["hysteresis"], (left, right), sides) if "hysteresis" in qualifiers else 0.0
-        return ast.Comparison(cast("ast.Relation", str(relation)), *terms, width, for_s)
+        return Comparison(cast("Relation", str(relation)), *terms, width, for_s)
 
     def _width(self, node: Node, nodes: tuple[Node, Node], sides: tuple[Measured, Measured]) -> float:
         """The width of a hysteresis, in the unit of the comparison."""
-        if any(isinstance(leaf, ast.Count | ast.TimeBetween) for side in sides for leaf in leaves(side.term)):
+        if any(isinstance(leaf, Count | TimeBetween) for side in sides for leaf in leaves(side.term)):
             raise self._error(node, "a hysteresis is for measured numbers; counts and times have no noise")
         width = self._constant(node)
         if width.unit is not None:
@@ -186,22 +205,22 @@ class FormulaParser(NumberParser):
             width = self._in_unit_of(nodes[side], sides[side], node, width)
         return float(constant(width.term))
 
-    def _elapsed(self, tree: Tree[Token], left: ast.Term, right: ast.Term) -> ast.PastFormula:
+    def _elapsed(self, tree: Tree[Token], left: Term, right: Term) -> PastFormula:
         """A comparison of `time_since`, which is written on the left."""
-        relation = str(tree.children[1])
+        relation = cast("Relation", str(tree.children[1]))
         advice = "for instance `time_since(f) < 3`; `time_between(f, g)` is a number like others"
         if len(tree.children) > 3:
             raise self._error(tree.children[3], "a comparison of time_since has no [hysteresis] and no [for]")
-        if relation not in _FLIPPED:
+        if relation in ("==", "!="):
             raise self._error(tree.children[1], "time_since changes all the time: compare it with < <= > >=", advice)
-        if isinstance(right, ast.TimeSince) and isinstance(left, ast.Number):
+        if isinstance(right, TimeSince) and isinstance(left, Number):
             self._check_time(tree.children[0], left.value)
-            return ast.Comparison(_FLIPPED[relation], right, left)
-        if not isinstance(right, ast.Number):
-            node = tree.children[2] if isinstance(left, ast.TimeSince) else tree.children[0]
+            return Comparison(FLIPPED[relation], right, left)
+        if not isinstance(right, Number):
+            node = tree.children[2] if isinstance(left, TimeSince) else tree.children[0]
             raise self._error(node, "a time_since is compared with a number of seconds", advice)
         self._check_time(tree.children[2], right.value)
-        return ast.Comparison(cast("ast.Relation", relation), left, right)
+        return Comparison(relation, left, right)
 
     def _qualifiers(self, nodes: Sequence[Node]) -> dict[str, Node]:
         """The qualifiers of a comparison: word -> its number."""
@@ -213,33 +232,11 @@ class FormulaParser(NumberParser):
             numbers[str(word)] = number
         return numbers
 
-    def _unary_operator(self, tree: Tree[Token]) -> ast.PastFormula:
-        word, operand_node = tree.children
-        operand = self._past(operand_node)
-        match str(word):
-            case "rise":
-                return ast.Rise(operand)
-            case "fall":
-                return ast.Fall(operand)
-        advice = "to ask whether it was true recently, write `once[0:d](...)`"
-        self._reject_instantaneous(operand, operand_node, "just before", advice)
-        return ast.Previously(operand)
-
-    def _windowed_operator(self, tree: Tree[Token]) -> ast.PastFormula:
-        word, window, operand_node = tree.children
-        start_s, end_s = (0.0, math.inf) if window is None else self._window(cast("Tree[Token]", window))
-        operand = self._past(operand_node)
-        if str(word) == "once":
-            return ast.Once(operand, start_s, end_s)
-        self._reject_instantaneous(operand, operand_node, "for a length of time", "")
-        return ast.Historically(operand, start_s, end_s)
-
-    # --- errors
-
-    def _reject_instantaneous(self, formula: ast.PastFormula, node: Node, where: str, advice: str) -> None:
-        if is_instantaneous(formula):
-            problem = f"this is true for single instants only (on, rise, fall), so it can never hold {where}"
-            raise self._error(node, problem, advice)
+    def _operator(self, tree: Tree[Token]) -> PastFormula:
+        formula = self._apply(tree, OPERATORS)
+        if where := formula.NEVER_OF_INSTANTS:
+            self._reject_instantaneous(formula.operand, tree.children[-1], where, formula.ADVICE)
+        return formula
 
 
 def _is_keyword(node: Node) -> bool:

@@ -1,175 +1,86 @@
 """Past formulas as data: conditions that are true or false at each time, decided by the run up to that time.
 
-A formula is about a run in dense time: signals are constant between updates, and a message exists for one instant.
-Nodes are frozen dataclasses that compare by value, so equal requirements share one compiled program. `str(node)` is its
-text in the requirement language, which is parsed to an equal node. Times are in seconds.
+A class says everything about its operator: its text, what it reads, when it can change, and how it is compiled.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, Literal, Self
 
-from pytest_hricdv.monitor.node import Node, Precedence, number_text, window_text
+from pytest_hricdv.monitor.evaluation_state import nanoseconds
+from pytest_hricdv.monitor.names import Kind, is_optional
+from pytest_hricdv.monitor.node import (
+    Compiler,
+    HysteresisScope,
+    Node,
+    PastFormula,
+    Precedence,
+    Term,
+    TextTerm,
+    number_text,
+)
+from pytest_hricdv.monitor.operators import (
+    ForOperator,
+    OnceOperator,
+    PreviouslyOperator,
+    RiseOperator,
+    SinceOperator,
+    TimeSinceOperator,
+)
+from pytest_hricdv.monitor.terms import Number, TimeSince, window_of_past
 
-ArithmeticOperator = Literal["+", "-", "*", "/"]
 Relation = Literal["<", "<=", ">", ">=", "==", "!="]
 Equality = Literal["==", "!="]
+FLIPPED: Mapping[Relation, Relation] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+"""The relation of the right side to the left one."""
 
 
 def _duration(for_s: float) -> str:
     return f" [for {number_text(for_s)}]" if for_s else ""
 
 
-def _window_of_past(start_s: float, end_s: float) -> str:
-    return "" if (start_s, end_s) == (0, math.inf) else window_text(start_s, end_s)
-
-
-# --- terms: a number at each time
-
-
 @dataclass(frozen=True)
-class Number(Node):
-    value: float
-
-    def __str__(self) -> str:
-        return number_text(self.value)
-
-
-@dataclass(frozen=True)
-class FloatName(Node):
-    """A float signal, `topic.field`, the last value of a float field, or `last(topic.field)`, the one before it."""
-
-    name: str
-
-    def __str__(self) -> str:
-        return self.name
-
-
-@dataclass(frozen=True)
-class Negative(Node):
-    PRECEDENCE = Precedence.UNARY
-    operand: Term
-
-    def __str__(self) -> str:
-        return f"-{self.operand.operand_text(Precedence.ATOM)}"
-
-
-@dataclass(frozen=True)
-class Arithmetic(Node):
-    operator: ArithmeticOperator
-    left: Term
-    right: Term
-
-    @property
-    def precedence(self) -> Precedence:
-        return Precedence.SUM if self.operator in "+-" else Precedence.PRODUCT
-
-    def __str__(self) -> str:
-        # Operators of one precedence group from the left, so an equal one on the right side needs parentheses. Sums of
-        # floats are not associative: leaving them out would make another formula.
-        left = self.left.operand_text(self.precedence)
-        return f"{left} {self.operator} {self.right.operand_text(Precedence(self.precedence + 1))}"
-
-
-@dataclass(frozen=True)
-class Count(Node):
-    """How often the operand became true at times in [t - end_s, t - start_s], within the run, as `rise(operand)` does.
-
-    `count(on(topic))` counts messages: two at one instant are two.
-    """
-
-    operand: PastFormula
-    start_s: float = 0.0
-    end_s: float = math.inf
-
-    def __str__(self) -> str:
-        return f"count{_window_of_past(self.start_s, self.end_s)}({self.operand})"
-
-
-@dataclass(frozen=True)
-class TimeSince(Node):
-    """The time (s) since the operand was last true: 0 while it is, infinite before it ever was.
-
-    It changes all the time, so it is only the left side of a comparison with a number.
-    """
-
-    operand: PastFormula
-
-    def __str__(self) -> str:
-        return f"time_since({self.operand})"
-
-
-@dataclass(frozen=True)
-class TimeBetween(Node):
-    """The time (s) from when `begin` last became true to when `end` last became true, as `rise` does.
-
-    It has a value once `end` has become true at or after `begin`, and keeps it until `end` becomes true again.
-    """
-
-    begin: PastFormula
-    end: PastFormula
-
-    def __str__(self) -> str:
-        return f"time_between({self.begin}, {self.end})"
-
-
-Term = Number | FloatName | Negative | Arithmetic | Count | TimeSince | TimeBetween
-
-
-# --- texts: a string at each time
-
-
-@dataclass(frozen=True)
-class Text(Node):
-    """A string. It has at most one kind of quotation mark, as there are no escapes."""
-
-    value: str
-
-    def __str__(self) -> str:
-        return f"'{self.value}'" if '"' in self.value else f'"{self.value}"'
-
-
-@dataclass(frozen=True)
-class TextName(Node):
-    """A signal, `topic.field` or `last(topic.field)`, whose values are strings."""
-
-    name: str
-
-    def __str__(self) -> str:
-        return self.name
-
-
-TextTerm = Text | TextName
-
-
-# --- past formulas: true or false at each time, decided by the run up to that time
-
-
-@dataclass(frozen=True)
-class BooleanName(Node):
+class BooleanName(PastFormula):
     """A boolean signal, `topic.field`, the last value of a boolean field, or `last(topic.field)`, the one before it."""
 
     name: str
 
+    @property
+    def own_names(self) -> dict[str, Kind]:
+        return {self.name: bool}
+
     def __str__(self) -> str:
         return self.name
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return f"v.get({self.name!r}, False)" if is_optional(self.name, bool) else f"v[{self.name!r}]"
+
 
 @dataclass(frozen=True)
-class On(Node):
+class On(PastFormula):
     """True only at an instant at which a message of the topic arrives."""
 
+    is_instantaneous = True
+    is_right_continuous = False
     topic: str
+
+    @property
+    def sources(self) -> frozenset[str]:
+        return frozenset((f"on({self.topic})",))
 
     def __str__(self) -> str:
         return f"on({self.topic})"
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return f"({self.topic!r} in m)"
+
 
 @dataclass(frozen=True)
-class Comparison(Node):
+class Comparison(PastFormula):
     """`left relation right [hysteresis h] [for d]`.
 
     With a hysteresis, a comparison that became false is true again only when it passes the bound by `hysteresis` (same
@@ -183,14 +94,35 @@ class Comparison(Node):
     hysteresis: float = 0.0
     for_s: float = 0.0
 
+    @property
+    def is_right_continuous(self) -> bool:
+        if isinstance(self.left, TimeSince):
+            # `time_since(f) <= d` becomes false right after d, `time_since(f) < d` at d.
+            return self.relation in ("<", ">=") and self.left.operand.is_right_continuous
+        return self.left.is_right_continuous and self.right.is_right_continuous
+
     def __str__(self) -> str:
         left, right = self.left.operand_text(Precedence.SUM), self.right.operand_text(Precedence.SUM)
         hysteresis = f" [hysteresis {number_text(self.hysteresis)}]" if self.hysteresis else ""
         return f"{left} {self.relation} {right}{hysteresis}{_duration(self.for_s)}"
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        if self.for_s > 0:
+            return compiler.output(self, _held_for(self.for_s), replace(self, for_s=0.0))
+        match self.left, self.right:
+            case TimeSince(operand), Number(bound_s):
+                closed = self.relation in ("<=", ">")
+                elapsed = partial(TimeSinceOperator, bound_ns=nanoseconds(bound_s), closed=closed)
+                output = compiler.output(self, elapsed, operand)
+                return output if self.relation in ("<", "<=") else f"(not {output})"
+        return compiler.comparison(self, scope)
+
+    def robustness(self, compiler: Compiler) -> str | None:
+        return None if self.for_s or isinstance(self.left, TimeSince) else compiler.distance(self)
+
 
 @dataclass(frozen=True)
-class TextComparison(Node):
+class TextComparison(PastFormula):
     """`left == right [for d]` or `left != right [for d]`, of strings."""
 
     PRECEDENCE = Precedence.COMPARISON
@@ -202,25 +134,47 @@ class TextComparison(Node):
     def __str__(self) -> str:
         return f"{self.left} {self.relation} {self.right}{_duration(self.for_s)}"
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        if self.for_s > 0:
+            return compiler.output(self, _held_for(self.for_s), replace(self, for_s=0.0))
+        return compiler.comparison_text(self)
+
+
+def _held_for(duration_s: float) -> Callable[..., ForOperator]:
+    return partial(ForOperator, length_ns=nanoseconds(duration_s))
+
 
 @dataclass(frozen=True)
-class Not(Node):
+class Not(PastFormula):
     PRECEDENCE = Precedence.NOT
     operand: PastFormula
 
     def __str__(self) -> str:
         return f"!{self.operand.operand_text(Precedence.ATOM)}"
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return f"(not {self.operand.expression(compiler, scope)})"
+
+    def robustness(self, compiler: Compiler) -> str | None:
+        inner = self.operand.robustness(compiler)
+        return None if inner is None else f"-{inner}"
+
 
 @dataclass(frozen=True, init=False)
-class _Connective(Node):
+class _Connective(PastFormula):
     """A connective of two or more operands: a long one does not nest."""
 
     SYMBOL: ClassVar[str]
+    WORD: ClassVar[str]
+    DISTANCE: ClassVar[str]
     operands: tuple[PastFormula, ...]
 
     def __init__(self, *operands: PastFormula) -> None:
         object.__setattr__(self, "operands", operands)
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        return self.operands
 
     def __str__(self) -> str:
         within = Precedence(self.PRECEDENCE + 1)
@@ -229,58 +183,119 @@ class _Connective(Node):
     def changed(self, change: Callable[[Any], Any]) -> Self:
         return type(self)(*map(change, self.operands))
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return f"({f' {self.WORD} '.join([operand.expression(compiler, scope) for operand in self.operands])})"
+
+    def robustness(self, compiler: Compiler) -> str | None:
+        distances = [operand.robustness(compiler) for operand in self.operands]
+        if not any(distances):
+            return None
+        parts = [
+            distance or f"(INFINITY if {operand.expression(compiler, HysteresisScope.NEVER)} else -INFINITY)"
+            for distance, operand in zip(distances, self.operands, strict=True)
+        ]
+        return f"{self.DISTANCE}({', '.join(parts)})"
+
 
 class And(_Connective):
-    PRECEDENCE, SYMBOL = Precedence.AND, "&"
+    PRECEDENCE, SYMBOL, WORD, DISTANCE = Precedence.AND, "&", "and", "min"
+
+    @property
+    def is_instantaneous(self) -> bool:
+        return any(operand.is_instantaneous for operand in self.operands)
+
+    @property
+    def sources(self) -> frozenset[str]:
+        # A conjunction with an operand that is true only at isolated instants can be true only at these, so updates of
+        # the other operands alone do not matter: `fall(leg_held) & leg_offset < 0.15` is evaluated when `leg_held`
+        # changes, however often `leg_offset` does. Any such operand will do; the first is often a message, which comes
+        # more rarely than a signal.
+        return next((operand.sources for operand in self.operands if operand.is_instantaneous), super().sources)
 
 
 class Or(_Connective):
-    PRECEDENCE, SYMBOL = Precedence.OR, "|"
+    PRECEDENCE, SYMBOL, WORD, DISTANCE = Precedence.OR, "|", "or", "max"
+
+    @property
+    def is_instantaneous(self) -> bool:
+        return all(operand.is_instantaneous for operand in self.operands)
 
 
 @dataclass(frozen=True)
-class _NamedOperator(Node):
+class NamedOperator(PastFormula):
     """An operator that is written as its lower-case class name, with one operand."""
 
+    NEVER_OF_INSTANTS: ClassVar[str] = ""
+    """Where the operand of the operator has to hold, if one that is true for single instants only never does."""
+    ADVICE: ClassVar[str] = ""
+    """What to write instead."""
     operand: PastFormula
 
     def __str__(self) -> str:
         return f"{type(self).__name__.lower()}({self.operand})"
 
 
-class Rise(_NamedOperator):
+class _Edge(NamedOperator):
+    is_instantaneous = True
+    is_right_continuous = False
+
+
+class Rise(_Edge):
     """True only at an instant at which the operand becomes true, at that instant or right after it."""
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return compiler.output(self, RiseOperator, self.operand)
 
-class Fall(_NamedOperator):
+
+class Fall(_Edge):
     """True only at an instant at which the operand becomes false, at that instant or right after it."""
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return Rise(Not(self.operand)).expression(compiler, scope)
 
-class Previously(_NamedOperator):
+
+class Previously(NamedOperator):
     """The operand just before: the left limit, not the previous sample, so that the sampling rate does not matter."""
+
+    NEVER_OF_INSTANTS = "just before"
+    ADVICE = "to ask whether it was true recently, write `once[0:d](...)`"
+    is_right_continuous = False
+
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return compiler.output(self, PreviouslyOperator, self.operand)
 
 
 @dataclass(frozen=True)
-class _WindowedOperator(_NamedOperator):
-    """A named operator over a window of the past; without a window: over the whole past."""
+class WindowedOperator(NamedOperator):
+    """A named operator over a window of the past; without a window: over the complete past."""
 
     start_s: float = 0.0
     end_s: float = math.inf
 
     def __str__(self) -> str:
-        return f"{type(self).__name__.lower()}{_window_of_past(self.start_s, self.end_s)}({self.operand})"
+        return f"{type(self).__name__.lower()}{window_of_past(self.start_s, self.end_s)}({self.operand})"
 
 
-class Once(_WindowedOperator):
+class Once(WindowedOperator):
     """At time t: the operand was true at some time in [t - end_s, t - start_s], within the run."""
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        once = partial(OnceOperator, start_ns=nanoseconds(self.start_s), end_ns=nanoseconds(self.end_s))
+        return compiler.output(self, once, self.operand)
 
-class Historically(_WindowedOperator):
+
+class Historically(WindowedOperator):
     """At time t: the operand was true at all times in [t - end_s, t - start_s], within the run."""
+
+    NEVER_OF_INSTANTS = "for a length of time"
+
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        # By its dual, so that only one operator has the windows to get right.
+        return f"(not {Once(Not(self.operand), self.start_s, self.end_s).expression(compiler, scope)})"
 
 
 @dataclass(frozen=True)
-class Since(Node):
+class Since(PastFormula):
     """`right` was true at some time, and `left` has been true at all times after it, up to now.
 
     It is enough that `left` becomes true at the very time at which `right` becomes false.
@@ -293,20 +308,11 @@ class Since(Node):
     def __str__(self) -> str:
         return f"{self.left.operand_text(Precedence.OR)} since {self.right.operand_text(Precedence.OR)}"
 
+    def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
+        return compiler.output(self, SinceOperator, self.left, self.right)
 
-PastFormula = (
-    BooleanName
-    | On
-    | Comparison
-    | TextComparison
-    | Not
-    | And
-    | Or
-    | Rise
-    | Fall
-    | Once
-    | Historically
-    | Previously
-    | Since
-)
-"""A formula about the present and the past: a condition, an antecedent, or what a response is made of."""
+
+OPERATORS: Mapping[str, type[NamedOperator]] = {
+    operator.__name__.lower(): operator for operator in (Rise, Fall, Previously, Once, Historically)
+}
+"""The operators that are written as functions, by their words."""

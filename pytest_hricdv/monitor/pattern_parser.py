@@ -13,14 +13,17 @@ from lark import Token, Tree
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.monitor import formula as ast
-from pytest_hricdv.monitor.dsl import Condition, Quantity
+from pytest_hricdv.monitor.dsl import NumberValue, TruthValue
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.node import Term
 from pytest_hricdv.monitor.parser import FormulaParser
+from pytest_hricdv.monitor.past_formula import On
 from pytest_hricdv.monitor.patterns import PATTERNS, SOURCE_NEEDED, PatternError
 from pytest_hricdv.monitor.patterns.pattern import argument_types
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
+from pytest_hricdv.monitor.terms import Negative, Number
 from pytest_hricdv.monitor.units import NO_UNIT, Measured, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
@@ -33,7 +36,7 @@ _SPEEDS = ("slow_speed", "standstill")
 Parameters = Mapping[str, inspect.Parameter]
 
 
-def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: bool = True) -> ast.Formula:
+def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: bool = True) -> Formula:
     """The formula of a pattern.
 
     Args:
@@ -51,7 +54,7 @@ def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: 
 class _PatternParser(FormulaParser):
     """Makes the arguments from the syntax tree, each as its parameter's type wants it."""
 
-    def formula_of(self, tree: Tree[Token], *, has_source: bool) -> ast.Formula:
+    def formula_of(self, tree: Tree[Token], *, has_source: bool) -> Formula:
         name = cast("Token", tree.children[0])
         if name not in PATTERNS:
             raise self._error(name, f"unknown pattern {quoted(str(name))}{nearest(name, PATTERNS)}")
@@ -93,15 +96,15 @@ class _PatternParser(FormulaParser):
             seen.add(parameter)
             yield parameter, node
 
-    def _argument(self, parameter: inspect.Parameter, nodes: Mapping[str, Node]) -> Condition | Quantity | float:
+    def _argument(self, parameter: inspect.Parameter, nodes: Mapping[str, Node]) -> TruthValue | NumberValue | float:
         types, node = argument_types(parameter), nodes[parameter.name]
-        if Condition in types:
-            return Condition(self._topic(node) or self._past(node))
+        if TruthValue in types:
+            return TruthValue(self._topic(node) or self._past(node))
         term = self._in_unit_of_parameter(parameter.name, nodes).term
         value = _number(term)
-        if value is None and Quantity in types:
-            return Quantity(term)
-        if value is None or (Quantity in types and float not in types):
+        if value is None and NumberValue in types:
+            return NumberValue(term)
+        if value is None or (NumberValue in types and float not in types):
             expected = "a signal or a field" if value is not None else "a number, without signals and fields"
             raise self._error(node, f"{parameter.name}: expected {expected}")
         return int(value) if int in types and value.is_integer() else value
@@ -114,9 +117,9 @@ class _PatternParser(FormulaParser):
         if name in _SPEEDS:
             return self._in_one_unit(nodes["speed"], self._operand(nodes["speed"]), node, number)[1]
         unit = next((unit_of(unit) for end, unit in _UNITS.items() if name.endswith(end)), NO_UNIT)
-        return self._in_one_unit(node, Measured(ast.Number(0.0), unit, "value"), node, number)[1]
+        return self._in_one_unit(node, Measured(Number(0.0), unit, "value"), node, number)[1]
 
-    def _topic(self, node: Node) -> ast.On | None:
+    def _topic(self, node: Node) -> On | None:
         """The arrival of a message, for a topic alone: as an argument it cannot mean anything else."""
         tree = cast("Tree[Token]", node)
         name = str(tree.children[0])
@@ -125,15 +128,15 @@ class _PatternParser(FormulaParser):
         if name not in self._vocabulary.messages:
             names = [*self._vocabulary.names(), *self._vocabulary.messages]
             raise self._error(tree, f"unknown name {quoted(name)}{nearest(name, names)}")
-        return ast.On(name)
+        return On(name)
 
 
-def _number(term: ast.Term) -> float | None:
+def _number(term: Term) -> float | None:
     """The value of a number; None if signals or fields decide it."""
     match term:
-        case ast.Number():
+        case Number():
             return term.value
-        case ast.Negative(operand=ast.Number(value=value)):
+        case Negative(operand=Number(value=value)):
             return -value
         case _:
             return None

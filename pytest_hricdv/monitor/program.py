@@ -6,22 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from pytest_hricdv.monitor.analysis import (
-    conditions,
-    disjuncts,
-    is_right_continuous,
-    names_of,
-    names_read,
-    sources,
-    topics_of,
-    topics_read,
-)
-from pytest_hricdv.monitor.compiler import ExpressionCompiler, HysteresisScope, function_of
+from pytest_hricdv.monitor.analysis import disjuncts, names_of, names_read, topics_of, topics_read
+from pytest_hricdv.monitor.compiler import ExpressionCompiler, function_of
 from pytest_hricdv.monitor.evaluation_state import Condition, Measure
-from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, PastFormula
-from pytest_hricdv.monitor.node import text_with_names
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil
+from pytest_hricdv.monitor.names import Kind
+from pytest_hricdv.monitor.node import HysteresisScope, PastFormula, text_with_names
 from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
-from pytest_hricdv.monitor.vocabulary import Kind
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +22,7 @@ class Program:
     Attributes:
         condition: a past formula by itself; of a requirement, the formula inside the response.
         run_operators: constructors of the operators over the run, in the order in which they have to be stepped.
-        right_continuous: the value at an instant is also the value right after it (`analysis.is_right_continuous`).
+        right_continuous: the value at an instant is also the value right after it (`PastFormula.is_right_continuous`).
         kinds: signals and fields read -> type.
         topics: topics whose messages are read.
         always_sources: sources whose updates always require an evaluation.
@@ -73,15 +64,14 @@ def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...]
     """Compile a formula; equal formulas share one program. The alternatives are told by `names` (`Requirement`)."""
     compiler = ExpressionCompiler()
     response = formula.response
-    antecedent = compiler.condition(formula.antecedent, HysteresisScope.RUN)
+    antecedent = formula.antecedent.expression(compiler, HysteresisScope.RUN)
     scope = _hysteresis_scope(formula)
     alternatives = {
-        text_with_names(part, dict(names)): compiler.condition(part, scope) for part in disjuncts(response.condition)
+        text_with_names(part, dict(names)): part.expression(compiler, scope) for part in disjuncts(response.condition)
     }
     condition = f"({' or '.join(alternatives.values())})"
-    release = compiler.condition(response.release, HysteresisScope.RUN) if isinstance(response, HoldsUntil) else None
-    robustness = None if isinstance(response, Eventually) else compiler.robustness(response.condition)
-    parts = conditions(response)
+    release = response.release.expression(compiler, HysteresisScope.RUN) if isinstance(response, HoldsUntil) else None
+    robustness = None if isinstance(response, Eventually) else response.condition.robustness(compiler)
     return RequirementProgram(
         antecedent=function_of(antecedent),
         condition=function_of(condition),
@@ -91,11 +81,11 @@ def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...]
         run_operators=tuple(compiler.run_operators),
         trigger_operators=tuple(compiler.trigger_operators),
         alternatives={text: function_of(part) for text, part in alternatives.items() if len(alternatives) > 1},
-        right_continuous=is_right_continuous(formula.antecedent) and all(map(is_right_continuous, parts)),
+        right_continuous=all(condition.is_right_continuous for condition in formula.conditions),
         kinds=names_read(formula),
         topics=topics_read(formula),
-        always_sources=sources(formula.antecedent).union(*compiler.run_sources),
-        trigger_sources=frozenset().union(*map(sources, parts), *compiler.trigger_sources),
+        always_sources=formula.antecedent.sources.union(*compiler.run_sources),
+        trigger_sources=frozenset().union(*(part.sources for part in response.children), *compiler.trigger_sources),
     )
 
 
@@ -103,14 +93,14 @@ def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...]
 def compile_condition(condition: PastFormula) -> Program:
     """Compile a past formula by itself; its hystereses are over the run."""
     compiler = ExpressionCompiler()
-    expression = compiler.condition(condition, HysteresisScope.RUN)
+    expression = condition.expression(compiler, HysteresisScope.RUN)
     return Program(
         condition=function_of(expression),
         run_operators=tuple(compiler.run_operators),
-        right_continuous=is_right_continuous(condition),
+        right_continuous=condition.is_right_continuous,
         kinds=names_of([condition]),
         topics=topics_of([condition]),
-        always_sources=sources(condition).union(*compiler.run_sources),
+        always_sources=condition.sources.union(*compiler.run_sources),
     )
 
 

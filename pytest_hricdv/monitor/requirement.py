@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pytest_hricdv._base.message import InputError, excerpt
-from pytest_hricdv.monitor.formula import Formula, PastFormula
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.node import PastFormula
 
 _SHOWN = 160
 """Characters of a line of a formula that an error message shows: two lines of a terminal with 80 columns (chosen)."""

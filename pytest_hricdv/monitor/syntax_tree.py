@@ -5,6 +5,7 @@ Imports lark, so this module is imported only when a formula is parsed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -58,14 +59,7 @@ _TERMINAL_NAMES = {
     "RELATION": "a comparison",
     "SIGN": "+ or -",
     "FACTOR": "* or /",
-    "QUALIFIER": "hysteresis or for",
-    "UNARY_OPERATOR": "rise, fall or previously",
-    "WINDOWED_OPERATOR": "once or historically",
     "TEXT": "a text",
-    "LAST": "last",
-    "COUNT": "count",
-    "TIME_SINCE": "time_since",
-    "TIME_BETWEEN": "time_between",
     "$END": "the end of the formula",
 }
 _WHAT_IS_EXPECTED: dict[Start, str] = {
@@ -153,5 +147,14 @@ def _unexpected_token(source: FormulaSource, rule: Start, unexpected: Unexpected
 def _expected_text(terminals: set[str]) -> str:
     """The terminals that lark expected, as the user writes them."""
     patterns = {terminal.name: terminal.pattern.value for terminal in _grammar().terminals}
-    names = sorted({_TERMINAL_NAMES.get(name) or patterns.get(name, name).replace("\\", "") for name in terminals})
+    return _alternatives(sorted({_TERMINAL_NAMES.get(name) or _words(patterns.get(name, name)) for name in terminals}))
+
+
+def _words(pattern: str) -> str:
+    """The words that the pattern of a terminal allows, without what has to follow them; or the symbol."""
+    words = re.match(r"\(?([a-z_|]+)(\)|\(\?|$)", pattern)
+    return _alternatives(words[1].split("|")) if words else pattern.replace("\\", "")
+
+
+def _alternatives(names: list[str]) -> str:
     return " or ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

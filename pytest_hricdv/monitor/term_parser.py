@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import TypeAlias, cast
 
 from lark import Token, Tree
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.monitor import formula as ast
+from pytest_hricdv.monitor.names import Kind, field_of, last_of
+from pytest_hricdv.monitor.node import PastFormula, TextTerm
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import MAX_NODES
+from pytest_hricdv.monitor.terms import Text, TextName
 from pytest_hricdv.monitor.units import Measured
-from pytest_hricdv.monitor.vocabulary import Kind, Vocabulary, field_of, last_of
+from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 Node: TypeAlias = "Tree[Token] | Token"
 
 _NOUNS: dict[Kind, str] = {bool: "a condition", float: "a number", str: "a text"}
-_NUMERIC_RULES = ("number", "signed", "arithmetic", "count", "time_since", "time_between")
 _EXAMPLES: dict[Kind, str] = {float: "`... < 0.25`", str: '`... == "..."`'}
+
+
+class UnknownOperatorError(Exception):
+    """The grammar has a rule or a word that the parser does not know: an internal error."""
+
+    def __init__(self, rule: str, word: str = "") -> None:
+        operator = f"operator {word!r}" if word else "operator"
+        super().__init__(f"unknown {operator}: the parser has no case for it in the rule {rule!r} of requirement.lark")
 
 
 class TermParser(ABC):
@@ -34,10 +44,12 @@ class TermParser(ABC):
         self._source = source
         self._vocabulary = vocabulary
         self.used: dict[str, None] = {}  # the definitions in the text so far, used as an ordered set
+        self._past_rules: dict[str, Callable[[Tree[Token]], PastFormula]] = {}
+        self._number_rules: dict[str, Callable[[Tree[Token]], Measured]] = {}
         self._expanded = 0  # of the meanings of these definitions, each as often as it is used
 
     @abstractmethod
-    def _past(self, node: Node) -> ast.PastFormula:
+    def _past(self, node: Node) -> PastFormula:
         """The formula of a condition."""
 
     # --- types
@@ -50,8 +62,12 @@ class TermParser(ABC):
                 return self._kind_of_name(tree)
             case "text":
                 return str
+            case rule if rule in self._past_rules:
+                return bool
+            case rule if rule in self._number_rules:
+                return float
             case rule:
-                return float if rule in _NUMERIC_RULES else bool
+                raise UnknownOperatorError(rule)
 
     def _kind_of_name(self, tree: Tree[Token]) -> Kind:
         name = str(tree.children[-1])
@@ -72,7 +88,7 @@ class TermParser(ABC):
         name = self._vocabulary.full_name(str(tree.children[-1]))
         return last_of(name) if tree.data == "last" else name
 
-    def _meaning(self, tree: Tree[Token]) -> ast.PastFormula | Measured | ast.TextTerm | None:
+    def _meaning(self, tree: Tree[Token]) -> PastFormula | Measured | TextTerm | None:
         """What a name stands for; None if it is no definition."""
         name = str(tree.children[-1])
         definition = self._vocabulary.definitions.get(name)
@@ -106,11 +122,11 @@ class TermParser(ABC):
 
     # --- texts
 
-    def _text(self, node: Node) -> ast.TextTerm:
+    def _text(self, node: Node) -> TextTerm:
         tree = self._expect(node, str)
         if tree.data == "text":
-            return ast.Text(str(tree.children[0])[1:-1])
-        return cast("ast.TextTerm", self._meaning(tree) or ast.TextName(self._full_name(tree)))
+            return Text(str(tree.children[0])[1:-1])
+        return cast("TextTerm", self._meaning(tree) or TextName(self._full_name(tree)))
 
     def _compares_texts(self, left: Node, right: Node) -> bool:
         for node, other in ((left, right), (right, left)):
@@ -125,11 +141,11 @@ class TermParser(ABC):
         tree = _inside(node)
         return tree.data == "name" and self._vocabulary.kind(self._full_name(tree)) is None
 
-    def _texts(self, left: Node, right: Node) -> tuple[ast.TextTerm, ast.TextTerm]:
+    def _texts(self, left: Node, right: Node) -> tuple[TextTerm, TextTerm]:
         """Both sides of a comparison of texts."""
         sides = self._text(left), self._text(right)
         for node, side, other in ((left, sides[0], sides[1]), (right, sides[1], sides[0])):
-            if isinstance(side, ast.Text) and isinstance(other, ast.TextName):
+            if isinstance(side, Text) and isinstance(other, TextName):
                 self._check_value(node, side.value, other.name)
         return sides
 
@@ -139,6 +155,11 @@ class TermParser(ABC):
             raise self._error(node, f"{name} is never {value!r}{nearest(value, allowed)}")
 
     # --- errors
+
+    def _reject_instantaneous(self, formula: PastFormula, node: Node, where: str, advice: str) -> None:
+        if formula.is_instantaneous:
+            problem = f"this is true for single instants only (on, rise, fall), so it can never hold {where}"
+            raise self._error(node, problem, advice)
 
     def _error(self, node: Node, problem: str, advice: str = "") -> RequirementError:
         if isinstance(node, Token):

@@ -14,7 +14,8 @@ from fractions import Fraction
 from operator import add, mul, sub, truediv
 from typing import Literal
 
-from pytest_hricdv.monitor.formula import Arithmetic, Negative, Number, Term
+from pytest_hricdv.monitor.node import Term
+from pytest_hricdv.monitor.terms import Arithmetic, Negative, Number
 
 Dimension = tuple[tuple[str, int], ...]
 """Base units with their exponents, in the order of their names."""

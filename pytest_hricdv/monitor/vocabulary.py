@@ -2,34 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.monitor.formula import PastFormula, TextTerm
+from pytest_hricdv.monitor.names import IDENTIFIER, Kind, field_of
+from pytest_hricdv.monitor.node import PastFormula, TextTerm
+from pytest_hricdv.monitor.past_formula import OPERATORS
 from pytest_hricdv.monitor.units import Measured, Unit, unit_of
 
-Kind = type[bool] | type[float] | type[str]
-
-_TEMPORAL = ("always", "eventually", "until", "since", "once", "historically", "previously")
-KEYWORDS = frozenset((*_TEMPORAL, "on", "rise", "fall", "not", "hysteresis", "for", "inf"))
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
-
-def last_of(field: str) -> str:
-    """The name of the value that a field, `topic.field`, had in the message before the present one."""
-    return f"last({field})"
-
-
-def field_of(name: str) -> str:
-    """`topic.field` of a field, or of its value in the message before; empty for a signal."""
-    return name.removeprefix("last(").removesuffix(")") if "." in name else ""
-
-
-def is_optional(name: str, kind: Kind) -> bool:
-    """Whether there may be no value without an error: of the text of a message, and of the message before."""
-    return "." in name and (kind is str or name != field_of(name))
+_WORDS = ("always", "eventually", "until", "since", "on", "not", "hysteresis", "for", "inf")
+KEYWORDS = frozenset((*OPERATORS, *_WORDS))
 
 
 @dataclass(frozen=True)

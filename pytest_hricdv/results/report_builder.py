@@ -19,7 +19,7 @@ from pytest_hricdv.generate import chosen_values
 from pytest_hricdv.generate.actors import after_to_data
 from pytest_hricdv.generate.suite import Suite, diagnose
 from pytest_hricdv.monitor import Criterion, Requirement, RequirementResult
-from pytest_hricdv.monitor.limit import limits, names_read
+from pytest_hricdv.monitor.analysis import limits, names_shown
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.derivation import NO_CLOSURE, declare_suite, derive
 from pytest_hricdv.results.gates import Exemption
@@ -170,7 +170,7 @@ def _requirement_text(criterion: Criterion) -> RequirementText:
         RequirementLimit(name=limit.name, relation=limit.relation, value=limit.value)
         for limit in limits(criterion.formula)
     )
-    reads = dict.fromkeys((*names_read(criterion.formula), *criterion.shows))
+    reads = dict.fromkeys((*names_shown(criterion.formula), *criterion.shows))
     return replace(text, reads=tuple(reads), limits=tuple(drawn), **_acceptance(criterion))
 
 

@@ -7,24 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.monitor import Violation
-from pytest_hricdv.monitor.analysis import conditions, leaves, names_of, names_read, walk
-from pytest_hricdv.monitor.formula import (
-    AlwaysWithin,
-    And,
-    Comparison,
-    Count,
-    Eventually,
-    Formula,
-    Holds,
-    HoldsUntil,
-    Not,
-    On,
-    Or,
-    PastFormula,
-    TimeBetween,
-    TimeSince,
-)
-from pytest_hricdv.monitor.vocabulary import is_optional
+from pytest_hricdv.monitor.analysis import names_of, names_read, walk
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil
+from pytest_hricdv.monitor.names import is_optional
+from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.past_formula import And, Comparison, Not, On, Or
+from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince, leaves
 from tests.monitor.logged_run import TICK_S, first_position, tick_of
 from tests.monitor.reference_past import PastEvaluator
 
@@ -225,7 +213,7 @@ def finite(margin: float) -> float | None:
 
 
 def numbers(formula: Formula, kind: type[Any]) -> list[Any]:
-    parts = [node for part in (formula.antecedent, *conditions(formula.response)) for node in walk(part)]
+    parts = [node for part in formula.conditions for node in walk(part)]
     terms = [term for node in parts if isinstance(node, Comparison) for term in (node.left, node.right)]
     return [leaf for term in terms for leaf in leaves(term) if isinstance(leaf, kind)]
 

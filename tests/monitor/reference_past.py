@@ -9,32 +9,32 @@ import math
 from dataclasses import replace
 from functools import cache
 
-from pytest_hricdv.monitor.analysis import leaves, names_compared
-from pytest_hricdv.monitor.formula import (
+from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
+from pytest_hricdv.monitor.past_formula import (
     And,
-    Arithmetic,
     BooleanName,
     Comparison,
-    Count,
     Fall,
-    FloatName,
     Historically,
-    Negative,
     Not,
-    Number,
     On,
     Once,
     Or,
-    PastFormula,
     Previously,
     Rise,
     Since,
-    Term,
-    Text,
     TextComparison,
-    TextTerm,
+)
+from pytest_hricdv.monitor.terms import (
+    Arithmetic,
+    Count,
+    FloatName,
+    Negative,
+    Number,
+    Text,
     TimeBetween,
     TimeSince,
+    leaves,
 )
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value, first_position, tick_of
 
@@ -132,7 +132,7 @@ class PastEvaluator:
         return None not in sides and (len(sides) == 1) == (f.relation == "==")
 
     def has_values(self, f: Comparison, p: int) -> bool:
-        last = all(name in self.values[p] for name in names_compared(f) if name.startswith("last("))
+        last = all(name in self.values[p] for name in f.own_names if name.startswith("last("))
         times = [leaf for leaf in (*leaves(f.left), *leaves(f.right)) if isinstance(leaf, TimeBetween)]
         return last and all(self.between(time)[p] is not None for time in times)
 
@@ -196,6 +196,8 @@ class PastEvaluator:
             case Since():
                 a, b = self.truth(f.left), self.truth(f.right)
                 return [any(b[q] and all(a[q + 1 : p + 1]) for q in range(1, p + 1)) for p in ps]
+            case _:
+                raise TypeError(f"the reference has no definition of {type(f).__name__}")
 
     def rise(self, a: list[bool]) -> list[bool]:
         after = [*a[1:], a[-1]]

@@ -15,31 +15,24 @@ from functools import lru_cache
 
 import rtamt  # type: ignore[import-untyped]
 
-from pytest_hricdv.monitor.analysis import conditions, is_instantaneous, names_of, topics_of
-from pytest_hricdv.monitor.formula import (
-    AlwaysWithin,
+from pytest_hricdv.monitor.analysis import names_of, topics_of
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, Response
+from pytest_hricdv.monitor.node import PastFormula, Term
+from pytest_hricdv.monitor.past_formula import (
     And,
-    Arithmetic,
     BooleanName,
     Comparison,
-    Eventually,
     Fall,
-    FloatName,
-    Formula,
     Historically,
-    Holds,
     Not,
-    Number,
     On,
     Once,
     Or,
-    PastFormula,
     Previously,
-    Response,
     Rise,
     Since,
-    Term,
 )
+from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Number
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 
 Samples = dict[str, list[float]]
@@ -58,14 +51,14 @@ class Counts:
 
 def judge(formula: Formula, trace: LoggedRun) -> Counts:
     """The counts of a run by rtamt."""
-    kinds = names_of((formula.antecedent, *conditions(formula.response)))
-    topics = topics_of((formula.antecedent, *conditions(formula.response)))
+    kinds = names_of(formula.conditions)
+    topics = topics_of(formula.conditions)
     samples = sampled(trace, list(kinds), sorted(topics))
     antecedent = evaluated(past(formula.antecedent), samples)
     response = evaluated(responded(formula.response), samples)
     if isinstance(formula.response, Holds):
-        return _episodes(antecedent, response, lasting=not is_instantaneous(formula.antecedent))
-    lasting = not is_instantaneous(formula.antecedent)
+        return _episodes(antecedent, response, lasting=not formula.antecedent.is_instantaneous)
+    lasting = not formula.antecedent.is_instantaneous
     triggers = [t for t, holds in enumerate(antecedent) if holds and not (lasting and t > 0 and antecedent[t - 1])]
     undecided = [t for t in triggers if _is_undecided(formula.response, t, response[t], trace.last)]
     failures = sum(not response[t] for t in triggers if t not in undecided)

@@ -8,33 +8,28 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from pytest_hricdv.monitor.formula import (
-    AlwaysWithin,
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Response
+from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.past_formula import (
+    OPERATORS,
     And,
-    Arithmetic,
     BooleanName,
     Comparison,
-    Count,
-    Eventually,
-    Fall,
-    FloatName,
-    Formula,
     Historically,
-    Holds,
-    HoldsUntil,
-    Negative,
     Not,
-    Number,
     On,
     Once,
     Or,
-    PastFormula,
-    Previously,
-    Response,
-    Rise,
     Since,
-    Text,
     TextComparison,
+)
+from pytest_hricdv.monitor.terms import (
+    Arithmetic,
+    Count,
+    FloatName,
+    Negative,
+    Number,
+    Text,
     TextName,
     TimeBetween,
     TimeSince,
@@ -184,13 +179,9 @@ def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormu
         st.builds(Not, inner),
         st.builds(And, inner, inner),
         st.builds(Or, inner, inner),
-        st.builds(Rise, inner),
-        st.builds(Fall, inner),
-        st.builds(Previously, inner),
+        *(st.builds(operator, inner) for operator in OPERATORS.values()),
         st.builds(Since, inner, inner),
         st.builds(_windowed, st.sampled_from([Once, Historically]), inner, windows()),
-        st.builds(Once, inner),
-        st.builds(Historically, inner),
     )
 
 

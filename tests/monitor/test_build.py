@@ -38,7 +38,9 @@ from pytest_hricdv.monitor.build import (
     time_since,
     unequal,
 )
-from pytest_hricdv.monitor.formula import Arithmetic, Comparison, FloatName, Formula, Holds, Negative, Number, On
+from pytest_hricdv.monitor.formula import Formula, Holds
+from pytest_hricdv.monitor.past_formula import Comparison, On
+from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number
 from tests.monitor.strategies import formulas
 from tests.monitor.vocabulary import R1, R2, R3, R4, SMALL, TABLE
 

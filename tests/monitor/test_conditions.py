@@ -17,7 +17,7 @@ from pytest_hricdv.monitor import (
     watch,
 )
 from pytest_hricdv.monitor.build import equal, field, on
-from pytest_hricdv.monitor.formula import PastFormula
+from pytest_hricdv.monitor.node import PastFormula
 from tests.monitor.logged_run import TICK_S, LoggedRun
 from tests.monitor.logs import Logged, feed_trace, log_of
 from tests.monitor.reference import ReferenceEvaluator

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pytest_hricdv.monitor import Vocabulary, parse_formula
-from pytest_hricdv.monitor.limit import Limit, limits, names_read
+from pytest_hricdv.monitor.analysis import Limit, limits, names_shown
 
 VOCABULARY = Vocabulary(
     signals={"distance": float, "speed": float, "closing": bool, "room": str},
@@ -25,7 +25,7 @@ VOCABULARY = Vocabulary(
     ],
 )
 def test_names_are_read_wherever_they_stand(text: str, names: tuple[str, ...]) -> None:
-    assert names_read(parse_formula(text, VOCABULARY)) == names
+    assert names_shown(parse_formula(text, VOCABULARY)) == names
 
 
 @pytest.mark.parametrize(

@@ -11,24 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
-from pytest_hricdv.monitor.formula import (
-    AlwaysWithin,
-    BooleanName,
-    Comparison,
-    Count,
-    Eventually,
-    FloatName,
-    Formula,
-    Historically,
-    Not,
-    Number,
-    On,
-    Once,
-    Or,
-    PastFormula,
-    Response,
-    Rise,
-)
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Response
+from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.past_formula import BooleanName, Comparison, Historically, Not, On, Once, Or, Rise
+from pytest_hricdv.monitor.terms import Count, FloatName, Number
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value
 from tests.monitor.slow_monitor import SlowMonitorSet
 from tests.monitor.strategies import formulas, larger, pasts, responses

@@ -14,10 +14,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import Log, RequirementError, check_requirement, evaluate, parse_condition, parse_formula
-from pytest_hricdv.monitor.analysis import is_instantaneous
 from pytest_hricdv.monitor.build import field, on, once, previously, requirement, rise, signal
-from pytest_hricdv.monitor.dsl import Condition
-from pytest_hricdv.monitor.formula import Formula, PastFormula
+from pytest_hricdv.monitor.dsl import TruthValue
+from pytest_hricdv.monitor.formula import Formula
+from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.patterns import (
     PATTERNS,
     PatternError,
@@ -214,7 +214,7 @@ def test_a_bounded_existence_counts_the_events_of_each_scope(events: set[int], s
     assert judged.verdict == ("NC" if not scopes else "Failed" if max(scopes) > at_most else "Passed")
 
 
-CASES: dict[str, Callable[[Condition, Condition], Formula]] = {
+CASES: dict[str, Callable[[TruthValue, TruthValue], Formula]] = {
     "response": lambda condition, other: response(condition, other, within_s=2),
     "precedence": lambda condition, other: precedence(condition, other, within_s=2, after=a),
     "absence": lambda condition, other: absence(condition, during=other),
@@ -239,8 +239,8 @@ def test_a_pattern_of_any_conditions_can_be_written_and_read_again(
 ) -> None:
     assume(is_accepted(condition) and is_accepted(other))
     if name in ("universality", "hand_guiding"):
-        assume(not is_instantaneous(condition) and not is_instantaneous(other))
-    check_requirement(requirement("P", "", CASES[name](Condition(condition), Condition(other))), SMALL)
+        assume(not condition.is_instantaneous and not other.is_instantaneous)
+    check_requirement(requirement("P", "", CASES[name](TruthValue(condition), TruthValue(other))), SMALL)
 
 
 def is_accepted(condition: PastFormula) -> bool:
@@ -254,7 +254,7 @@ def is_accepted(condition: PastFormula) -> bool:
 
 @pytest.mark.parametrize("at_most", range(1, 21))
 @pytest.mark.parametrize("until", [None, b], ids=["to the end", "until"])
-def test_as_many_events_as_a_scope_allows_can_be_asked_for_in_python(at_most: int, until: Condition | None) -> None:
+def test_as_many_events_as_a_scope_allows_can_be_asked_for_in_python(at_most: int, until: TruthValue | None) -> None:
     events = {"a message": m, "with a field": m & field("m.ok"), "an edge": rise(~(p & previously(once(q, 0, 3))))}
     for event in events.values():
         for after in (a, q, rise(~q)):

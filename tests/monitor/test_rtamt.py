@@ -10,30 +10,23 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.monitor.formula import (
-    AlwaysWithin,
+from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Response
+from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.past_formula import (
     And,
-    Arithmetic,
     BooleanName,
     Comparison,
-    Eventually,
     Fall,
-    FloatName,
-    Formula,
     Historically,
-    Holds,
-    HoldsUntil,
     Not,
-    Number,
     On,
     Once,
     Or,
-    PastFormula,
     Previously,
-    Response,
     Rise,
     Since,
 )
+from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Number
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 from tests.monitor.logs import run
 from tests.monitor.strategies import (

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements, parse_condition, parse_formula
-from pytest_hricdv.monitor.formula import Comparison, Number
+from pytest_hricdv.monitor.past_formula import Comparison
+from pytest_hricdv.monitor.terms import Number
 from pytest_hricdv.monitor.units import known_units, unit_of
 
 MEASURED = Vocabulary(

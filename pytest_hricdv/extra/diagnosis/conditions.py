@@ -14,7 +14,7 @@ from itertools import combinations
 
 from pytest_hricdv.monitor import Log, Vocabulary, parse_condition
 from pytest_hricdv.monitor.logged import watch_all
-from pytest_hricdv.monitor.vocabulary import IDENTIFIER
+from pytest_hricdv.monitor.names import IDENTIFIER
 
 MOST_ATOMS = 3
 """In a formula. Chosen: nobody would agree to a longer one without reading the code."""

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.monitor.analysis import conditions, names_of, topics_of
+from pytest_hricdv.monitor.analysis import names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
@@ -153,7 +153,7 @@ def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | No
 
 def _names(requirement: Requirement) -> frozenset[str]:
     """The topics and signals that a requirement reads."""
-    parts = (requirement.formula.antecedent, *conditions(requirement.formula.response))
+    parts = requirement.formula.conditions
     return frozenset(name for name in names_of(parts) if "." not in name) | topics_of(parts)
 
 

@@ -11,7 +11,7 @@ from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.delivery import check_timing
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.extra.ros2.messages import kinds_of
-from pytest_hricdv.monitor.vocabulary import Kind
+from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.runtime.place import raised_at
 
 ROSOUT = "rosout"

@@ -13,19 +13,19 @@ still, in the same unit. Limits may be computed from signals, for instance a dis
 from __future__ import annotations
 
 from pytest_hricdv.monitor.build import always, historically, once, since
-from pytest_hricdv.monitor.dsl import Condition, Quantity
+from pytest_hricdv.monitor.dsl import NumberValue, TruthValue
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.patterns.pattern import PatternError, as_event, pattern, require_duration
 
 
 @pattern
 def speed_and_separation(
-    speed: Quantity,
-    distance: Quantity,
+    speed: NumberValue,
+    distance: NumberValue,
     *,
-    stop_distance_m: Quantity | float,
-    slow_distance_m: Quantity | float | None = None,
-    slow_speed: Quantity | float | None = None,
+    stop_distance_m: NumberValue | float,
+    slow_distance_m: NumberValue | float | None = None,
+    slow_speed: NumberValue | float | None = None,
     standstill: float = 0.0,
 ) -> Formula:
     """Nearer to a person than `stop_distance_m`, the robot stands still; nearer than `slow_distance_m`, it is slow.
@@ -56,7 +56,7 @@ def speed_and_separation(
         return always((distance < stop_distance_m) >> stands)
     near = distance < slow_distance_m
     slow = (distance >= stop_distance_m) & (speed <= slow_speed)
-    if isinstance(slow_distance_m, Quantity) or isinstance(stop_distance_m, Quantity):
+    if isinstance(slow_distance_m, NumberValue) or isinstance(stop_distance_m, NumberValue):
         # Which zone is the larger one is known during the run only.
         return always((near | (distance < stop_distance_m)) >> (slow | stands))
     if slow_distance_m <= stop_distance_m:
@@ -67,10 +67,10 @@ def speed_and_separation(
 
 @pattern
 def power_and_force(
-    force: Quantity,
+    force: NumberValue,
     *,
-    limit_n: Quantity | float,
-    transient_limit_n: Quantity | float | None = None,
+    limit_n: NumberValue | float,
+    transient_limit_n: NumberValue | float | None = None,
     transient_s: float | None = None,
 ) -> Formula:
     """While the robot touches a person, the force does not exceed the limit.
@@ -97,10 +97,10 @@ def power_and_force(
 
 @pattern
 def contact_pressure(
-    pressure: Quantity,
+    pressure: NumberValue,
     *,
-    limit_n_cm2: Quantity | float,
-    transient_limit_n_cm2: Quantity | float | None = None,
+    limit_n_cm2: NumberValue | float,
+    transient_limit_n_cm2: NumberValue | float | None = None,
     transient_s: float | None = None,
 ) -> Formula:
     """While the robot touches a person, the pressure does not exceed the limit (N/cm2).
@@ -125,7 +125,12 @@ def contact_pressure(
 
 @pattern
 def protective_stop(
-    condition: Condition, speed: Quantity, *, within_s: float, until: Condition | None = None, standstill: float = 0.0
+    condition: TruthValue,
+    speed: NumberValue,
+    *,
+    within_s: float,
+    until: TruthValue | None = None,
+    standstill: float = 0.0,
 ) -> Formula:
     """Once the condition has held for `within_s` seconds, the robot stands still as long as it holds.
 
@@ -151,7 +156,7 @@ def protective_stop(
 
 
 @pattern
-def hand_guiding(enabled: Condition, moving: Condition, *, within_s: float = 0.0) -> Formula:
+def hand_guiding(enabled: TruthValue, moving: TruthValue, *, within_s: float = 0.0) -> Formula:
     """The robot moves only while the person holds the enabling device; it stops at most `within_s` after its release.
 
     Formula: `always(moving -> enabled)`, with a time `always(moving -> once[0:within_s](enabled))`. Scope: while the
@@ -170,9 +175,9 @@ def hand_guiding(enabled: Condition, moving: Condition, *, within_s: float = 0.0
 
 
 def _limited(
-    value: Quantity,
-    limit: Quantity | float,
-    transient_limit: Quantity | float | None,
+    value: NumberValue,
+    limit: NumberValue | float,
+    transient_limit: NumberValue | float | None,
     transient_s: float | None,
     argument: str,
 ) -> Formula:

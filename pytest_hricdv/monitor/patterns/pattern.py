@@ -8,16 +8,15 @@ from collections.abc import Callable
 from types import NoneType
 from typing import ParamSpec, get_args
 
-from pytest_hricdv.monitor.analysis import is_instantaneous
 from pytest_hricdv.monitor.build import rise
-from pytest_hricdv.monitor.dsl import Condition, Quantity, as_number
+from pytest_hricdv.monitor.dsl import NumberValue, TruthValue, as_number
 from pytest_hricdv.monitor.formula import Formula
 
 P = ParamSpec("P")
 
 _EXPECTED = {
-    Condition: "a condition, such as on(topic)",
-    Quantity: "a signal or field that is a number",
+    TruthValue: "a condition, such as on(topic)",
+    NumberValue: "a signal or field that is a number",
     float: "a number",
     int: "a whole number",
 }
@@ -40,7 +39,7 @@ class PatternError(ValueError):
 def pattern(function: Callable[P, Formula]) -> Callable[P, Formula]:
     """Decorates a pattern: each call checks that the arguments are of the annotated types.
 
-    The types are Condition, Quantity, float (finite, at least 0) and int; None is allowed where it is the default.
+    The types are TruthValue, NumberValue, float (finite, at least 0) and int; None is allowed where it is the default.
 
     Raises:
         PatternError: (of the pattern) an argument is of another type, or a number is negative or not finite.
@@ -74,18 +73,18 @@ def _check(name: str, value: object, types: tuple[type, ...]) -> None:
         raise PatternError(name, f"expected {expected}, got {value!r}")
 
 
-def require_duration(condition: Condition, argument: str) -> Condition:
+def require_duration(condition: TruthValue, argument: str) -> TruthValue:
     """The condition, which has to be one that can hold for a length of time.
 
     Raises:
         PatternError: it is true for single instants only.
     """
-    if is_instantaneous(condition.past):
+    if condition.past.is_instantaneous:
         problem = f"`{condition.past}` is true for single instants only; expected a condition that lasts"
         raise PatternError(argument, problem)
     return condition
 
 
-def as_event(condition: Condition) -> Condition:
+def as_event(condition: TruthValue) -> TruthValue:
     """The instants at which a condition becomes true: of one that is true for single instants only, these."""
-    return condition if is_instantaneous(condition.past) else rise(condition)
+    return condition if condition.past.is_instantaneous else rise(condition)

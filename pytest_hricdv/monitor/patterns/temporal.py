@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 
 from pytest_hricdv.monitor.build import always, count, eventually, once, previously, since
-from pytest_hricdv.monitor.dsl import Condition
+from pytest_hricdv.monitor.dsl import TruthValue
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.patterns.pattern import PatternError, as_event, pattern, require_duration
 
@@ -23,7 +23,7 @@ MOST_IN_SCOPE = 20
 
 
 @pattern
-def response(trigger: Condition, reaction: Condition, *, within_s: float, after_s: float = 0.0) -> Formula:
+def response(trigger: TruthValue, reaction: TruthValue, *, within_s: float, after_s: float = 0.0) -> Formula:
     """Each trigger is followed by a reaction, at most `within_s` and at least `after_s` seconds later.
 
     Formula: `always(trigger -> eventually[after_s:within_s](reaction))`. Scope: the whole run; one reaction answers all
@@ -43,7 +43,11 @@ def response(trigger: Condition, reaction: Condition, *, within_s: float, after_
 
 @pattern
 def precedence(
-    cause: Condition, event: Condition, *, within_s: float | None = None, after: Condition | None = None
+    cause: TruthValue,
+    event: TruthValue,
+    *,
+    within_s: float | None = None,
+    after: TruthValue | None = None,
 ) -> Formula:
     """Each event was preceded by its cause, at the same instant or before.
 
@@ -73,11 +77,11 @@ def precedence(
 
 @pattern
 def absence(
-    event: Condition,
+    event: TruthValue,
     *,
-    during: Condition | None = None,
-    after: Condition | None = None,
-    until: Condition | None = None,
+    during: TruthValue | None = None,
+    after: TruthValue | None = None,
+    until: TruthValue | None = None,
     for_s: float | None = None,
 ) -> Formula:
     """The event does not happen, and a condition is not true, in the scope.
@@ -98,11 +102,11 @@ def absence(
 
 @pattern
 def universality(
-    condition: Condition,
+    condition: TruthValue,
     *,
-    during: Condition | None = None,
-    after: Condition | None = None,
-    until: Condition | None = None,
+    during: TruthValue | None = None,
+    after: TruthValue | None = None,
+    until: TruthValue | None = None,
     for_s: float | None = None,
 ) -> Formula:
     """The condition is true at all times of the scope.
@@ -124,12 +128,12 @@ def universality(
 
 @pattern
 def existence(
-    event: Condition,
+    event: TruthValue,
     *,
     at_most: int,
     within_s: float | None = None,
-    after: Condition | None = None,
-    until: Condition | None = None,
+    after: TruthValue | None = None,
+    until: TruthValue | None = None,
 ) -> Formula:
     """The event happens at most `at_most` times: in the run, in any `within_s` seconds, or in a scope.
 
@@ -167,10 +171,10 @@ def existence(
 
 
 def _in_scope(
-    condition: Condition,
-    during: Condition | None,
-    after: Condition | None,
-    until: Condition | None,
+    condition: TruthValue,
+    during: TruthValue | None,
+    after: TruthValue | None,
+    until: TruthValue | None,
     for_s: float | None,
 ) -> Formula:
     """The condition at all times of a scope."""
