@@ -23,8 +23,8 @@ from typing import Any
 from msgspec.structs import replace
 
 from benchmarks.report_page import grown
-from pytest_hricdv.extra.diagnosis import diagnosing
-from pytest_hricdv.extra.diagnosis.grouping import Evidence
+from pytest_hricdv.extra.diagnosis import causes
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence
 from pytest_hricdv.results.codec import ReportError, load
 from pytest_hricdv.results.model import Report
 from studies.localization.faults import Fault, planted
@@ -32,7 +32,7 @@ from studies.localization.projects import PROJECTS, Project
 from studies.localization.sessions import prepared, ran
 from studies.session import machine
 
-DIAGNOSED = diagnosing.diagnosed
+DIAGNOSED = causes.diagnose
 
 COST = "diagnosis-s.txt"
 """In a testbench's folder: processor time (s) of the last session's diagnosis."""
@@ -61,8 +61,8 @@ def _print_grouping(report: Report, options: argparse.Namespace) -> None:
     times_s = []
     for _ in range(options.repeat):
         began_s = time.process_time()
-        subject = diagnosing.Subject.of(many)
-        groups = subject.groups(Evidence())
+        subject = causes.Subject.of(many)
+        groups = subject.groups(ExperimentEvidence())
         times_s.append(time.process_time() - began_s)
     kinds = f"{len(failing.tests)} of {options.report}, {len(groups)} causes"
     print(f"{len(many.tests)} failing tests ({kinds}): grouped in {min(times_s):.2f} s")
@@ -71,7 +71,7 @@ def _print_grouping(report: Report, options: argparse.Namespace) -> None:
 def _print_shares(project: Project, folder: Path) -> None:
     """Of a session without a fault, and of one with a fault."""
     prepared(project, folder)
-    diagnosing.diagnosed = _timed(DIAGNOSED, folder / COST)
+    causes.diagnose = _timed(DIAGNOSED, folder / COST)
     faults = (fault for fault in planted(project.name, project.map(folder)))
     print(f"{project.name}, without a fault: {_share(project, folder, None)}", flush=True)
     for fault in faults:

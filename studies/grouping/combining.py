@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pytest_hricdv.extra.diagnosis.diagnosing import Subject
+from pytest_hricdv.extra.diagnosis.causes import Subject
 from pytest_hricdv.extra.diagnosis.failures import failures_of
-from pytest_hricdv.extra.diagnosis.grouping import Evidence
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence
 from pytest_hricdv.extra.diagnosis.records import CAUSES
 from pytest_hricdv.results.model import Report
 from studies.localization.faults import Fault
@@ -41,7 +41,9 @@ class Counted:
 def counted(faults: Sequence[Fault], report: Report) -> Counted:
     """The causes of a report that are not known; of a session without a diagnosis those by association alone."""
     causes = tuple((cause.tests, cause.requirements) for cause in CAUSES.of(report) if not cause.is_known)
-    groups = [] if causes else [group for group in Subject.of(report).groups(Evidence()) if not group.is_known]
+    groups = (
+        [] if causes else [group for group in Subject.of(report).groups(ExperimentEvidence()) if not group.is_known]
+    )
     return Counted(
         tuple(fault.id for fault in faults),
         frozenset(_failing(report)),

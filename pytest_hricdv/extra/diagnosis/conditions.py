@@ -16,24 +16,24 @@ from pytest_hricdv.monitor import Log, Vocabulary, parse_condition
 from pytest_hricdv.monitor.logged import watch_all
 from pytest_hricdv.monitor.names import IDENTIFIER
 
-MOST_ATOMS = 3
+MAX_ATOMS = 3
 """In a formula. Chosen: nobody would agree to a longer one without reading the code."""
 
 LATELY_S = (1, 5)
 """Messages are looked for so far back (s). Chosen: a reaction takes about a second; a motion a few."""
 
-_MOST_TEXTS = 40
+_MAX_TEXTS = 40
 """Values of one text. Chosen: a text with more of them is no state."""
 
 _LONGEST_TEXT = 60
 """Characters. Chosen: a longer one is prose, which reports may have cut."""
 
-_MOST_COMBINED = 60
+_MAX_COMBINED = 60
 """Of atoms, the best are combined: 60 have 34,000 triples, which takes a tenth of a second."""
 
 
 @dataclass(frozen=True)
-class Moment:
+class RunMoment:
     """A moment of a run: node id of its test, and time (s)."""
 
     nodeid: str
@@ -50,18 +50,18 @@ class Examples:
         elsewhere: it should rather not hold there; of formulas of one length, that one is taken which does least.
     """
 
-    inside: tuple[Moment, ...]
-    outside: tuple[Moment, ...] = ()
-    elsewhere: tuple[Moment, ...] = ()
+    inside: tuple[RunMoment, ...]
+    outside: tuple[RunMoment, ...] = ()
+    elsewhere: tuple[RunMoment, ...] = ()
 
     @property
-    def all(self) -> tuple[Moment, ...]:
+    def all(self) -> tuple[RunMoment, ...]:
         """In the order inside, outside, elsewhere."""
         return (*self.inside, *self.outside, *self.elsewhere)
 
 
 @dataclass(frozen=True)
-class Condition:
+class LearnedCondition:
     """A formula that tells examples apart, or comes nearest to it.
 
     Args:
@@ -70,7 +70,7 @@ class Condition:
     """
 
     text: str
-    wrong: tuple[Moment, ...] = ()
+    wrong: tuple[RunMoment, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class _Atom:
     holds: int
 
 
-def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> Condition | None:
+def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocabulary) -> LearnedCondition | None:
     """The shortest condition that holds at all moments inside.
 
     Args:
@@ -103,11 +103,13 @@ def condition_for(examples: Examples, logs: Mapping[str, Log], vocabulary: Vocab
     if not all(holds[: len(examples.inside)]):
         return None
     after = holds[len(examples.inside) :]
-    return Condition(text, tuple(moment for moment, is_true in zip(examples.outside, after, strict=False) if is_true))
+    return LearnedCondition(
+        text, tuple(moment for moment, is_true in zip(examples.outside, after, strict=False) if is_true)
+    )
 
 
 def truths(
-    texts: Sequence[str], moments: Sequence[Moment], logs: Mapping[str, Log], vocabulary: Vocabulary
+    texts: Sequence[str], moments: Sequence[RunMoment], logs: Mapping[str, Log], vocabulary: Vocabulary
 ) -> list[list[bool]]:
     """Whether conditions hold at moments, as monitors say: condition by condition."""
     parsed = [parse_condition(text, vocabulary) for text in texts]
@@ -148,7 +150,7 @@ def _texts(logs: Iterable[Log], vocabulary: Vocabulary) -> Iterator[str]:
     texts = [
         f'{name} == "{value}"'
         for name in sorted(seen)
-        if kinds.get(name) is str and len(seen[name]) <= _MOST_TEXTS
+        if kinds.get(name) is str and len(seen[name]) <= _MAX_TEXTS
         for value in sorted(map(str, seen[name]))
         if len(value) <= _LONGEST_TEXT and value.isprintable() and '"' not in value and "\\" not in value
     ]
@@ -225,14 +227,14 @@ def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:
         return (holds & outside).bit_count(), len(parts), elsewhere, sum(part.rank for part in parts), text
 
     always = _best((atom for atom in atoms if atom.holds & inside == inside), outside)
-    for size in range(1, MOST_ATOMS + 1):
+    for size in range(1, MAX_ATOMS + 1):
         for parts in combinations(always, size):
             holds = -1
             for part in parts:
                 holds &= part.holds
             yield formula(parts, holds, "&")
     never = _best((atom for atom in atoms if not atom.holds & outside and atom.holds & inside), ~inside)
-    for size in range(2, MOST_ATOMS + 1):
+    for size in range(2, MAX_ATOMS + 1):
         for parts in combinations(never, size):
             holds = 0
             for part in parts:
@@ -243,4 +245,4 @@ def _formulas(atoms: Sequence[_Atom], examples: Examples) -> Iterator[_Formula]:
 
 def _best(atoms: Iterable[_Atom], unwanted: int) -> list[_Atom]:
     """Those that hold at the fewest unwanted moments."""
-    return sorted(atoms, key=lambda atom: ((atom.holds & unwanted).bit_count(), atom.rank))[:_MOST_COMBINED]
+    return sorted(atoms, key=lambda atom: ((atom.holds & unwanted).bit_count(), atom.rank))[:_MAX_COMBINED]

@@ -24,7 +24,7 @@ from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.records import ExecutedLines, Neighbour
 from pytest_hricdv.extra.diagnosis.runs import in_fork
-from pytest_hricdv.extra.diagnosis.tracing import Step, Tracing
+from pytest_hricdv.extra.diagnosis.trace import Tracer, TraceStep
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.results.timeline import timeline
 from pytest_hricdv.session.replaying import Rerunning, named
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 TRACED_EACH = 5
 """Failures of each requirement that are traced in a process, as many as are filmed: further ones show little more."""
 
-MOST_BURSTS = 4000
+MAX_BURSTS = 4000
 """So many bursts of a run are kept. Chosen: a run of the table has some 800; as text, 4,000 are some 40 kB."""
 
-MOST_LINES = 200
+MAX_LINES = 200
 """Of a burst, its last lines are kept. Chosen: more than a screen."""
 
 AFTER_S = 10.0
@@ -52,7 +52,7 @@ class _Burst:
     lines: tuple[tuple[str, int], ...]
 
 
-def executed_lines(steps: Iterable[Step], violation_s: float | None) -> ExecutedLines:
+def executed_lines(steps: Iterable[TraceStep], violation_s: float | None) -> ExecutedLines:
     """What is kept of the steps of a run.
 
     Args:
@@ -77,20 +77,20 @@ def executed_lines(steps: Iterable[Step], violation_s: float | None) -> Executed
     )
 
 
-def _bursts(steps: Iterable[Step]) -> Iterator[_Burst]:
+def _bursts(steps: Iterable[TraceStep]) -> Iterator[_Burst]:
     for (time_s, node), group in groupby(steps, key=lambda step: (step.time_s, step.node)):
         lines = [(step.file, step.line) for step in group]
-        yield _Burst(time_s, node, tuple(lines[-MOST_LINES:]))
+        yield _Burst(time_s, node, tuple(lines[-MAX_LINES:]))
 
 
 def _around(bursts: Sequence[_Burst], violation_s: float | None) -> Sequence[_Burst]:
     """As many as are kept: those up to some time after the violation, else the last ones."""
-    if len(bursts) <= MOST_BURSTS:
+    if len(bursts) <= MAX_BURSTS:
         return bursts
     end = len(bursts)
     if violation_s is not None:
         end = sum(burst.time_s <= violation_s + AFTER_S for burst in bursts)
-    return bursts[max(0, end - MOST_BURSTS) : max(end, MOST_BURSTS)]
+    return bursts[max(0, end - MAX_BURSTS) : max(end, MAX_BURSTS)]
 
 
 def _text(lines: Sequence[tuple[str, int]], files: dict[str, int]) -> str:
@@ -101,7 +101,7 @@ def _text(lines: Sequence[tuple[str, int]], files: dict[str, int]) -> str:
     return " ".join(parts)
 
 
-class LineTracing:
+class LineTracer:
     """Traces failures of one process.
 
     Args:
@@ -145,7 +145,7 @@ class LineTracing:
             process.close()
 
     def _here(self, result: CaseResult) -> ExecutedLines:
-        tracing = Tracing(self._code)
+        tracing = Tracer(self._code)
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 again = execute(self._settings.measured_by(tracing), result.test, begun=tracing.begun)
@@ -169,7 +169,7 @@ Showing = Callable[[ConcreteTest], Neighbour | None]
 _DECODER: msgspec.json.Decoder[Neighbour | None] = msgspec.json.Decoder(Neighbour | None)
 
 
-def showing(rerunning: Rerunning, code: CodeMap) -> Showing:
+def neighbour_runner(rerunning: Rerunning, code: CodeMap) -> Showing:
     """Runs tests traced, in a fork where there is one, and keeps what the page shows.
 
     Args:
@@ -187,7 +187,7 @@ def showing(rerunning: Rerunning, code: CodeMap) -> Showing:
 
 
 def _neighbour(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Neighbour | None:
-    tracing = None if debugger() or not code.files else Tracing(code)
+    tracing = None if debugger() or not code.files else Tracer(code)
     if tracing is None:
         result = rerunning.run(test)
     else:

@@ -13,14 +13,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pytest_hricdv.extra.diagnosis.failures import Failure
-from pytest_hricdv.extra.diagnosis.grouping import Change, Evidence, Group
+from pytest_hricdv.extra.diagnosis.grouping import Change, ExperimentEvidence, Group
 from pytest_hricdv.extra.diagnosis.records import DiagnosisEnd, Experiment
-from pytest_hricdv.extra.diagnosis.runs import Ran, Run
+from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary
 from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteTest
 
 
-def shown(evidence: Evidence) -> tuple[Experiment, ...]:
+def shown(evidence: ExperimentEvidence) -> tuple[Experiment, ...]:
     """Evidence, as a report has it."""
     confirmed = [(*key, change, True) for key, change in evidence.confirmed.items()]
     refuted = [(*key, change, False) for key, changes in evidence.refuted.items() for change in sorted(changes)]
@@ -30,7 +30,7 @@ def shown(evidence: Evidence) -> tuple[Experiment, ...]:
     )
 
 
-def evidence_of(experiments: Iterable[Experiment]) -> Evidence:
+def evidence_of(experiments: Iterable[Experiment]) -> ExperimentEvidence:
     """What experiments of reports have shown."""
     confirmed: dict[tuple[str, str], Change] = {}
     refuted: dict[tuple[str, str], set[Change]] = {}
@@ -40,7 +40,7 @@ def evidence_of(experiments: Iterable[Experiment]) -> Evidence:
             confirmed[key] = experiment.change
         else:
             refuted.setdefault(key, set()).add(experiment.change)
-    return Evidence(confirmed, refuted)
+    return ExperimentEvidence(confirmed, refuted)
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Experiments:
         budget: at most so many runs.
     """
 
-    grouping: Callable[[Evidence], tuple[Group, ...]]
+    grouping: Callable[[ExperimentEvidence], tuple[Group, ...]]
     tests: Mapping[str, ConcreteTest]
     run: Run
     budget: int
@@ -62,16 +62,16 @@ class Experiments:
     ended: DiagnosisEnd = "done"
     confirmed: dict[tuple[str, str], Change] = field(default_factory=dict)
     refuted: dict[tuple[str, str], set[Change]] = field(default_factory=dict)
-    controls: dict[str, Ran | None] = field(default_factory=dict)
+    controls: dict[str, RunSummary | None] = field(default_factory=dict)
     """Node id -> the run of the test as it was."""
-    without: dict[tuple[str, Change], Ran | None] = field(default_factory=dict)
+    without: dict[tuple[str, Change], RunSummary | None] = field(default_factory=dict)
     """Node id and disturbance -> the run of the test without it."""
     _tried: set[tuple[str, Change]] = field(default_factory=set)
 
     @property
-    def evidence(self) -> Evidence:
+    def evidence(self) -> ExperimentEvidence:
         """What they have shown."""
-        return evidence_of(shown(Evidence(self.confirmed, self.refuted)))
+        return evidence_of(shown(ExperimentEvidence(self.confirmed, self.refuted)))
 
     def groups(self, enough: float = math.inf) -> tuple[Group, ...]:
         """The groups, after experiments with all of their tests, or with `enough` of each."""
@@ -126,13 +126,13 @@ class Experiments:
             else:
                 self.confirmed[key] = group.change
 
-    def control(self, nodeid: str) -> Ran | None:
+    def control(self, nodeid: str) -> RunSummary | None:
         """The run of a test as it was."""
         if nodeid not in self.controls:
             self.controls[nodeid] = self.ran(self.tests[nodeid])
         return self.controls[nodeid]
 
-    def ran(self, test: ConcreteTest) -> Ran | None:
+    def ran(self, test: ConcreteTest) -> RunSummary | None:
         """A further run, which is counted."""
         self.used += 1
         return self.run(test)

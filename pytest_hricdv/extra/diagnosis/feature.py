@@ -12,11 +12,11 @@ from pytest_hricdv.session.option import OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
-    from pytest_hricdv.extra.diagnosis.executed_lines import LineTracing
+    from pytest_hricdv.extra.diagnosis.executed_lines import LineTracer
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
-_TRACING: pytest.StashKey[LineTracing] = pytest.StashKey()
+_TRACING: pytest.StashKey[LineTracer] = pytest.StashKey()
 
 
 STOPPED = "no causes: the session ended before its last test (-x, --maxfail, Ctrl-C); replay what failed for its causes"
@@ -72,11 +72,11 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         """Whether lines of failing runs are looked for: the page has to have the texts that they are of."""
         return self.settings(context.options).runs != 0 and bool(context.code.files)
 
-    def _tracing(self, context: RunContext) -> LineTracing:
-        from pytest_hricdv.extra.diagnosis.executed_lines import LineTracing
+    def _tracing(self, context: RunContext) -> LineTracer:
+        from pytest_hricdv.extra.diagnosis.executed_lines import LineTracer
 
         if _TRACING not in context.stash:
-            context.stash[_TRACING] = LineTracing(context.run_settings, context.code)
+            context.stash[_TRACING] = LineTracer(context.run_settings, context.code)
         return context.stash[_TRACING]
 
     def extend_report(self, session: FeatureSession, report: Report) -> Report:
@@ -84,16 +84,16 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         settings = self.settings(session.options)
         if session.interrupted or settings.runs == 0 or not any(test.fails for test in report.tests):
             return report
-        from pytest_hricdv.extra.diagnosis.diagnosing import diagnosed  # of failing sessions only
+        from pytest_hricdv.extra.diagnosis.causes import diagnose  # of failing sessions only
 
-        return diagnosed(session, report, settings)
+        return diagnose(session, report, settings)
 
     def after_gates(self, session: FeatureSession, report: Report) -> Report:
         """Of known violations whose entry names causes: that one is new, or gone. It takes no run."""
         entries = session.options.known_violations
         is_whole = session.is_whole and session.options.shard is None
         if is_whole and not session.options.strict and any(entry.causes for entry in entries.values()):
-            from pytest_hricdv.extra.diagnosis.diagnosing import compared  # where somebody has named causes
+            from pytest_hricdv.extra.diagnosis.causes import compared  # where somebody has named causes
 
             for is_new, text in compared(report, entries):
                 (session.problems if is_new else session.warnings).append(text)

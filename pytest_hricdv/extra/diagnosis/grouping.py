@@ -48,7 +48,7 @@ Kind = tuple[Change, str, str, str]
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ExperimentEvidence:
     """What experiments have shown of failures: their node id and requirement -> changes.
 
     With `asks`, disturbances count that may go with failures by chance: as hypotheses, for experiments to come.
@@ -98,8 +98,8 @@ class Group:
         return all(failure.is_known for failure in self.failures)
 
 
-def grouped(
-    tests: Mapping[str, Sequence[str]], failures: Sequence[Failure], spectra: Spectra, evidence: Evidence
+def group_failures(
+    tests: Mapping[str, Sequence[str]], failures: Sequence[Failure], spectra: Spectra, evidence: ExperimentEvidence
 ) -> tuple[Group, ...]:
     """Groups of failures, those with new violations first, then those of most tests.
 
@@ -131,7 +131,9 @@ def grouped(
 class _Association:
     """How disturbances go with failures."""
 
-    def __init__(self, tests: Mapping[str, Sequence[str]], failures: Iterable[Failure], evidence: Evidence) -> None:
+    def __init__(
+        self, tests: Mapping[str, Sequence[str]], failures: Iterable[Failure], evidence: ExperimentEvidence
+    ) -> None:
         self._having: dict[str, set[str]] = {}
         for nodeid, disturbances in tests.items():
             for name in disturbances:

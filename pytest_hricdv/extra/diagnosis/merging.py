@@ -7,9 +7,9 @@ from zlib import decompress
 
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.diagnosing import FOUND, NAME, Subject, cause_of, ranked_places
+from pytest_hricdv.extra.diagnosis.causes import FOUND, NAME, Subject, cause_of, rank_places
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, DIAGNOSIS_ENDS, Cause, Decision, Probability
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.model import Report
@@ -28,7 +28,7 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
     experiments = tuple(sorted(shown, key=canonical))
     evidence = evidence_of(experiments)
     made = (
-        cause_of(subject, group, evidence, _decision_of(subject, group, before), ranked_places(subject, group, ()))
+        cause_of(subject, group, evidence, _decision_of(subject, group, before), rank_places(subject, group, ()))
         for group in subject.groups(evidence)
     )
     basis = replace(
@@ -75,8 +75,8 @@ def associated(report: Report, *, is_of_all_runs: bool) -> Report:
     if not any(test.fails for test in report.tests) or not subject.failures:
         return report
     causes = (
-        cause_of(subject, group, Evidence(), None, ranked_places(subject, group, ()))
-        for group in subject.groups(Evidence())
+        cause_of(subject, group, ExperimentEvidence(), None, rank_places(subject, group, ()))
+        for group in subject.groups(ExperimentEvidence())
     )
     runs = len(subject.tests) if is_of_all_runs else 0
     return CAUSES.put(report, tuple(replace(cause, probability=_probability(cause, runs)) for cause in causes))

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from pytest_hricdv.coverage.code_map import SourceFile
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
-from pytest_hricdv.extra.diagnosis.tracing import Trace
+from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 
 Place = tuple[str, int]
 """Name of a file, and first line of a statement."""
@@ -37,7 +37,7 @@ REPEATED = 0.07
 """What a run executed n times until it violated has done no harm n - 1 times: its score is divided by n to this power.
 Chosen over the same faults: with 0.07, two more of them are among the first five; from 0.1 on, fewer."""
 
-MOST_TIMES = 8
+MAX_TIMES = 8
 """So often at most: a loop that polls runs hundreds of times, and may be wrong each time."""
 
 SPECTRUM = 2.0
@@ -54,7 +54,9 @@ AROUND = 4
 """A call that goes on counts as executed so many statements ago: it began earlier, and what it leads to is now."""
 
 
-def weighted(suspects: Sequence[Suspect], traces: Sequence[Trace], files: Sequence[SourceFile]) -> list[Suspect]:
+def weight_suspects(
+    suspects: Sequence[Suspect], traces: Sequence[ViolationTrace], files: Sequence[SourceFile]
+) -> list[Suspect]:
     """The statements in the order of their suspiciousness, weighted by when runs executed them.
 
     Args:
@@ -77,7 +79,7 @@ def weighted(suspects: Sequence[Suspect], traces: Sequence[Trace], files: Sequen
     for suspect in suspects:
         place = suspect.file, suspect.line
         weight = sum(weight.get(place, LATER) for weight in weights) / len(weights)
-        weight /= min(MOST_TIMES, times.get(place, 1)) ** REPEATED
+        weight /= min(MAX_TIMES, times.get(place, 1)) ** REPEATED
         scores[place] = weight * _until_violation(suspect, taken) ** SPECTRUM
     for place, reading in read_by.items():
         read = max((scores[reader] for reader in reading if reader in scores), default=0.0)
@@ -93,12 +95,12 @@ def _until_violation(suspect: Suspect, taken: Collection[tuple[str, int, int]]) 
     return max(suspect.own, *ways, 0.0) if suspect.branches else suspect.score
 
 
-def _weights(trace: Trace, texts: Mapping[str, Sequence[str]]) -> dict[Place, float]:
+def _weights(trace: ViolationTrace, texts: Mapping[str, Sequence[str]]) -> dict[Place, float]:
     """From 1 for what ran last to `LEAST` for what ran first."""
     return {place: LEAST + (1.0 - LEAST) * 0.5 ** (number / HALF) for number, place in enumerate(_recent(trace, texts))}
 
 
-def _recent(trace: Trace, texts: Mapping[str, Sequence[str]]) -> list[Place]:
+def _recent(trace: ViolationTrace, texts: Mapping[str, Sequence[str]]) -> list[Place]:
     """What the run executed, the last first.
 
     Of each node in turn, as one that only polls is always the last; two statements of the node that executes most for

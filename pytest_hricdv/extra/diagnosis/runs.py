@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, formulas
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.failures import FAULT
-from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
+from pytest_hricdv.extra.diagnosis.trace import Tracer, ViolationTrace
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
@@ -25,11 +25,11 @@ from pytest_hricdv.report.formatting import quantity
 from pytest_hricdv.session.journaling import Journaling
 from pytest_hricdv.session.replaying import Rerunning, named
 
-MOST_EVENTS = 2000
+MAX_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
 
 
-class Event(PlainRecord, frozen=True, kw_only=True):
+class RunEvent(PlainRecord, frozen=True, kw_only=True):
     """Something that happened in a run, whoever looks at it.
 
     Args:
@@ -45,7 +45,7 @@ class Event(PlainRecord, frozen=True, kw_only=True):
     text: str
 
 
-class Ran(PlainRecord, frozen=True, kw_only=True):
+class RunSummary(PlainRecord, frozen=True, kw_only=True):
     """What is kept of a run.
 
     Args:
@@ -61,16 +61,16 @@ class Ran(PlainRecord, frozen=True, kw_only=True):
     violated: Names
     checked: Names = ()
     begun: tuple[tuple[Number, Count], ...] = ()
-    events: tuple[Event, ...] = ()
+    events: tuple[RunEvent, ...] = ()
     times_s: Mapping[str, Number] = {}
-    traces: Mapping[str, Trace] = {}
+    traces: Mapping[str, ViolationTrace] = {}
     replay: str | None = None
 
 
-Run = Callable[[ConcreteTest], Ran | None]
+Run = Callable[[ConcreteTest], RunSummary | None]
 """Runs a test; None where the run came to no end."""
 
-_DECODER: msgspec.json.Decoder[Ran | None] = msgspec.json.Decoder(Ran | None)
+_DECODER: msgspec.json.Decoder[RunSummary | None] = msgspec.json.Decoder(RunSummary | None)
 
 
 def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
@@ -82,19 +82,19 @@ def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTes
         traced: id -> tests whose runs are traced.
     """
 
-    def run_here(test: ConcreteTest) -> Ran | None:
+    def run_here(test: ConcreteTest) -> RunSummary | None:
         if traced.get(test.id) == test and not debugger():
             return _traced(rerunning, code, named(test, "experiment"))
         result = rerunning.run(named(test, "experiment"))
         return None if result is None else ran(result)
 
-    def run(test: ConcreteTest) -> Ran | None:
+    def run(test: ConcreteTest) -> RunSummary | None:
         return forked(rerunning, lambda: run_here(test)) if hasattr(os, "fork") else run_here(test)
 
     return run
 
 
-def remembering(run: Run, journaling: Journaling, part: str) -> Run:
+def remember_runs(run: Run, journaling: Journaling, part: str) -> Run:
     """Runs that a session which was killed has made before are not made again: they are in its journal.
 
     Args:
@@ -103,7 +103,7 @@ def remembering(run: Run, journaling: Journaling, part: str) -> Run:
         part: keeps them there under this name.
     """
 
-    def remembered(test: ConcreteTest) -> Ran | None:
+    def remembered(test: ConcreteTest) -> RunSummary | None:
         key = digest("run", test.to_json())
         kept = journaling.kept(part, key)
         if kept is not None:
@@ -115,7 +115,7 @@ def remembering(run: Run, journaling: Journaling, part: str) -> Run:
     return remembered
 
 
-def forked(rerunning: Rerunning, work: Callable[[], Ran | None]) -> Ran | None:
+def forked(rerunning: Rerunning, work: Callable[[], RunSummary | None]) -> RunSummary | None:
     """What a fork gives; None where it came to no end."""
     return _DECODER.decode(in_fork(rerunning, work))
 
@@ -137,8 +137,8 @@ def in_fork(rerunning: Rerunning, work: Callable[[], Struct | None]) -> bytes:
         process.close()
 
 
-def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Ran | None:
-    tracing = Tracing(code)
+def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
+    tracing = Tracer(code)
     settings = rerunning.settings
     result = replace(rerunning, settings=settings.measured_by(tracing)).run(test, tracing.begun, [tracing])
     if result is None:
@@ -157,20 +157,20 @@ def _names(requirement: Requirement) -> frozenset[str]:
     return frozenset(name for name in names_of(parts) if "." not in name) | topics_of(parts)
 
 
-def ran(result: CaseResult) -> Ran:
+def ran(result: CaseResult) -> RunSummary:
     """What is kept of a run."""
     violated = (*result.failed, *((FAULT,) if result.faults else ()))
     times_s = {verdict.requirement: verdict.violations[0].time_s for verdict in result.verdicts if verdict.violations}
-    return Ran(
+    return RunSummary(
         violated=violated,
         checked=tuple(verdict.requirement for verdict in result.verdicts if verdict.verdict == "Passed"),
         begun=tuple(zip(result.acted_s, result.begun, strict=True)),
-        events=tuple(sorted(_events(result), key=lambda event: event.time_s))[:MOST_EVENTS],
+        events=tuple(sorted(_events(result), key=lambda event: event.time_s))[:MAX_EVENTS],
         times_s=times_s,
     )
 
 
-def _events(result: CaseResult) -> Iterator[Event]:
+def _events(result: CaseResult) -> Iterator[RunEvent]:
     """A message or change of a signal each. Messages come first: of one instant, signals mostly follow from them."""
     for message in result.record.messages:
         if not message.is_disturbance:
@@ -179,7 +179,7 @@ def _events(result: CaseResult) -> Iterator[Event]:
             )
             shown = " ".join(f"{name}={quantity(value)}" for name, value in message.fields.items())
             stream = f"{message.sender}: {message.topic}"
-            yield Event(time_s=message.time_s, stream=stream, value=exact, text=f"{stream} {shown}".rstrip())
+            yield RunEvent(time_s=message.time_s, stream=stream, value=exact, text=f"{stream} {shown}".rstrip())
     for name, (times_s, texts) in result.record.texts.items():
         yield from _changes(name, times_s, texts)
     for name, (times_s, values) in result.record.signals.items():
@@ -187,6 +187,6 @@ def _events(result: CaseResult) -> Iterator[Event]:
             yield from _changes(name, times_s, ["true" if value else "false" for value in values])
 
 
-def _changes(name: str, times_s: Sequence[float], values: Sequence[str]) -> Iterator[Event]:
+def _changes(name: str, times_s: Sequence[float], values: Sequence[str]) -> Iterator[RunEvent]:
     for time_s, value in zip(times_s, values, strict=True):
-        yield Event(time_s=time_s, stream=name, value=value, text=f"{name} = {value}")
+        yield RunEvent(time_s=time_s, stream=name, value=value, text=f"{name} = {value}")

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from pytest_hricdv._base import own_json as json
-from pytest_hricdv.extra.diagnosis.conditions import Condition, Examples, Moment, condition_for
-from pytest_hricdv.extra.diagnosis.diagnosing import Subject, id_of
+from pytest_hricdv.extra.diagnosis.causes import Subject, id_of
+from pytest_hricdv.extra.diagnosis.conditions import Examples, LearnedCondition, RunMoment, condition_for
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group
 from pytest_hricdv.extra.diagnosis.records import Diagnosis
 from pytest_hricdv.monitor import Log, Vocabulary
 from pytest_hricdv.report.formatting import by_requirement, plural
@@ -78,12 +78,12 @@ def _messages(timeline: Timeline, vocabulary: Vocabulary) -> list[LoggedMessage]
 REASON = "why is this tolerated? [owner?]"
 """In place of reason and owner: people have to say them."""
 
-MOST_PASSING = 20
+MAX_PASSING = 20
 """So many tests that pass show where else a condition would hold. Chosen: each costs a pass of the monitors."""
 
 
 @dataclass(frozen=True)
-class Entry:
+class TriageEntry:
     """A proposal for one requirement of a cause.
 
     Args:
@@ -95,21 +95,21 @@ class Entry:
     """
 
     requirement: str
-    condition: Condition | None
+    condition: LearnedCondition | None
     line: str = ""
     replaces: str = ""
     note: str = ""
 
 
 @dataclass(frozen=True)
-class Proposal:
+class TriageProposal:
     """What is proposed for a cause: its failures, and an entry for each of its requirements."""
 
     group: Group
-    entries: tuple[Entry, ...]
+    entries: tuple[TriageEntry, ...]
 
 
-def proposals(report: Report, diagnosis: Diagnosis) -> tuple[Proposal, ...]:
+def proposals(report: Report, diagnosis: Diagnosis) -> tuple[TriageProposal, ...]:
     """A proposal for each cause that is not known.
 
     Args:
@@ -118,11 +118,11 @@ def proposals(report: Report, diagnosis: Diagnosis) -> tuple[Proposal, ...]:
     """
     subject = Subject.of(report)
     # Once they are known, nobody makes experiments with them: a later session compares causes by association alone.
-    ids = {failure: id_of(group) for group in subject.groups(Evidence()) for failure in group.failures}
+    ids = {failure: id_of(group) for group in subject.groups(ExperimentEvidence()) for failure in group.failures}
     triage = _Triage(report, vocabulary_of(diagnosis), ids)
     evidence = evidence_of(diagnosis.experiments)
     groups = [group for group in subject.groups(evidence) if not group.is_known]
-    return tuple(Proposal(group, tuple(triage.entries(group))) for group in groups)
+    return tuple(TriageProposal(group, tuple(triage.entries(group))) for group in groups)
 
 
 @dataclass
@@ -137,21 +137,21 @@ class _Triage:
     def _tests(self) -> Mapping[str, TestResult]:
         return {test.nodeid: test for test in self.report.tests if test.timeline is not None}
 
-    def entries(self, group: Group) -> Iterator[Entry]:
+    def entries(self, group: Group) -> Iterator[TriageEntry]:
         """One for each requirement that fails for the cause."""
         for requirement in sorted(group.requirements, key=by_requirement):
             if requirement == FAULT:
-                yield Entry(FAULT, None, note="a fault of a run is no violation: no entry makes it a known one")
+                yield TriageEntry(FAULT, None, note="a fault of a run is no violation: no entry makes it a known one")
             else:
                 yield self._entry(
                     requirement, [failure for failure in group.failures if failure.requirement == requirement]
                 )
 
-    def _entry(self, requirement: str, failures: Sequence[Failure]) -> Entry:
+    def _entry(self, requirement: str, failures: Sequence[Failure]) -> TriageEntry:
         examples = self._examples(requirement, {failure.nodeid for failure in failures})
         condition = condition_for(examples, self._logs_of(examples), self.vocabulary)
         if condition is None or condition.wrong:
-            return Entry(requirement, condition, note=self._inseparable(requirement, examples, condition))
+            return TriageEntry(requirement, condition, note=self._inseparable(requirement, examples, condition))
         replaces = "" if self.report.strict else self.report.known_while.get(requirement, "")
         text = f"({replaces}) | ({condition.text})" if replaces else condition.text
         reason = f"{self.report.known_violations[requirement]}; {REASON}" if replaces else REASON
@@ -160,7 +160,7 @@ class _Triage:
                 (*(self._known(requirement) if replaces else ()), *(self.ids[failure] for failure in failures))
             )
         )
-        return Entry(requirement, condition, f"{requirement} of {causes} while {text}: {reason}", replaces)
+        return TriageEntry(requirement, condition, f"{requirement} of {causes} while {text}: {reason}", replaces)
 
     def _known(self, requirement: str) -> Iterator[str]:
         """The causes of what the entry of a requirement tolerates by now."""
@@ -171,9 +171,9 @@ class _Triage:
     def _examples(self, requirement: str, tests: set[str]) -> Examples:
         """All new violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
         has_entry = not self.report.strict and requirement in self.report.known_while
-        inside: list[Moment] = []
-        outside: list[Moment] = []
-        elsewhere: list[Moment] = []
+        inside: list[RunMoment] = []
+        outside: list[RunMoment] = []
+        elsewhere: list[RunMoment] = []
         passing = 0
         for nodeid, test in self._tests.items():
             result = test.requirements.get(requirement)
@@ -181,14 +181,14 @@ class _Triage:
                 continue
             is_inside = nodeid in tests
             violated = (
-                Moment(nodeid, rounded(violation.time_s))
+                RunMoment(nodeid, rounded(violation.time_s))
                 for violation in result.violations
                 if violation.outside or not (is_inside and has_entry)
             )
             (inside if is_inside else outside).extend(violated)
-            if result.verdict == "Passed" and passing < MOST_PASSING:
+            if result.verdict == "Passed" and passing < MAX_PASSING:
                 passing += 1
-                elsewhere += [Moment(nodeid, time_s) for time_s in _decided(test, requirement)]
+                elsewhere += [RunMoment(nodeid, time_s) for time_s in _decided(test, requirement)]
         unique = (tuple(dict.fromkeys(moments)) for moments in (inside, outside, elsewhere))
         return Examples(*unique)
 
@@ -198,7 +198,7 @@ class _Triage:
                 self._logs[nodeid] = log_of(self._tests[nodeid], self.vocabulary)
         return self._logs
 
-    def _inseparable(self, requirement: str, examples: Examples, condition: Condition | None) -> str:
+    def _inseparable(self, requirement: str, examples: Examples, condition: LearnedCondition | None) -> str:
         count = plural(len(examples.inside), "violation")
         if condition is None:
             return f"no signal, message or state is the same at its {count}"
@@ -213,7 +213,7 @@ def _decided(test: TestResult, requirement: str) -> Iterator[float]:
         yield float(trigger.rstrip("!?").rpartition("-")[2])
 
 
-def lines(report: Report, made: Sequence[Proposal]) -> Iterator[str]:
+def lines(report: Report, made: Sequence[TriageProposal]) -> Iterator[str]:
     """The proposals, for people: what each cause is, and then what to paste."""
     ids = {test.nodeid: test.id for test in report.tests}
     for number, proposal in enumerate(made, 1):
@@ -234,11 +234,11 @@ def lines(report: Report, made: Sequence[Proposal]) -> Iterator[str]:
         yield "An entry goes into the list hri_known_violations, with a reason and an owner."
 
 
-def _count(entries: Sequence[Entry], requirement: str) -> int:
+def _count(entries: Sequence[TriageEntry], requirement: str) -> int:
     return sum(entry.requirement == requirement for entry in entries)
 
 
-def _entry_lines(entry: Entry) -> Iterator[str]:
+def _entry_lines(entry: TriageEntry) -> Iterator[str]:
     if entry.line:
         yield f"    {entry.line}"
         if entry.replaces:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, interleaving
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, Parameters, draw_action
 from pytest_hricdv.generate.sampler import Sampler
@@ -171,7 +171,7 @@ def _with_action(test: ConcreteTest, place: int, action: ConcreteAction) -> Conc
     return replace(test, actions=(*test.actions[:place], action, *test.actions[place + 1 :]))
 
 
-def delay(test: ConcreteTest, failing: Ran, passing: Ran) -> str:
+def delay(test: ConcreteTest, failing: RunSummary, passing: RunSummary) -> str:
     """`when disturb step_in comes 2.1 s later`; empty where no action begins at another time, or others do.
 
     Args:

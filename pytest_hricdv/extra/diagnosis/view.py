@@ -16,14 +16,14 @@ from pytest_hricdv.report.view import FailureCause, FailureCauses, PageSection, 
 from pytest_hricdv.results.baseline_diff import NEW_CAUSE
 from pytest_hricdv.results.model import Report, TestResult
 
-MOST_LINES = 8
+MAX_LINES = 8
 """Of a cause in the terminal."""
 
-_MOST_ACTIONS = 3
-MOST_PLACES = 2
-_MOST_REQUIREMENTS = 8
-_MOST_WRAPPED = 2
-"""Lines of a sentence; chosen: then all of a cause is in `MOST_LINES`."""
+_MAX_ACTIONS = 3
+MAX_PLACES = 2
+_MAX_REQUIREMENTS = 8
+_MAX_WRAPPED = 2
+"""Lines of a sentence; chosen: then all of a cause is in `MAX_LINES`."""
 
 
 def cause_lines(
@@ -32,7 +32,7 @@ def cause_lines(
     options: Sequence[str],
     columns: int | None,
     status: str = "",
-    most_places: int = MOST_PLACES,
+    most_places: int = MAX_PLACES,
 ) -> tuple[Line, ...]:
     """What it is, where, what decides, its shortest test, and the command that runs this again.
 
@@ -55,7 +55,7 @@ def cause_lines(
     shown += [Line(_shortest(cause, columns))]
     if command := replay_of(cause, options):
         shown.append(Line(f"  {visible(command)}", "dim"))
-    while len(shown) > MOST_LINES:  # the second place, or the end of a sentence: all is on the page
+    while len(shown) > MAX_LINES:  # the second place, or the end of a sentence: all is on the page
         del shown[2]
     return tuple(shown)
 
@@ -67,7 +67,7 @@ def title_of(number: int, cause: Cause, status: str = "") -> str:
 
 def summary_of(cause: Cause) -> str:
     """`R29, R21 in 6 tests, first in the state releasing`."""
-    names, left = cause.requirements[:_MOST_REQUIREMENTS], len(cause.requirements) - _MOST_REQUIREMENTS
+    names, left = cause.requirements[:_MAX_REQUIREMENTS], len(cause.requirements) - _MAX_REQUIREMENTS
     listed = ", ".join(names) + and_more(max(left, 0))
     where = f", first in the state {cause.state}" if cause.state else ""
     many = plural(len(cause.tests), "test")
@@ -95,7 +95,7 @@ def _shortest(cause: Cause, columns: int | None) -> str:
     """The test, whose id is not cut, and its first actions, as far as there is room."""
     kind = "what is left of" if cause.is_shrunk else "shortest test"
     start = visible(f"  {kind} {cause.minimal_of or cause.tests[0]}")
-    for count in range(min(_MOST_ACTIONS, len(cause.minimal)), 0, -1):
+    for count in range(min(_MAX_ACTIONS, len(cause.minimal)), 0, -1):
         left = len(cause.minimal) - count
         text = f"{start}: {visible('; '.join(cause.minimal[:count]))}{f'; ... {left} more' if left else ''}"
         if columns is None or width(text) <= columns:
@@ -104,14 +104,14 @@ def _shortest(cause: Cause, columns: int | None) -> str:
 
 
 def _sentence(text: str, columns: int | None, indent: str) -> Iterator[str]:
-    """A sentence in at most `_MOST_WRAPPED` lines, the later ones indented."""
+    """A sentence in at most `_MAX_WRAPPED` lines, the later ones indented."""
     shown = visible(text)
     if columns is None or width(shown) <= columns:
         yield shown
         return
     begin = shown[: len(shown) - len(shown.lstrip())]
     lines = wrap(shown.split(), columns - len(indent))
-    kept = lines[:_MOST_WRAPPED]
+    kept = lines[:_MAX_WRAPPED]
     if len(lines) > len(kept):
         kept[-1] = fit(f"{kept[-1]} {lines[len(kept)]}", columns - len(indent))
     yield from (f"{indent if number else begin}{line}" for number, line in enumerate(kept))
@@ -137,7 +137,7 @@ class DiagnosisView(View):
             nodeids.setdefault(test.id, []).append(test.nodeid)
         options = report.rerun.options
         status = _status(report)
-        places = MOST_PLACES if len(causes) < _MANY else 1
+        places = MAX_PLACES if len(causes) < _MANY else 1
         blocks = (
             FailureCause(
                 label=f"cause {number}",

@@ -12,9 +12,13 @@ MAX_OF_EVENT = 4
 
 
 def precedences(events: Sequence[Occurrence]) -> Iterator[Candidate]:
-    """Of all pairs of events whose second one the code under test or the world causes."""
+    """Of all pairs of events whose second one the code under test causes, or a message of the world.
+
+    A signal of the world may have changed for a person.
+    """
     for event in events:
-        if event.author == "person" or event.count < MIN_SUPPORT:
+        is_answer = event.author == "robot" or (event.author == "world" and event.is_message)
+        if not is_answer or event.count < MIN_SUPPORT:
             continue
         candidates = [
             (lag_s, _precedence(event, cause))

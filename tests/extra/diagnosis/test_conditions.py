@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.diagnosis.conditions import Condition, Examples, Moment, condition_for, truths
+from pytest_hricdv.extra.diagnosis.conditions import Examples, LearnedCondition, RunMoment, condition_for, truths
 from pytest_hricdv.extra.diagnosis.triage import LoggedMessage
 from pytest_hricdv.monitor import Log, Vocabulary
 
@@ -33,10 +33,10 @@ def log(*events: tuple[float, str, object]) -> Log:
     return Log(signals, messages, 20.0)
 
 
-def learned(inside: list[Log], outside: list[Log], elsewhere: list[Log] | None = None) -> Condition | None:
+def learned(inside: list[Log], outside: list[Log], elsewhere: list[Log] | None = None) -> LearnedCondition | None:
     """From each log at 10 s."""
     logs = {str(number): one for number, one in enumerate([*inside, *outside, *(elsewhere or [])])}
-    moments = [Moment(name, 10.0) for name in logs]
+    moments = [RunMoment(name, 10.0) for name in logs]
     first, second = len(inside), len(inside) + len(outside)
     examples = Examples(tuple(moments[:first]), tuple(moments[first:second]), tuple(moments[second:]))
     return condition_for(examples, logs, VOCABULARY)
@@ -77,19 +77,19 @@ def state(name: str, time_s: float = 1.0) -> tuple[float, str, object]:
 def test_the_shortest_formula(
     inside: list[list[tuple[float, str, object]]], outside: list[list[tuple[float, str, object]]], text: str
 ) -> None:
-    assert learned([log(*one) for one in inside], [log(*one) for one in outside]) == Condition(text)
+    assert learned([log(*one) for one in inside], [log(*one) for one in outside]) == LearnedCondition(text)
 
 
 def test_what_happens_later_is_not_known_yet() -> None:
     condition = learned([log(state("go"), (11.0, "gripped", 1.0))], [log(state("go"), (11.0, "gripped", 0.0))])
     assert condition is not None
-    assert condition.wrong == (Moment("1", 10.0),)
+    assert condition.wrong == (RunMoment("1", 10.0),)
 
 
 def test_of_equally_short_ones_that_which_holds_least_elsewhere() -> None:
     inside = [log(state("go"), (1.0, "gripped", 1.0))]
     elsewhere = [log(state("go"), (1.0, "gripped", 0.0))] * 3
-    assert learned(inside, [], elsewhere) == Condition("gripped")
+    assert learned(inside, [], elsewhere) == LearnedCondition("gripped")
 
 
 def test_nothing_to_learn_from() -> None:
@@ -98,7 +98,7 @@ def test_nothing_to_learn_from() -> None:
 
 def test_texts_that_cannot_be_written_are_left_out() -> None:
     condition = learned([log(state('say "go"'))], [log(state("stop"))])
-    assert condition == Condition('!once(state.name == "stop")')
+    assert condition == LearnedCondition('!once(state.name == "stop")')
 
 
 NAMES = st.sampled_from(["go", "stop", "wait"])
@@ -118,7 +118,7 @@ def test_what_is_learned_holds_inside_and_is_honest_about_outside(inside: list[L
     condition = learned(inside, outside)
     assert condition is not None
     logs = {str(number): one for number, one in enumerate([*inside, *outside])}
-    moments = [Moment(name, 10.0) for name in logs]
+    moments = [RunMoment(name, 10.0) for name in logs]
     holds = truths([condition.text], moments, logs, VOCABULARY)[0]
     assert all(holds[: len(inside)])
     wrong = [moment for moment, is_true in zip(moments[len(inside) :], holds[len(inside) :], strict=True) if is_true]

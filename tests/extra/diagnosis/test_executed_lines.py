@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.diagnosis.executed_lines import MOST_BURSTS, MOST_LINES, executed_lines
-from pytest_hricdv.extra.diagnosis.tracing import Step
+from pytest_hricdv.extra.diagnosis.executed_lines import MAX_BURSTS, MAX_LINES, executed_lines
+from pytest_hricdv.extra.diagnosis.trace import TraceStep
 
 
-def _steps(*steps: tuple[float, int, str, int]) -> list[Step]:
-    return [Step(*step) for step in steps]
+def _steps(*steps: tuple[float, int, str, int]) -> list[TraceStep]:
+    return [TraceStep(*step) for step in steps]
 
 
 def test_what_a_node_executes_at_one_time_is_a_burst_that_is_written_once() -> None:
@@ -26,19 +26,19 @@ def test_each_node_has_its_own_bursts() -> None:
 
 
 def test_a_long_run_is_cut_to_what_leads_to_the_violation() -> None:
-    steps = [Step(float(second), 0, "a.py", second % 7 + 1) for second in range(3 * MOST_BURSTS)]
+    steps = [TraceStep(float(second), 0, "a.py", second % 7 + 1) for second in range(3 * MAX_BURSTS)]
     lines = executed_lines(steps, 9000.0)
     assert lines.until_s == 9010.0
-    assert lines.from_s == 9010.0 - MOST_BURSTS + 1
+    assert lines.from_s == 9010.0 - MAX_BURSTS + 1
     [node] = lines.nodes
-    assert len(node.split()) == 2 * MOST_BURSTS
-    assert executed_lines(steps, None).until_s == 3 * MOST_BURSTS - 1
+    assert len(node.split()) == 2 * MAX_BURSTS
+    assert executed_lines(steps, None).until_s == 3 * MAX_BURSTS - 1
     assert executed_lines(steps, 5.0).from_s == 0.0
 
 
 def test_of_a_long_burst_its_last_lines_are_kept() -> None:
-    lines = executed_lines([Step(0.0, 0, "a.py", number) for number in range(1, 1000)], None)
-    assert lines.bursts == (f"0:{1000 - MOST_LINES} " + " ".join(map(str, range(1001 - MOST_LINES, 1000))),)
+    lines = executed_lines([TraceStep(0.0, 0, "a.py", number) for number in range(1, 1000)], None)
+    assert lines.bursts == (f"0:{1000 - MAX_LINES} " + " ".join(map(str, range(1001 - MAX_LINES, 1000))),)
 
 
 def test_a_run_of_nothing_has_no_lines() -> None:

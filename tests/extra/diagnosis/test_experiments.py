@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.extra.diagnosis.decisions import Decisions
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.failures import Failure
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, grouped
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, group_failures
+from pytest_hricdv.extra.diagnosis.pair_search import PairSearch
 from pytest_hricdv.extra.diagnosis.records import Neighbour
-from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra
 from pytest_hricdv.extra.diagnosis.variations import without
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
@@ -27,13 +27,13 @@ DISTURBANCES = {"a": ("noise", "shut"), "b": ("noise", "shut")}
 FAILURES = [Failure(name, "R1", "", "", 1.0, ("noise", "shut"), is_known=False) for name in TESTS]
 
 
-def robot(test: ConcreteTest) -> Ran:
+def robot(test: ConcreteTest) -> RunSummary:
     """Its R1 fails whenever there is noise, whatever else comes."""
-    return Ran(violated=("R1",) if any(action.command == "disturb noise" for action in test.actions) else ())
+    return RunSummary(violated=("R1",) if any(action.command == "disturb noise" for action in test.actions) else ())
 
 
-def groups_of(evidence: Evidence) -> tuple[Group, ...]:
-    return grouped(DISTURBANCES, FAILURES, Spectra(), evidence)
+def groups_of(evidence: ExperimentEvidence) -> tuple[Group, ...]:
+    return group_failures(DISTURBANCES, FAILURES, Spectra(), evidence)
 
 
 def test_a_refuted_change_gives_way_to_the_next() -> None:
@@ -52,11 +52,11 @@ def test_what_may_go_with_failures_by_chance_is_tried(budget: int, changes: list
     disturbances: dict[str, tuple[str, ...]] = {"a": ("shut",), "b": (), **{f"passing{n}": () for n in range(3)}}
     failures = [Failure(name, "R1", "", "", 1.0, disturbances[name], is_known=False) for name in tests]
 
-    def grouping(evidence: Evidence) -> tuple[Group, ...]:
-        return grouped(disturbances, failures, Spectra(), evidence)
+    def grouping(evidence: ExperimentEvidence) -> tuple[Group, ...]:
+        return group_failures(disturbances, failures, Spectra(), evidence)
 
-    def run(test: ConcreteTest) -> Ran:
-        return Ran(violated=("R1",) if test.actions else ())
+    def run(test: ConcreteTest) -> RunSummary:
+        return RunSummary(violated=("R1",) if test.actions else ())
 
     assert sorted(group.change for group in Experiments(grouping, tests, run, budget).groups()) == changes
 
@@ -68,7 +68,7 @@ def test_the_budget_ends_them() -> None:
 
 
 def test_what_does_not_fail_again_as_it_was_shows_nothing() -> None:
-    experiments = Experiments(groups_of, TESTS, lambda test: Ran(violated=()), budget=10)
+    experiments = Experiments(groups_of, TESTS, lambda test: RunSummary(violated=()), budget=10)
     experiments.groups()
     assert (experiments.used, experiments.confirmed, experiments.refuted) == (2, {}, {})
 
@@ -83,7 +83,7 @@ def test_what_runs_to_no_end_shows_nothing() -> None:
 def test_ctrl_c_keeps_what_was_shown() -> None:
     runs: list[ConcreteTest] = []
 
-    def run(test: ConcreteTest) -> Ran:
+    def run(test: ConcreteTest) -> RunSummary:
         runs.append(test)
         if len(runs) == 3:
             raise KeyboardInterrupt
@@ -104,12 +104,12 @@ def test_a_disturbance_is_taken_away_wherever_it_comes() -> None:
 def test_the_run_of_the_neighbour_that_is_shown_is_one_of_those_allowed(budget: int) -> None:
     made: list[ConcreteTest] = []
 
-    def run(test: ConcreteTest) -> Ran:
+    def run(test: ConcreteTest) -> RunSummary:
         made.append(test)
         ran = robot(test)
-        return ran if ran.violated else Ran(violated=(), checked=("R1",))
+        return ran if ran.violated else RunSummary(violated=(), checked=("R1",))
 
-    def showing(test: ConcreteTest) -> Neighbour | None:
+    def neighbour_runner(test: ConcreteTest) -> Neighbour | None:
         made.append(test)
         return None
 
@@ -117,7 +117,7 @@ def test_the_run_of_the_neighbour_that_is_shown_is_one_of_those_allowed(budget: 
     groups = experiments.groups()
     before = len(made)
     space = Concretization(commands={"go": {}})
-    decisions = Decisions(experiments, dict.fromkeys(TESTS, space), showing)
+    decisions = PairSearch(experiments, dict.fromkeys(TESTS, space), neighbour_runner)
     decisions.decide(groups)
     assert experiments.used == len(made) <= budget
     if budget > before:

@@ -7,7 +7,7 @@ import random
 from msgspec import convert
 from msgspec.structs import replace
 
-from pytest_hricdv.extra.diagnosis.diagnosing import in_order_begun
+from pytest_hricdv.extra.diagnosis.causes import in_order_begun
 from pytest_hricdv.extra.diagnosis.failures import failures_of
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample_tests

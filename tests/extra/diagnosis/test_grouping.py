@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap, SourceFile
 from pytest_hricdv.extra.diagnosis.failures import Failure
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, grouped
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, group_failures
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra
 
 NO_SPECTRA = Spectra()
@@ -31,9 +31,9 @@ def of(
     tests: dict[str, tuple[str, ...]],
     failures: list[Failure],
     spectra: Spectra = NO_SPECTRA,
-    evidence: Evidence | None = None,
+    evidence: ExperimentEvidence | None = None,
 ) -> list[tuple[str, set[str], set[str]]]:
-    groups = grouped(tests, failures, spectra, evidence or Evidence())
+    groups = group_failures(tests, failures, spectra, evidence or ExperimentEvidence())
     return [(group.change, set(group.nodeids), set(group.requirements)) for group in groups]
 
 
@@ -81,11 +81,11 @@ def test_experiments_overrule_association() -> None:
     tests = {"a": ("shut", "step"), **passing(4)}
     failures = [failure("a", "R29", "shut", "step")]
     assert of(tests, failures)[0][0] == "step"
-    refuted = Evidence(refuted={("a", "R29"): {"step"}})
+    refuted = ExperimentEvidence(refuted={("a", "R29"): {"step"}})
     assert of(tests, failures, evidence=refuted)[0][0] == "shut"
-    confirmed = Evidence(confirmed={("a", "R29"): "shut"})
+    confirmed = ExperimentEvidence(confirmed={("a", "R29"): "shut"})
     assert of(tests, failures, evidence=confirmed)[0][0] == "shut"
-    nothing_left = Evidence(refuted={("a", "R29"): {"step", "shut"}})
+    nothing_left = ExperimentEvidence(refuted={("a", "R29"): {"step", "shut"}})
     assert of(tests, failures, evidence=nothing_left)[0][0] == ""
 
 
@@ -107,7 +107,7 @@ def test_a_test_that_fails_without_the_disturbance_counts_against_it_in_other_te
     tests = {"a": ("shut",), "b": ("shut",), **passing(8)}
     failures = [failure("a", "R1", "shut"), failure("b", "R1", "shut")]
     assert of(tests, failures) == [("shut", {"a", "b"}, {"R1"})]
-    refuted = Evidence(refuted={("a", "R1"): {"shut"}})
+    refuted = ExperimentEvidence(refuted={("a", "R1"): {"shut"}})
     assert of(tests, failures, evidence=refuted) == [("", {"a", "b"}, {"R1"})]
 
 
@@ -183,8 +183,8 @@ def test_what_goes_away_with_one_disturbance_and_violates_the_same_is_one_cause_
     tests = {"a": ("flips",), "b": ("flips",), **passing(8)}
     failures = [failure("a", "R1", "flips", state="Receive"), failure("b", "R1", "flips", state="Release")]
     assert of(tests, failures) == [("flips", {"a", "b"}, {"R1"})]
-    parted = Evidence(refuted={("b", "R1"): {"flips"}})
-    assert [nodeids for _, nodeids, _ in of(tests, failures, evidence=parted)] == [{"b"}, {"a"}]
+    find_divergence = ExperimentEvidence(refuted={("b", "R1"): {"flips"}})
+    assert [nodeids for _, nodeids, _ in of(tests, failures, evidence=find_divergence)] == [{"b"}, {"a"}]
 
 
 def test_other_requirements_or_other_words_are_other_causes_of_a_disturbance() -> None:
@@ -226,7 +226,7 @@ def test_each_disturbance_that_makes_a_requirement_fail_is_one_cause(drawn: list
     failures = [failure(test, f"R-{names[0]}", *names) for test, names in tests.items() if names]
     if all(drawn) and len(set(drawn)) == 1:  # nothing to compare with: it may be anything that all tests have
         return
-    groups: tuple[Group, ...] = grouped(tests, failures, NO_SPECTRA, Evidence())
+    groups: tuple[Group, ...] = group_failures(tests, failures, NO_SPECTRA, ExperimentEvidence())
     assert {group.change: len(group.nodeids) for group in groups} == {
         name: drawn.count(name) for name in set(drawn) if name
     }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.extra.diagnosis.decisions import shrunk
-from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.extra.diagnosis.pair_search import shrunk
+from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Range
 
@@ -23,10 +23,10 @@ TEST = ConcreteTest(
 )
 
 
-def robot(test: ConcreteTest) -> Ran:
+def robot(test: ConcreteTest) -> RunSummary:
     """Its R1 fails where noise is loud; its R2 always."""
     loud = any(part.parameters.get("level", 0.0) > 0.4 for part in test.actions)
-    return Ran(violated=("R1", "R2") if loud else ("R2",))
+    return RunSummary(violated=("R1", "R2") if loud else ("R2",))
 
 
 def test_what_it_does_not_need_is_taken_away() -> None:
@@ -49,7 +49,7 @@ def test_what_came_to_no_end_does_not_fail() -> None:
 
 
 def test_ctrl_c_goes_on() -> None:
-    def run(test: ConcreteTest) -> Ran:
+    def run(test: ConcreteTest) -> RunSummary:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

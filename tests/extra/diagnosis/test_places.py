@@ -7,9 +7,9 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import SourceFile
-from pytest_hricdv.extra.diagnosis.places import weighted
+from pytest_hricdv.extra.diagnosis.places import weight_suspects
 from pytest_hricdv.extra.diagnosis.spectrum import Suspect
-from pytest_hricdv.extra.diagnosis.tracing import Executed, Trace
+from pytest_hricdv.extra.diagnosis.trace import ExecutedStatement, ViolationTrace
 
 CODE = """\
 LIMIT_S = 3.0
@@ -28,21 +28,23 @@ def work(clock):
 FILES = (SourceFile("code.py", Path("code.py"), (1, 2, 5, 6, 9, 10, 11, 12), (), (), CODE),)
 
 
-def trace(*lines: int, stood: tuple[int, ...] = (), node: int = 0, often: dict[int, int] | None = None) -> Trace:
+def trace(
+    *lines: int, stood: tuple[int, ...] = (), node: int = 0, often: dict[int, int] | None = None
+) -> ViolationTrace:
     """Of a run that executed these lines, the last first; each once, or so often."""
     executed = [
-        Executed(
+        ExecutedStatement(
             file="code.py", line=line, node=node, step=len(lines) - number, time_s=0.0, times=(often or {}).get(line, 1)
         )
         for number, line in enumerate(lines)
     ]
-    return Trace(until_s=1.0, executed=tuple(executed), stood=(tuple(("code.py", line) for line in stood),))
+    return ViolationTrace(until_s=1.0, executed=tuple(executed), stood=(tuple(("code.py", line) for line in stood),))
 
 
-def ranked(suspicious: dict[int, float], *traces: Trace) -> list[int]:
+def ranked(suspicious: dict[int, float], *traces: ViolationTrace) -> list[int]:
     """Lines in the order of their suspiciousness."""
     suspects = [Suspect("code.py", line, score, 0) for line, score in suspicious.items()]
-    return [suspect.line for suspect in weighted(suspects, traces, FILES)]
+    return [suspect.line for suspect in weight_suspects(suspects, traces, FILES)]
 
 
 def test_without_a_trace_the_order_stays() -> None:
@@ -68,9 +70,11 @@ def test_a_constant_comes_after_what_reads_it() -> None:
 def test_a_branch_that_is_taken_after_the_violation_does_not_count() -> None:
     branching = Suspect("code.py", 11, 1.0, 0, own=0.5, branches=((12, 1.0), (-9, 0.4)))
     plain = Suspect("code.py", 6, 0.6, 0)
-    before = Trace(until_s=1.0, executed=trace(11, 6).executed, branches=(("code.py", 11, 12),))
-    after = Trace(until_s=1.0, executed=trace(11, 6).executed, branches=(("code.py", 11, 0),))
-    assert [[suspect.line for suspect in weighted([branching, plain], [run], FILES)] for run in (before, after)] == [
+    before = ViolationTrace(until_s=1.0, executed=trace(11, 6).executed, branches=(("code.py", 11, 12),))
+    after = ViolationTrace(until_s=1.0, executed=trace(11, 6).executed, branches=(("code.py", 11, 0),))
+    assert [
+        [suspect.line for suspect in weight_suspects([branching, plain], [run], FILES)] for run in (before, after)
+    ] == [
         [11, 6],
         [6, 11],
     ]
@@ -83,7 +87,7 @@ def test_a_wait_comes_after_what_led_to_it() -> None:
 def test_a_node_that_polls_does_not_hide_the_others() -> None:
     polls = trace(6, 5, 12, stood=(6,), node=1)
     works = trace(10, 9)
-    both = Trace(until_s=1.0, executed=(*polls.executed, *works.executed), stood=())
+    both = ViolationTrace(until_s=1.0, executed=(*polls.executed, *works.executed), stood=())
     assert ranked(dict.fromkeys((6, 5, 12, 10, 9), 1.0), both)[:3] == [6, 5, 10]
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.diagnosis.deciding import NONE_PASSES, PRECISION, UNTRIED, Deciding
+from pytest_hricdv.extra.diagnosis.minimal_pair import NONE_PASSES, PRECISION, UNTRIED, NeighborSearch
 from pytest_hricdv.extra.diagnosis.records import Decision
-from pytest_hricdv.extra.diagnosis.runs import Ran
+from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.variations import variations
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.sampler import Range
@@ -46,7 +46,7 @@ def decision(
 ) -> Decision:
     """What decides for a robot whose R1 fails like this."""
 
-    def run(tried: ConcreteTest) -> Ran:
+    def run(tried: ConcreteTest) -> RunSummary:
         begun = []
         time_s = 0.0
         for number, action in enumerate(tried.actions):
@@ -55,9 +55,9 @@ def decision(
             time_s += 1.0
         is_violated = fails(tried)
         checked = ("R1",) if checks(tried) and not is_violated else ()
-        return Ran(violated=("R1",) if is_violated else (), checked=checked, begun=tuple(begun))
+        return RunSummary(violated=("R1",) if is_violated else (), checked=checked, begun=tuple(begun))
 
-    made = Deciding(test, space, run(test), {"R1"}, run, budget).decision()
+    made = NeighborSearch(test, space, run(test), {"R1"}, run, budget).decision()
     assert made is not None
     return made
 
@@ -129,10 +129,10 @@ def test_the_budget_ends_it() -> None:
 
 
 def test_what_comes_to_fail_instead_passes_not() -> None:
-    def run(test: ConcreteTest) -> Ran:
-        return Ran(violated=("R1",) if "disturb step_in" in commands(test) else ("R2",))
+    def run(test: ConcreteTest) -> RunSummary:
+        return RunSummary(violated=("R1",) if "disturb step_in" in commands(test) else ("R2",))
 
-    made = Deciding(STEPS, SPACE, run(STEPS), {"R1"}, run, 100).decision()
+    made = NeighborSearch(STEPS, SPACE, run(STEPS), {"R1"}, run, 100).decision()
     assert made is not None
     assert made.kind == ""
 

@@ -11,13 +11,13 @@ from msgspec.structs import replace
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.gaps import Function, functions
-from pytest_hricdv.extra.diagnosis.decisions import Decisions, kept
-from pytest_hricdv.extra.diagnosis.executed_lines import showing
+from pytest_hricdv.extra.diagnosis.executed_lines import neighbour_runner
 from pytest_hricdv.extra.diagnosis.experiments import Experiments, evidence_of, shown
 from pytest_hricdv.extra.diagnosis.failures import Failure, failures_of
-from pytest_hricdv.extra.diagnosis.grouping import Evidence, Group, grouped
+from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group, group_failures
 from pytest_hricdv.extra.diagnosis.options import DiagnosisOptions
-from pytest_hricdv.extra.diagnosis.places import weighted
+from pytest_hricdv.extra.diagnosis.pair_search import PairSearch, kept
+from pytest_hricdv.extra.diagnosis.places import weight_suspects
 from pytest_hricdv.extra.diagnosis.records import (
     CAUSES,
     DIAGNOSIS,
@@ -27,9 +27,9 @@ from pytest_hricdv.extra.diagnosis.records import (
     KindName,
     SuspiciousPlace,
 )
-from pytest_hricdv.extra.diagnosis.runs import remembering, runner
+from pytest_hricdv.extra.diagnosis.runs import remember_runs, runner
 from pytest_hricdv.extra.diagnosis.spectrum import Spectra, Suspect
-from pytest_hricdv.extra.diagnosis.tracing import Trace
+from pytest_hricdv.extra.diagnosis.trace import ViolationTrace
 from pytest_hricdv.generate.abstract import disturbance_of
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.report.formatting import plural
@@ -45,7 +45,7 @@ FOUND: msgspec.json.Decoder[tuple[tuple[Cause, ...], Diagnosis]] = msgspec.json.
 )
 """Reads what a journal keeps: the causes, and what they rest on."""
 
-MOST_PLACES = 5
+MAX_PLACES = 5
 """So many of the most suspicious statements are shown."""
 
 FIRST_TESTS = 2
@@ -70,17 +70,17 @@ class Subject:
         bits = {name: measured for name, test in tests.items() if (measured := Bits.of(test.code)) is not None}
         return cls(report, tests, failures, Spectra(CodeMap.of(report.code_under_test), bits))
 
-    def groups(self, evidence: Evidence) -> tuple[Group, ...]:
+    def groups(self, evidence: ExperimentEvidence) -> tuple[Group, ...]:
         """Failures that have probably one cause."""
         disturbances = {name: _disturbances(test) for name, test in self.tests.items()}
-        return grouped(disturbances, self.failures, self.spectra, evidence)
+        return group_failures(disturbances, self.failures, self.spectra, evidence)
 
 
 def _disturbances(test: TestResult) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for line in test.abstract if (name := disturbance_of(line)) is not None))
 
 
-def diagnosed(session: FeatureSession, report: Report, options: DiagnosisOptions) -> Report:
+def diagnose(session: FeatureSession, report: Report, options: DiagnosisOptions) -> Report:
     """The report with its causes, after experiments."""
     subject = Subject.of(report)
     if not subject.failures:
@@ -94,10 +94,10 @@ def diagnosed(session: FeatureSession, report: Report, options: DiagnosisOptions
     cases = {name: chosen[name] for name in sorted(failing) if name in chosen}
     concrete = {name: case.concrete for name, case in cases.items()}
     run = runner(session.rerunning, session.context.code, {test.id: test for test in concrete.values()})
-    run = remembering(run, session.aggregation.journaling, NAME)
+    run = remember_runs(run, session.aggregation.journaling, NAME)
     experiments = Experiments(subject.groups, concrete, run, budget)
     spaces = {name: case.ranges for name, case in cases.items()}
-    decisions = Decisions(experiments, spaces, showing(session.rerunning, session.context.code))
+    decisions = PairSearch(experiments, spaces, neighbour_runner(session.rerunning, session.context.code))
     groups = experiments.groups(enough=FIRST_TESTS)
     _keep(session, *_by_now(session, subject, experiments, decisions, groups))
     decisions.decide(groups)
@@ -114,7 +114,7 @@ def _by_now(
     session: FeatureSession,
     subject: Subject,
     experiments: Experiments,
-    decisions: Decisions,
+    decisions: PairSearch,
     groups: Sequence[Group],
 ) -> tuple[tuple[Cause, ...], Diagnosis]:
     """The causes by now, and what they rest on."""
@@ -125,7 +125,7 @@ def _by_now(
                 group,
                 experiments.evidence,
                 decisions.of(group),
-                ranked_places(subject, group, _traces(experiments, group)),
+                rank_places(subject, group, _traces(experiments, group)),
             ),
             subject,
             group,
@@ -145,7 +145,7 @@ def _by_now(
     return made, basis
 
 
-def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: Decisions) -> None:
+def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: PairSearch) -> None:
     """Write replay files of tests that were shrunk."""
     chosen = session.aggregation.chosen
     for name, minimal in decisions.minimal.items():
@@ -158,7 +158,7 @@ def _keep_minimal(session: FeatureSession, experiments: Experiments, decisions: 
             experiments.ended = "interrupted"
 
 
-def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: Decisions) -> Cause:
+def _with_minimal(cause: Cause, subject: Subject, group: Group, decisions: PairSearch) -> Cause:
     """The cause with what is left of a test of it, where one was shrunk and can be run again."""
     name = decisions.minimal_of(group)
     if name is None or (replay := decisions.replays.get(name)) is None:
@@ -190,7 +190,7 @@ def _trace(experiments: Experiments, groups: Sequence[Group]) -> None:
                 experiments.ended = "interrupted"
 
 
-def _traces(experiments: Experiments, group: Group) -> list[Trace]:
+def _traces(experiments: Experiments, group: Group) -> list[ViolationTrace]:
     """Of runs that failed for a cause, up to what failed first; of what is known only where nothing else failed."""
     first: dict[str, Failure] = {}
     for failure in sorted(group.failures, key=lambda failure: failure.is_known):
@@ -200,7 +200,7 @@ def _traces(experiments: Experiments, group: Group) -> list[Trace]:
 
 
 def cause_of(
-    subject: Subject, group: Group, evidence: Evidence, decision: Decision | None, ranked: Sequence[Suspect]
+    subject: Subject, group: Group, evidence: ExperimentEvidence, decision: Decision | None, ranked: Sequence[Suspect]
 ) -> Cause:
     """What a report says of a group of failures.
 
@@ -272,7 +272,7 @@ def _decides(group: Group, confirmed: int, decision: Decision | None) -> str:
     return f"{decided}: {confirmed} of {tests} {'was' if confirmed == 1 else 'were'} run without it"
 
 
-def ranked_places(subject: Subject, group: Group, traces: Sequence[Trace]) -> list[Suspect]:
+def rank_places(subject: Subject, group: Group, traces: Sequence[ViolationTrace]) -> list[Suspect]:
     """The statements of the code, those first in which a cause is probably.
 
     Args:
@@ -283,7 +283,7 @@ def ranked_places(subject: Subject, group: Group, traces: Sequence[Trace]) -> li
     otherwise = {failure.nodeid for failure in subject.failures if failure.requirement in group.requirements}
     code = subject.spectra.code
     suspects = subject.spectra.suspects(group.nodeids, otherwise)
-    return weighted(suspects, traces, () if code is None else code.files)
+    return weight_suspects(suspects, traces, () if code is None else code.files)
 
 
 def _places(subject: Subject, ranked: Sequence[Suspect]) -> tuple[SuspiciousPlace, ...]:
@@ -296,7 +296,7 @@ def _places(subject: Subject, ranked: Sequence[Suspect]) -> tuple[SuspiciousPlac
             score=round(suspect.score, 4),
             text=_line(sources[suspect.file], suspect.line),
         )
-        for suspect in ranked[:MOST_PLACES]
+        for suspect in ranked[:MAX_PLACES]
     )
 
 
@@ -318,10 +318,10 @@ def compared(report: Report, entries: Mapping[str, Exemption]) -> Iterator[tuple
     """
     subject = Subject.of(report)
     diagnosis = DIAGNOSIS.of(report)
-    evidence = Evidence() if diagnosis is None else evidence_of(diagnosis.experiments)
+    evidence = ExperimentEvidence() if diagnosis is None else evidence_of(diagnosis.experiments)
     groups = subject.groups(evidence)
     # Experiments are made only while something is new: what is named by association alone is meant, too.
-    associated = groups if evidence == Evidence() else subject.groups(Evidence())
+    associated = groups if evidence == ExperimentEvidence() else subject.groups(ExperimentEvidence())
     otherwise = {failure: id_of(group) for group in associated for failure in group.failures}
     ids = {id_of(group) for group in groups} | {*otherwise.values()}
     for requirement, entry in entries.items():

@@ -26,14 +26,14 @@ from pytest_hricdv.runtime.plain import Value
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
-MOST_STEPS = 2_000_000
+MAX_STEPS = 2_000_000
 """A longer run is traced so far only. Chosen: 32 MB; a run of the table has some 10,000."""
 
 _RETURNED = -1
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TraceStep:
     """A line that was executed: when (s), by which of the code's nodes (from 0), and which statement of which file."""
 
     time_s: float
@@ -42,7 +42,7 @@ class Step:
     line: int
 
 
-class Executed(PlainRecord, frozen=True, kw_only=True):
+class ExecutedStatement(PlainRecord, frozen=True, kw_only=True):
     """A statement that a run has executed.
 
     Args:
@@ -62,7 +62,7 @@ class Executed(PlainRecord, frozen=True, kw_only=True):
     times: Count
 
 
-class Trace(PlainRecord, frozen=True, kw_only=True):
+class ViolationTrace(PlainRecord, frozen=True, kw_only=True):
     """What a run executed up to a time.
 
     Args:
@@ -75,13 +75,13 @@ class Trace(PlainRecord, frozen=True, kw_only=True):
 
     until_s: Number
     is_said: bool = False
-    executed: tuple[Executed, ...] = ()
+    executed: tuple[ExecutedStatement, ...] = ()
     branches: tuple[tuple[str, Count, Count], ...] = ()
     stood: tuple[tuple[tuple[str, Count], ...], ...] = ()
 
 
 @dataclass
-class Tracing:
+class Tracer:
     """Traces one run; a `Measurement` (see `coverage.measurement`) that measures no coverage, and a `Watcher`.
 
     Args:
@@ -160,13 +160,13 @@ class Tracing:
                 return lines, is_message
         return bisect_right(self._times_s, time_s), False
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[TraceStep]:
         """What was executed, in this order."""
         for time_s, node, place in zip(self._times_s, self._nodes, self._places, strict=True):
             if place != _RETURNED:
-                yield Step(time_s, node, *self._all[place])
+                yield TraceStep(time_s, node, *self._all[place])
 
-    def until(self, time_s: float, names: Collection[str] | None = None, *, to_end: bool = False) -> Trace:
+    def until(self, time_s: float, names: Collection[str] | None = None, *, to_end: bool = False) -> ViolationTrace:
         """What was executed up to a violation.
 
         Virtual time stands still while code runs, so it may go on at the same time after what it did wrong.
@@ -184,7 +184,7 @@ class Tracing:
             times[place] = times.get(place, 0) + 1
         last.pop(_RETURNED, None)
         executed = (
-            Executed(
+            ExecutedStatement(
                 file=self._all[place][0],
                 line=self._all[place][1],
                 node=self._nodes[step],
@@ -195,7 +195,7 @@ class Tracing:
             for place, step in sorted(last.items(), key=lambda item: -item[1])
         )
         stacks, taken = self._followed(end)
-        return Trace(
+        return ViolationTrace(
             until_s=time_s,
             is_said=is_said,
             executed=tuple(executed),
@@ -222,7 +222,7 @@ class Tracing:
     def _trace(self, frame: FrameType, event: str, argument: Any) -> Any:
         """See `sys.settrace`: called where a function begins, then for each of its lines, and where it ends."""
         where = self._files.get(frame.f_code.co_filename)
-        if where is None or len(self._places) >= MOST_STEPS:
+        if where is None or len(self._places) >= MAX_STEPS:
             return None
         if event in ("line", "return"):
             first, statements = where

@@ -9,7 +9,7 @@ import greenlet
 import pytest
 
 from pytest_hricdv.coverage.code_map import CodeMap, SourceFile
-from pytest_hricdv.extra.diagnosis.tracing import Trace, Tracing
+from pytest_hricdv.extra.diagnosis.trace import Tracer, ViolationTrace
 
 CODE = """\
 def inner(number):
@@ -31,11 +31,11 @@ class Clock:
 
 
 @pytest.fixture
-def traced(tmp_path: Path) -> Callable[[float], Trace]:
+def traced(tmp_path: Path) -> Callable[[float], ViolationTrace]:
     """The code has run in a node that waited twice, for a second each."""
     path = tmp_path / "code.py"
     file = SourceFile("code.py", path, (1, 2, 3, 4, 5, 6, 7, 9), (), (), CODE)
-    tracing, clock, home = Tracing(CodeMap((), (file,), "")), Clock(), greenlet.getcurrent()
+    tracing, clock, home = Tracer(CodeMap((), (file,), "")), Clock(), greenlet.getcurrent()
     tracing.begun(clock)  # type: ignore[arg-type]
 
     def wait() -> None:
@@ -63,7 +63,7 @@ def traced(tmp_path: Path) -> Callable[[float], Trace]:
     ],
 )
 def test_a_trace_ends_at_a_time(
-    traced: Callable[[float], Trace],
+    traced: Callable[[float], ViolationTrace],
     time_s: float,
     executed: list[tuple[int, int]],
     stood: tuple[tuple[tuple[str, int], ...], ...],
@@ -78,17 +78,17 @@ def test_a_trace_ends_at_a_time(
 
 @pytest.mark.parametrize(("names", "is_whole"), [(None, False), ({"state"}, False), ({"moves"}, False), ({"x"}, True)])
 def test_a_trace_ends_at_the_event_that_violates_what_reads_it(
-    traced: Callable[..., Trace], names: set[str] | None, is_whole: bool
+    traced: Callable[..., ViolationTrace], names: set[str] | None, is_whole: bool
 ) -> None:
     lines = [statement.line for statement in traced(2.0, names).executed]
     assert lines == ([9, 6, 4, 3, 2, 7] if is_whole else [3, 2, 7, 6, 4])
 
 
-def test_where_no_message_came_what_was_executed_at_that_time_counts(traced: Callable[..., Trace]) -> None:
+def test_where_no_message_came_what_was_executed_at_that_time_counts(traced: Callable[..., ViolationTrace]) -> None:
     assert traced(1.0, None).executed == traced(1.0, {"state"}).executed != traced(0.9, None).executed
 
 
-def test_what_is_wrong_with_a_whole_run_has_all_that_was_executed(traced: Callable[..., Trace]) -> None:
+def test_what_is_wrong_with_a_whole_run_has_all_that_was_executed(traced: Callable[..., ViolationTrace]) -> None:
     whole = traced(1.999, None, to_end=True)  # the end of a run, rounded down
     assert [statement.line for statement in whole.executed] == [9, 6, 4, 3, 2, 7]
     assert not whole.is_said

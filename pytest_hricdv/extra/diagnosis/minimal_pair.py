@@ -11,10 +11,10 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain
 
+from pytest_hricdv.extra.diagnosis.divergence import find_divergence
 from pytest_hricdv.extra.diagnosis.failures import FAULT
-from pytest_hricdv.extra.diagnosis.parting import parted
 from pytest_hricdv.extra.diagnosis.records import Decision
-from pytest_hricdv.extra.diagnosis.runs import Ran, Run
+from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary
 from pytest_hricdv.extra.diagnosis.variations import (
     Variation,
     delay,
@@ -37,11 +37,11 @@ class SpentError(Exception):
     """No run is left."""
 
 
-Tried = tuple[Variation, Ran]
+Tried = tuple[Variation, RunSummary]
 
 
 @dataclass
-class Deciding:
+class NeighborSearch:
     """Looks for what decides that a test fails.
 
     Args:
@@ -55,7 +55,7 @@ class Deciding:
 
     test: ConcreteTest
     space: Concretization
-    failing: Ran
+    failing: RunSummary
     wanted: Collection[str]
     run: Run
     budget: int
@@ -155,7 +155,7 @@ class Deciding:
     def _decision(self, passing: Tried, words: str) -> Decision:
         variation, result = passing
         self.neighbour = variation.test
-        parting = parted(self.failing, result)
+        parting = find_divergence(self.failing, result)
         return Decision(
             words=words,
             kind=variation.kind,

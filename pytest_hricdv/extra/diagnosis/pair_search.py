@@ -11,12 +11,12 @@ from msgspec.structs import replace
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.shrink import shrink
-from pytest_hricdv.extra.diagnosis.deciding import Deciding, Tried
 from pytest_hricdv.extra.diagnosis.executed_lines import Showing
 from pytest_hricdv.extra.diagnosis.experiments import Experiments
 from pytest_hricdv.extra.diagnosis.grouping import Group
+from pytest_hricdv.extra.diagnosis.minimal_pair import NeighborSearch, Tried
 from pytest_hricdv.extra.diagnosis.records import Decision, Neighbour
-from pytest_hricdv.extra.diagnosis.runs import Ran, Run, forked
+from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, forked
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.results.replay import ReplayOrigin
@@ -36,13 +36,15 @@ class Minimal:
     """
 
     test: ConcreteTest
-    ran: Ran
+    ran: RunSummary
     requirement: str
     runs: int
     is_done: bool
 
 
-def shrunk(test: ConcreteTest, space: Concretization, control: Ran, requirement: str, run: Run, budget: int) -> Minimal:
+def shrunk(
+    test: ConcreteTest, space: Concretization, control: RunSummary, requirement: str, run: Run, budget: int
+) -> Minimal:
     """A failing test without what it does not need.
 
     Args:
@@ -82,32 +84,34 @@ def kept(rerunning: Rerunning, case: HriCase, nodeid: str, minimal: Minimal) -> 
     """
     origin = ReplayOrigin("shrunk", case.abstract.id, minimal.requirement, minimal.runs)
 
-    def work() -> Ran | None:
+    def work() -> RunSummary | None:
         result = rerunning.run(named(minimal.test, f"{minimal.requirement}-shrunk"))
-        return None if result is None else Ran(violated=(), replay=rerunning.keep(case, result, nodeid, origin)[1])
+        return (
+            None if result is None else RunSummary(violated=(), replay=rerunning.keep(case, result, nodeid, origin)[1])
+        )
 
     made = forked(rerunning, work) if hasattr(os, "fork") else work()
     return None if made is None else made.replay
 
 
-LEAST_TO_SHRINK = 16
+MIN_TO_SHRINK = 16
 """With fewer runs for a cause, its shortest test is taken as it is. Chosen: half of them is for shrinking, and a test
 of four actions takes some eight runs."""
 
 
 @dataclass
-class Decisions:
+class PairSearch:
     """What decides, of causes.
 
     Args:
         experiments: that have been made; further runs are counted with theirs.
         spaces: node id -> the ranges of the test's parameters.
-        showing: runs a neighbour that passes once more, to be shown; this run is counted, too.
+        neighbour_runner: runs a neighbour that passes once more, to be shown; this run is counted, too.
     """
 
     experiments: Experiments
     spaces: Mapping[str, Concretization]
-    showing: Showing = lambda test: None
+    neighbour_runner: Showing = lambda test: None
     made: dict[tuple[str, str], Decision] = field(default_factory=dict)
     """Node id and requirement -> what decides."""
     minimal: dict[str, Minimal] = field(default_factory=dict)
@@ -147,7 +151,7 @@ class Decisions:
         if control is None or not wanted & set(control.violated):
             return
         test, space, left, before = experiments.tests[nodeid], self.spaces[nodeid], share - is_new, self._before(nodeid)
-        if left >= LEAST_TO_SHRINK:
+        if left >= MIN_TO_SHRINK:
             first = next(name for name in _in_order(group, nodeid) if name in control.violated)
             minimal = shrunk(test, space, control, first, experiments.ran, left // 2)
             left -= minimal.runs + 1  # one to keep it
@@ -155,7 +159,7 @@ class Decisions:
                 self.minimal[nodeid] = minimal
                 test, control, before = minimal.test, minimal.ran, iter(())
         to_show = 1 if left > 1 else 0
-        deciding = Deciding(test, space, control, wanted & set(control.violated), experiments.ran, left - to_show)
+        deciding = NeighborSearch(test, space, control, wanted & set(control.violated), experiments.ran, left - to_show)
         decision = deciding.decision(before)
         if decision is not None and deciding.neighbour is not None and deciding.used < left:
             decision = replace(decision, neighbour=self._shown(deciding.neighbour))
@@ -165,7 +169,7 @@ class Decisions:
 
     def _shown(self, neighbour: ConcreteTest) -> Neighbour | None:
         self.experiments.used += 1
-        return self.showing(neighbour)
+        return self.neighbour_runner(neighbour)
 
     def _shortest(self, group: Group) -> str | None:
         """The test to look at: one that experiments have confirmed, if there is one; the shortest of these."""

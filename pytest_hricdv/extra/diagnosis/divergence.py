@@ -12,18 +12,18 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from pytest_hricdv.extra.diagnosis.records import ShownEvent
-from pytest_hricdv.extra.diagnosis.runs import Event, Ran
+from pytest_hricdv.extra.diagnosis.runs import RunEvent, RunSummary
 
 BEFORE, AFTER = 2, 4
 """So many events are shown before the runs part, and after that. Chosen: both lists side by side fit on a screen."""
 
 
-MOST_VIOLATIONS = 3
+MAX_VIOLATIONS = 3
 """So many of them are among the events. Chosen: the first ones are what it is about."""
 
 
 @dataclass(frozen=True)
-class Parting:
+class Divergence:
     """Where two runs part.
 
     Args:
@@ -37,20 +37,20 @@ class Parting:
     at: int | None = None
 
 
-Pair = tuple[Event | None, Event | None]
+Pair = tuple[RunEvent | None, RunEvent | None]
 """Events of one stream that differ, of the failing and of the passing run; None where the stream has no more."""
 
 
-def parted(failing: Ran, passing: Ran) -> Parting:
+def find_divergence(failing: RunSummary, passing: RunSummary) -> Divergence:
     """Where both runs part."""
     runs = changes(failing), changes(passing)
     violated = [
         ShownEvent(time_s=round(time_s, 3), text=f"{name} is violated")
         for name, time_s in sorted(failing.times_s.items(), key=lambda entry: (entry[1], entry[0]))
-    ][:MOST_VIOLATIONS]
+    ][:MAX_VIOLATIONS]
     pair = min(_differences(*runs), key=_time_s, default=None)
     if pair is None:
-        return Parting(failing=tuple(violated))
+        return Divergence(failing=tuple(violated))
     places = [_place(run, event, _time_s(pair)) for run, event in zip(runs, pair, strict=True)]
     common = min(BEFORE, *places)
     shown = [
@@ -58,10 +58,10 @@ def parted(failing: Ran, passing: Ran) -> Parting:
         for run, place in zip(runs, places, strict=True)
     ]
     after = sorted([*shown[0][common:], *violated], key=lambda event: event.time_s)
-    return Parting((*shown[0][:common], *after), tuple(shown[1]), common)
+    return Divergence((*shown[0][:common], *after), tuple(shown[1]), common)
 
 
-def changes(run: Ran) -> list[Event]:
+def changes(run: RunSummary) -> list[RunEvent]:
     """The events of a run, without those that repeat what the last one of their stream said."""
     last: dict[str, str] = {}
     kept = []
@@ -72,7 +72,7 @@ def changes(run: Ran) -> list[Event]:
     return kept
 
 
-def _differences(failing: Sequence[Event], passing: Sequence[Event]) -> Iterator[Pair]:
+def _differences(failing: Sequence[RunEvent], passing: Sequence[RunEvent]) -> Iterator[Pair]:
     """Of each stream, the first events that differ."""
     for stream in dict.fromkeys(event.stream for event in (*failing, *passing)):
         of_stream = ([event for event in run if event.stream == stream] for run in (failing, passing))
@@ -86,7 +86,7 @@ def _time_s(pair: Pair) -> float:
     return min(event.time_s for event in pair if event is not None)
 
 
-def _place(run: Sequence[Event], event: Event | None, time_s: float) -> int:
+def _place(run: Sequence[RunEvent], event: RunEvent | None, time_s: float) -> int:
     """Where the event is in a run, or where it would be."""
     if event is not None:
         return next(place for place, other in enumerate(run) if other is event)
