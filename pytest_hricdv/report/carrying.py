@@ -20,7 +20,7 @@ from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.results.section import report_sections, test_sections
 
 REPLAYS = "failures"
-"""The folder of replay files inside of a report; parts have folders of their own."""
+"""The folder of replay files inside of a report; features have folders of their own."""
 
 _REPLAY_SUFFIXES = (".json",)
 _MOST_BYTES = 2_000_000_000

@@ -1,4 +1,9 @@
-"""Coverage of the code as Cobertura and LCOV."""
+"""Coverage of the code as Cobertura and LCOV.
+
+coverage.py's own writers are not used: they know whether a line ran, not how many tests ran it; they analyse files on
+disk again, where a report is written from its own map and waivers, on any machine; and their XML has the time of day,
+although equal reports have to give equal files.
+"""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ EARLIER = "earlier"
 """The folder inside, to which the report of the session before is moved."""
 
 WHOLE = "whole"
-"""The folder inside that keeps the last report of whole suites, while there is one of a part of them in its place."""
+"""The folder inside that keeps the last report of whole suites, while a report of a part of them is in its place."""
 
 _MOVED = (PAGE_NAME, REPORT_NAME, FOLDER, JOURNAL_NAME)
 _OTHER_FOLDER = "choose another folder with --hri-report=DIR"

@@ -73,7 +73,7 @@ def _environment() -> jinja2.Environment:
 
 
 def _loader_of_parts() -> jinja2.BaseLoader:
-    """Finds the template `PART/NAME` in the folder `page` of a part."""
+    """Finds the template `PART/NAME` in the folder `page` of a feature."""
     names = [view.name for view in views() if folder_of(view.name).is_dir()]
     return jinja2.PrefixLoader({name: jinja2.PackageLoader(f"pytest_hricdv.extra.{name}", "page") for name in names})
 
@@ -220,7 +220,7 @@ def areas(report: Report, sections: Sequence[PageSection]) -> tuple[Area, ...]:
 
     Args:
         report: whose page it is.
-        sections: of optional parts; those without a title are parts of other views.
+        sections: of features; those without a title are parts of other views.
     """
     return tuple(area for area in _list_areas(report, sections) if area.links)
 

@@ -1,4 +1,4 @@
-"""The scripts and styles of the page, of the core and its parts, and the policy that lets no other script run."""
+"""The scripts and styles of the page, of the core and its features, and the policy that lets no other script run."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _STYLES = ("theme", "layout", "parts", "views")
 
 
 def folder_of(part: str) -> Traversable:
-    """The folder `page` of a part."""
+    """The folder `page` of a feature."""
     return files("pytest_hricdv").joinpath("extra", part, "page")
 
 
@@ -82,7 +82,7 @@ def _hash_of_script(text: str) -> str:
 
 
 def _scripts() -> Iterator[str]:
-    """Those of the parts are before the last one of the core, which begins to show the page."""
+    """Those of features are before the last one of the core, which begins to show the page."""
     yield from (asset(f"{name}.js") for name in _SCRIPTS[:-1])
     for view in views():
         yield from (folder_of(view.name).joinpath(f"{name}.js").read_text(encoding="utf-8") for name in view.scripts)

@@ -52,7 +52,7 @@ class RequirementView:
         pending: those that were undecided at the end of a run.
         tight: tests that passed with the least margins.
         near_misses: tests that did not trigger it, by how near they came.
-        notes: of optional parts.
+        notes: of features.
         unit: of its margin; empty where that is not known.
         least: the least margin of all tests; None where nothing was compared.
     """

@@ -29,7 +29,7 @@ class Sheet:
         date: when the session began; of a merged report, the last one. Empty where nobody knows.
         revision: of the project, with a remark where it was changed; of a merged report, each.
         incomplete: why it should not be signed as it is, a sentence each.
-        tables: of optional parts, such as the verification plan.
+        tables: of features, such as the verification plan.
         listed: requirements with a row.
         passed: the names of the others: they passed.
         waivers: with those of several lines of a file, for one reason, together.

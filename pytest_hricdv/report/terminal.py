@@ -85,7 +85,7 @@ def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = F
 
 
 def findings(report: Report) -> Iterator[Line]:
-    """Faults, replays and what parts found, in lines of any width: a command that is cut cannot be used."""
+    """Faults, replays and what features found, in lines of any width: a command that is cut cannot be used."""
     yield from _faults(report)
     for test in report.tests:
         if test.replayed:

@@ -25,7 +25,7 @@ class PageSection:
     Args:
         id: of its element, and of its address.
         title: in the navigation; empty where it is a part of another view.
-        template: its file in the part's folder `page`, as `PART/NAME.html.jinja`.
+        template: its file in the feature's folder `page`, as `PART/NAME.html.jinja`.
         values: what the template reads as `part`.
         place: where it stands.
         headline: of the page's summary, a link to the section; empty for none.
@@ -96,10 +96,10 @@ class RequirementNote:
 
 
 class View:
-    """The face `VIEW` of a part; by default it shows nothing.
+    """What a feature shows, its `VIEW`; by default it shows nothing.
 
     Attributes:
-        name: of the part's folder.
+        name: of the feature's folder.
         scripts: files in its folder `page`, without `.js`, which the page has before the core's last one.
     """
 
@@ -127,11 +127,11 @@ class View:
         return ()
 
     def section(self, report: Report) -> PageSection | None:
-        """Of the page; None where the report has nothing of this part."""
+        """Of the page; None where the report has nothing of this feature."""
         return None
 
     def data(self, report: Report) -> Mapping[str, Any]:
-        """Plain data for the page's scripts, by keys that no other part and not the core has."""
+        """Plain data for the page's scripts, by keys that no other feature and not the core has."""
         return {}
 
     def of_test(self, report: Report, test: TestResult) -> Mapping[str, Any]:
@@ -151,7 +151,7 @@ class View:
         return None
 
     def aim(self, report: Report) -> str:
-        """The command that aims at what no test of the report covers; empty where this part has none."""
+        """The command that aims at what no test of the report covers; empty where this feature has none."""
         return ""
 
     def markdown(self, report: Report) -> Iterable[str]:
@@ -176,7 +176,7 @@ class View:
 
 
 def views() -> tuple[View, ...]:
-    """Of all parts, in the order in which they are shown."""
+    """Of all features, in the order in which they are shown."""
     return offers("view", "VIEW")
 
 

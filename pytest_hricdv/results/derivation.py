@@ -172,7 +172,7 @@ def percentages(report: Report, kind: str) -> list[tuple[str, float | None]]:
     """Per suite, the percentage that a threshold of this kind is compared with; None where nothing was measured.
 
     Statements and branches: of what is reachable. Plans: of suites that a model generated. Assertions: requirements
-    that were checked. Cross: of what is possible. Kinds of parts: see
+    that were checked. Cross: of what is possible. Kinds of features: see
     `results.section.Share`.
     """
     suites = report.suites

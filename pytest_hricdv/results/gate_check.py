@@ -122,7 +122,7 @@ def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) ->
         if not (threshold.named or whole):
             continue
         if not threshold.named and threshold.kind in unmeasured:
-            continue  # what a part measures is measured where it was asked for, not in each run
+            continue  # what a feature measures is measured where it was asked for, not in each run
         for suite, percent in percentages(report, threshold.kind):
             if percent is None:
                 yield f"suite {suite}: {threshold.kind} unmeasured, at least {threshold.percent:g} % asked for"

@@ -44,7 +44,7 @@ class Threshold:
 
 
 def threshold_kinds() -> tuple[str, ...]:
-    """What thresholds can be given for: coverage, and the shares that optional parts measure."""
+    """What thresholds can be given for: coverage, and the shares that features measure."""
     return (*KINDS, *(share.kind for share in shares()))
 
 

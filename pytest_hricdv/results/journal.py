@@ -59,7 +59,7 @@ class Hindered(msgspec.Struct, frozen=True, tag="hindered", tag_field="record"):
 
 
 class Kept(msgspec.Struct, frozen=True, tag="kept", tag_field="record"):
-    """What an optional part worked out after the tests: a session that goes on need not do so again.
+    """What an feature worked out after the tests: a session that goes on need not do so again.
 
     `part` is its name, `key` tells its values apart, and the last one of a key counts.
     """

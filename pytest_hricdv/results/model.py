@@ -358,6 +358,6 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     origin: ReportOrigin | None = None
 
 
-if not TYPE_CHECKING:  # with the keys of optional parts, which only the parts themselves know by type
+if not TYPE_CHECKING:  # with the keys of features, which only the features themselves know by type
     TestResult = extended(TestResult, test_sections())
     Report = extended(Report, report_sections())
