@@ -33,12 +33,12 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
     """Adapts the values of TOML files; follows imports from before the conftests on, where tests are measured; explains
     `-n` without xdist: pytest only reports an unrecognized argument.
     """
-    from pytest_hricdv.session import pytest_options  # it is light
+    from pytest_hricdv.session import following  # it is light
     from pytest_hricdv.session.option_table import adapt
 
     adapt(early_config)
-    if pytest_options.is_wanted(early_config, args):
-        pytest_options.follow_imports(early_config)
+    if following.is_wanted(early_config, args):
+        following.follow_imports(early_config)
     if hasattr(early_config.known_args_namespace, "numprocesses"):  # whatever name xdist was loaded by
         return
     asked = any(
@@ -77,8 +77,9 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
     from pytest_hricdv.session.exports import attaching
+    from pytest_hricdv.session.following import follow_imports, follow_no_longer
     from pytest_hricdv.session.option import usage_error
-    from pytest_hricdv.session.pytest_options import FirstLines, follow_imports, follow_no_longer
+    from pytest_hricdv.session.pytest_options import FirstLines
     from pytest_hricdv.session.resuming import PassingOver
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
     from pytest_hricdv.session.running import Running

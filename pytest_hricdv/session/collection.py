@@ -19,9 +19,9 @@ from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session import replaying
+from pytest_hricdv.session.following import of_testbench
 from pytest_hricdv.session.option import feature_options, located, usage_error
 from pytest_hricdv.session.options import SESSION_DAY, Options
-from pytest_hricdv.session.pytest_options import of_testbench
 from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
 from pytest_hricdv.session.testbench_search import on_installed_engine

@@ -5,10 +5,8 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import pytest
 
@@ -17,9 +15,6 @@ from pytest_hricdv.execution.judge import FunctionEnd
 from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.session.option import usage_error
 from pytest_hricdv.session.options import Options
-
-if TYPE_CHECKING:
-    from pytest_hricdv.coverage.import_coverage import ImportCoverage
 
 _RUNNING_NOTHING = ("collectonly", "setuponly", "setupplan")
 
@@ -143,57 +138,3 @@ def failure_text(
         is_call = call.excinfo is not None and call.excinfo.errisinstance(pytest.xfail.Exception)
         return reason if is_call else f"{reason}\n\n{report.longreprtext}"
     return ending.reason if ending is not None and outcome in XFAILED else cut(report.longreprtext)
-
-
-IMPORTS = pytest.StashKey["ImportCoverage"]()
-"""Where the configuration of a session that measures the code under test has it."""
-
-
-def is_wanted(config: pytest.Config, args: list[str]) -> bool:
-    """Whether a session is likely to run generated tests and to measure them, before its options are read."""
-    namespace = config.known_args_namespace
-    if getattr(namespace, "hri_no_cov", None):
-        return False
-    asked = getattr(namespace, "hri_suite", None) or getattr(namespace, "hri_replay", None)
-    return bool(asked or config.getini("hri_suite") or any(arg.startswith("--hri-") for arg in args))
-
-
-def follow_imports(config: pytest.Config) -> ImportCoverage:
-    """Follow the imports of this process until the session ends."""
-    from pytest_hricdv.coverage.import_coverage import ImportCoverage  # a run without a suite does not load it
-
-    if IMPORTS not in config.stash:
-        imports = config.stash[IMPORTS] = ImportCoverage(config.rootpath.resolve())
-        imports.watch.install()
-        config.add_cleanup(imports.watch.uninstall)
-    return config.stash[IMPORTS]
-
-
-def follow_no_longer(config: pytest.Config) -> None:
-    """Nothing is measured in this session, as an ini file says that is read after the first imports."""
-    if IMPORTS in config.stash:
-        config.stash[IMPORTS].watch.uninstall()
-        del config.stash[IMPORTS]
-
-
-@contextmanager
-def of_testbench(config: pytest.Config, conftest: str) -> Iterator[None]:
-    """While the testbench is made: what it imports, each of its tests has imported.
-
-    Args:
-        conftest: name of the module that makes it; what it has imported at its top belongs to it.
-    """
-    imports = config.stash.get(IMPORTS, None)
-    if imports is None:
-        yield
-        return
-    with imports.watch.asking() as asked:
-        yield
-    values = vars(sys.modules.get(conftest, ModuleType(conftest))).values()
-    modules = {value.__name__ if isinstance(value, ModuleType) else _module_of(value) for value in values}
-    imports.base |= asked | modules
-
-
-def _module_of(value: object) -> str:
-    module = getattr(value, "__module__", "")
-    return module if isinstance(module, str) else ""

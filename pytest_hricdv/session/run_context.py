@@ -28,8 +28,8 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.results.model import RequirementText
 from pytest_hricdv.results.report_builder import requirement_texts
 from pytest_hricdv.session.collection import Collection
+from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.option import usage_error
-from pytest_hricdv.session.pytest_options import IMPORTS
 from pytest_hricdv.session.replaying import Failures, Provenance
 from pytest_hricdv.session.signals import Signals
 

@@ -25,9 +25,9 @@ from pytest_hricdv.runtime import KernelError
 from pytest_hricdv.runtime.endings import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.feature import features
+from pytest_hricdv.session.following import IMPORTS
 from pytest_hricdv.session.option import located
 from pytest_hricdv.session.pytest_options import (
-    IMPORTS,
     cut_texts,
     end_of,
     explained_by_us,
