@@ -46,6 +46,7 @@ lint: $(VENV)/.installed
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/python -m studies.freshness
+	$(BIN)/python -m studies.size --check
 
 bench: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.end_to_end

@@ -3,8 +3,11 @@
     python -m studies.size            the figures of this checkout
     python -m studies.size --at REV   those of another revision, from git
     python -m studies.size --broken   each place that breaks a rule, a line each
+    python -m studies.size --check    fail where a figure is over its limit in [tool.hricdv-size] of pyproject.toml
 
-The rules are in CONTRIBUTING.md. The figures count lines of Python files as they are, with blank lines and comments.
+The rules are in CONTRIBUTING.md. Limits are lowered when a figure is, and never raised.
+
+The figures count lines of Python files as they are, with blank lines and comments.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import re
 import subprocess
 import tarfile
 import tempfile
+import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -249,6 +253,21 @@ def broken(root: Path) -> Iterator[str]:
             yield f"{module.path}:{node.lineno}: {name} without evidence"
 
 
+def limits(root: Path) -> dict[str, int]:
+    """Figure -> the highest value it may have."""
+    configuration = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    return dict(configuration["tool"]["hricdv-size"])
+
+
+def excesses(figures: Mapping[str, int], limits: Mapping[str, int]) -> Iterator[str]:
+    """A line for each figure over its limit, and for each limit of no figure."""
+    for name, limit in limits.items():
+        if name not in figures:
+            yield f"[tool.hricdv-size]: there is no figure {name!r}"
+        elif figures[name] > limit:
+            yield f"{name}: {figures[name]:,}; at most {limit:,}"
+
+
 def _at(revision: str, folder: Path) -> Path:
     packed = subprocess.run(["git", "archive", revision], cwd=ROOT, check=True, capture_output=True).stdout
     with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
@@ -261,9 +280,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m studies.size", description=__doc__)
     parser.add_argument("--at", metavar="REV", help="another revision")
     parser.add_argument("--broken", action="store_true", help="list the places that break a rule")
+    parser.add_argument("--check", action="store_true", help="fail where a figure is over its limit")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         root = _at(options.at, Path(folder)) if options.at else ROOT
+        if options.check:
+            lines = list(excesses(figures(root), limits(root)))
+            print(*lines, sep="\n", end="\n" if lines else "")
+            return int(bool(lines))
         if options.broken:
             lines = list(broken(root))
             print(*lines, sep="\n")

@@ -19,7 +19,7 @@ from pytest_hricdv.execution.forked import die_with
 KILLED = f"ended by {signal.Signals.SIGKILL.name}" if hasattr(signal, "SIGKILL") else ""
 """How a process ended that somebody else has killed, as a system without memory does."""
 
-MOST_ATTEMPTS = 3
+MAX_ATTEMPTS = 3
 """Work whose process is killed so many times is at fault itself. Chosen: a system without memory kills what is large
 just then, which a repetition need not be."""
 

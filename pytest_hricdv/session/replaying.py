@@ -36,13 +36,13 @@ from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
 
-MOST_VIOLATIONS = 1000
+MAX_VIOLATIONS = 1000
 """Violations of a requirement that a replay file lists (chosen): only people read them, and there may be one an event.
 With a million of them, the file would be larger than replay files may be."""
 
 
 def _shortened(result: RequirementResult) -> RequirementResult:
-    return msgspec.structs.replace(result, violations=result.violations[:MOST_VIOLATIONS])
+    return msgspec.structs.replace(result, violations=result.violations[:MAX_VIOLATIONS])
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ return: Python calls no handler then, and a thread hears of the signal by Python
 from __future__ import annotations
 
 import _thread
+import math
 import os
 import signal
 import threading
@@ -21,19 +22,21 @@ from typing import Any
 from pytest_hricdv.runtime.kernel import running_node
 
 LETS_GO_WITHIN_S = 2.0
-"""So long code may go on after SIGTERM (s; chosen): a session is to end within 5 s, and the rest is for a report."""
+"""How long code may go on after SIGTERM (s): two of the five seconds within which a session ends. The rest is for the
+report; Docker kills 10 s after SIGTERM."""
 
 WORKERS_END_WITHIN_S = 0.5
-"""So long workers may take to end after SIGTERM before they are killed (s; chosen): their results are here already."""
+"""How long workers may take to end after SIGTERM before they are killed (s), of the same five seconds: their results
+are here already."""
 
 REBUILT_WITHIN_S = 60.0
-"""A report of the journal that takes longer is left to `rebuild` (s; chosen; one of 1,000 tests takes 2 s)."""
+"""How long a report of the journal may take (s): it has 30,000 tests then, as one of 1,000 takes 2 s."""
 
-LOOKS_EACH_S = 0.5
-"""So often somebody looks whether code has let go, or the process that started this one is there (s; chosen)."""
+LOOKS_EACH_S = LETS_GO_WITHIN_S / 4
+"""How often to look whether code has let go, or the parent process is there (s)."""
 
 ENDING_WITHIN_S = 10.0
-"""So long pytest and plugins may take to end the session, beside the report (s; chosen: as xdist waits for workers)."""
+"""How long pytest and plugins may take to end the session, besides the report (s): xdist waits as long for workers."""
 
 AGAIN_S = 1.0
 """A second signal so soon after the first (s) is no second wish: it would cut off what the first one started."""
@@ -71,7 +74,7 @@ class Signals:
         self._insists = False
         self._deferring = False
         self._holding = False
-        self._raised_s = -AGAIN_S
+        self._raised_s = -math.inf
         self._let_go_s: float | None = None
         """Since when nothing goes on that SIGTERM should end (by `time.monotonic`); None: something does."""
 

@@ -95,11 +95,11 @@ MARKUP: dict[Style, dict[str, bool]] = {
     "plain": {},
 }
 
-MOST_EXAMPLE_LINES = 30
+MAX_EXAMPLE_LINES = 30
 """The first example is shown in any case, further ones as long as all together have so many lines. Chosen: with causes,
 a line for each test and the summary, a session with 20 failures has at most 120 lines."""
 
-MOST_REPEATED = 10
+MAX_REPEATED = 10
 """Of violations that are listed by cause above, pytest's short summary repeats examples only, if there are more than
 these (chosen: the last screen of a terminal shows causes then). With -rf, -v, or on a CI service it has all."""
 
@@ -169,7 +169,7 @@ class ShownFailures:
         for nodeid in self._failing.examples if self._failing is not None else ():
             if nodeid in reports:
                 lines += len(reports[nodeid].longreprtext.splitlines())
-                if not kept or lines <= MOST_EXAMPLE_LINES:
+                if not kept or lines <= MAX_EXAMPLE_LINES:
                     kept.add(nodeid)
         for nodeid in kept:
             report = reports[nodeid]
@@ -208,7 +208,7 @@ class ShownFailures:
                 crash.message = f"{crash.message.removesuffix(label)}{label}"
         self._failed = self._all.get("failed", [])
         violations = [report for report in self._failed if self._is_violation(report)]
-        if self._failing is not None and len(violations) > MOST_REPEATED and _may_be_short(reporter.config):
+        if self._failing is not None and len(violations) > MAX_REPEATED and _may_be_short(reporter.config):
             repeated = {*self._failing.examples}
             shown = [report for report in self._failed if report not in violations or report.nodeid in repeated]
             reporter.stats["failed"] = shown or self._failed

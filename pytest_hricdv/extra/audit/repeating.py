@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import (
     LetThrough,
     LostError,
@@ -169,7 +169,7 @@ class Repeating:
         start = self.start.with_tests(among) if among else self.start
         name = (hash_seed, copy, tuple(sorted((variables or {}).items())), start.session.nodeids)
         patience_s = PATIENCE_S + PATIENCE_FACTOR * sum(self.wall_s.get(nodeid, 1.0) for nodeid in order.nodeids)
-        for _ in range(MOST_ATTEMPTS):
+        for _ in range(MAX_ATTEMPTS):
             self.runs += len(order.nodeids)
             fresh = self._kept.get(name)
             if fresh is None:

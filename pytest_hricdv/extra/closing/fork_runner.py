@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from pytest_hricdv.execution.process_pool import KILLED, MOST_ATTEMPTS, Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, Line, ProcessPool, Send
 from pytest_hricdv.generate.concrete import ConcreteTest
 
 T = TypeVar("T")
@@ -64,7 +64,7 @@ class ForkRunner(Generic[T]):
                 yield event.item, event.text
                 continue
             attempts[event.item] += 1
-            if event.item not in done and event.problem == KILLED and attempts[event.item] < MOST_ATTEMPTS:
+            if event.item not in done and event.problem == KILLED and attempts[event.item] < MAX_ATTEMPTS:
                 queue.append(event.item)
             elif event.item not in done:
                 problem = f"its process: {event.problem or 'ended without a result'}"

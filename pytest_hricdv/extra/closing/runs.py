@@ -12,7 +12,7 @@ from typing import Self
 import msgspec
 import pytest
 
-from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, SeparateProcess, started
 from pytest_hricdv.extra.closing import process as closing_process
 from pytest_hricdv.extra.closing.loop import GivenUpError, OnlineWeights
@@ -76,7 +76,7 @@ class ClosingRuns(ABC):
     def _lose(self, problem: str, where: str = "") -> None:
         """A process was lost. Raises GivenUpError where that was one too many."""
         self._losses += 1
-        if self._losses >= MOST_ATTEMPTS:
+        if self._losses >= MAX_ATTEMPTS:
             raise GivenUpError(f"{_lost(self._losses)}, the last time{where}: {problem}") from None
         self._say(f"the process of the closing loop{where} was lost: {problem}; another one takes its place")
 
@@ -144,7 +144,7 @@ class RunsHere(ClosingRuns):
     def _answer(
         self, tests: Sequence[AbstractTest], numbers: Sequence[int], online: OnlineWeights
     ) -> Iterator[tuple[int, Observation]]:
-        if self._losses >= MOST_ATTEMPTS:
+        if self._losses >= MAX_ATTEMPTS:
             raise GivenUpError(_lost(self._losses))
         process, request = self._process or self._start(), next(self._requests)
         is_read = False

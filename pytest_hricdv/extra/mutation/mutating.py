@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.closure import MeasuredTest, PointIndex, minimal_sui
 from pytest_hricdv.coverage.code_map import Bits
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.execution.outcome import AS_DECLARED
-from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
@@ -157,7 +157,7 @@ class _Trials:
             MutationError: it was not: something is wrong with it, or its process was lost again and again.
         """
         lost: ProcessError | None = None
-        for _ in range(MOST_ATTEMPTS):
+        for _ in range(MAX_ATTEMPTS):
             try:
                 self._follow(self._left(job), directory, let_through, len(job.trials))
                 return "done" if len(self._done) == len(job.trials) else "seconds"
@@ -169,7 +169,7 @@ class _Trials:
             except KeyboardInterrupt:
                 return "interrupted"
         if not self._done:
-            raise MutationError(f"mutants could not be tried: their process was lost {MOST_ATTEMPTS} times: {lost}")
+            raise MutationError(f"mutants could not be tried: their process was lost {MAX_ATTEMPTS} times: {lost}")
         return "lost"
 
     def _follow(self, job: MutationJob, directory: Path, let_through: LetThrough, total: int) -> None:

@@ -21,7 +21,7 @@ import msgspec
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
 from pytest_hricdv.execution.judge import undeclared_violations
-from pytest_hricdv.execution.process_pool import KILLED, MOST_ATTEMPTS, Line, ProcessPool, Send
+from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, Line, ProcessPool, Send
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
 from pytest_hricdv.results.baseline import behaviour_of
@@ -144,7 +144,7 @@ def _tried(job: MutationJob, trials: Sequence[Trial]) -> Iterator[MutantRunEnded
             continue
         left = job.left(trial, runs[trial.mutant])
         killed[trial.mutant] += event.problem == KILLED
-        if left and not (event.problem == KILLED and killed[trial.mutant] < MOST_ATTEMPTS):  # it ended within a run
+        if left and not (event.problem == KILLED and killed[trial.mutant] < MAX_ATTEMPTS):  # it ended within a run
             runs[trial.mutant].append(_ended_run(job.tests[left[0]].suite, left[0], event.problem))
             yield MutantRunEnded(trial.mutant, runs[trial.mutant][-1])
             left = job.left(trial, runs[trial.mutant])

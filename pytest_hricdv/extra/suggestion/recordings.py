@@ -12,7 +12,7 @@ import msgspec
 
 from pytest_hricdv.execution.case import HriCase
 from pytest_hricdv.execution.faulty_import import SeededFault
-from pytest_hricdv.execution.process_pool import MOST_ATTEMPTS
+from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
 from pytest_hricdv.extra.suggestion import process as recording_process
 from pytest_hricdv.extra.suggestion.process import RecordingJob, RunRequest, Version, VersionEnd, missing_runs
@@ -147,11 +147,11 @@ class Recordings:
             seconds=seconds,
             formulas=tuple(formulas),
         )
-        for attempt in range(MOST_ATTEMPTS):
+        for attempt in range(MAX_ATTEMPTS):
             try:
                 return self._follow(job, what)
             except LostError as error:
-                if attempt == MOST_ATTEMPTS - 1:
+                if attempt == MAX_ATTEMPTS - 1:
                     raise RecordingError(f"the process that records runs was lost: {error}") from None
                 still = tuple(version for version in job.versions if [*missing_runs(self.folder, version)])
                 job = replace(job, versions=still)
