@@ -76,13 +76,13 @@ def _register(config: pytest.Config, options: Options) -> None:
     from pytest_hricdv._base.grammar import LarkError, require_lark
     from pytest_hricdv.session import pytest_options
     from pytest_hricdv.session.collection import ALONE, Collection, worker_input
-    from pytest_hricdv.session.exports import attaching
+    from pytest_hricdv.session.exports import attachers
     from pytest_hricdv.session.following import follow_imports, follow_no_longer
     from pytest_hricdv.session.option import usage_error
     from pytest_hricdv.session.pytest_options import FirstLines
-    from pytest_hricdv.session.resuming import PassingOver
+    from pytest_hricdv.session.resuming import ResumeFilter
     from pytest_hricdv.session.run_context import CONTEXT, RunContext
-    from pytest_hricdv.session.running import Running
+    from pytest_hricdv.session.running import TestRunner
     from pytest_hricdv.session.testbench_search import WithoutTestbench, has_testbench
 
     try:
@@ -104,12 +104,12 @@ def _register(config: pytest.Config, options: Options) -> None:
         follow_no_longer(config)
     context = config.stash[CONTEXT] = RunContext(collection)
     config.pluginmanager.register(collection, "hricdv-collection")
-    config.pluginmanager.register(Running(context), "hricdv-running")
+    config.pluginmanager.register(TestRunner(context), "hricdv-running")
     config.pluginmanager.register(FirstLines(), FirstLines.NAME)
-    config.pluginmanager.register(PassingOver(collection), "hricdv-passing-over")
+    config.pluginmanager.register(ResumeFilter(collection), "hricdv-passing-over")
     if not config.pluginmanager.hasplugin("skipping"):
         config.pluginmanager.register(pytest_options.ExpectedFailures(), "hricdv-expected-failures")
-    for attachment in attaching(collection):
+    for attachment in attachers(collection):
         config.pluginmanager.register(attachment)
     if worker_input(config) is None:
         _register_in_controller(config, context, options)
@@ -126,11 +126,11 @@ def _register(config: pytest.Config, options: Options) -> None:
 def _register_in_controller(config: pytest.Config, context: RunContext, options: Options) -> None:
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.early_end import EarlyEnd
-    from pytest_hricdv.session.exports import Exporting, read_targets
+    from pytest_hricdv.session.exports import Exporter, read_targets
     from pytest_hricdv.session.feature import features
     from pytest_hricdv.session.preparation import GateCheck, Preparation
     from pytest_hricdv.session.progress import Progress
-    from pytest_hricdv.session.reporting import Reporting
+    from pytest_hricdv.session.reporting import SessionReporter
     from pytest_hricdv.session.terminal_summary import ShownFailures, SummarySection
 
     collection = context.collection
@@ -140,7 +140,7 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     gate_check = GateCheck(collection)
     aggregation = Aggregation(collection, context)
     config.pluginmanager.register(EarlyEnd(context, aggregation), "hricdv-early-end")
-    reporting = Reporting(collection, context, aggregation, gate_check)
+    reporting = SessionReporter(collection, context, aggregation, gate_check)
     preparation = Preparation(collection, context, gate_check, aggregation)
     config.pluginmanager.register(preparation, "hricdv-preparation")
     config.pluginmanager.register(aggregation, "hricdv-aggregation")
@@ -150,7 +150,7 @@ def _register_in_controller(config: pytest.Config, context: RunContext, options:
     config.pluginmanager.register(failures, "hricdv-shown-failures")
     config.pluginmanager.register(SummarySection(reporting, failures), "hricdv-summary-section")
     config.pluginmanager.register(Progress(config, aggregation.chosen), "hricdv-progress")
-    config.pluginmanager.register(Exporting(config, reporting, read_targets(config)), "hricdv-exporting")
+    config.pluginmanager.register(Exporter(config, reporting, read_targets(config)), "hricdv-exporting")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -159,11 +159,11 @@ def pytest_collection(session: pytest.Session) -> Iterator[None]:
     try:
         return (yield)
     except pytest.UsageError as error:
-        from pytest_hricdv.session.collection import missing_items
+        from pytest_hricdv.session.collection import explain_missing_items
         from pytest_hricdv.session.options import read_options
 
         active = session.config.pluginmanager.hasplugin("hricdv-collection")
-        more = missing_items(session.config.args, read_options(session.config) if active else None)
+        more = explain_missing_items(session.config.args, read_options(session.config) if active else None)
         error.args = (*error.args[:-1], f"{error.args[-1]}{more}")
         raise
 

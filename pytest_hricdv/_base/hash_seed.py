@@ -143,24 +143,24 @@ def _hash_of(data: bytes, key: tuple[int, int], rounds: tuple[int, int]) -> int:
     words = [int.from_bytes(data[start : start + 8], "little") for start in range(0, whole, 8)]
     words.append(len(data) << 56 & _WORD | int.from_bytes(data[whole:], "little"))
     for word in words:
-        a, b, c, d = _mixed(a, b, c, d ^ word, rounds[0])
+        a, b, c, d = _mix(a, b, c, d ^ word, rounds[0])
         a ^= word
-    a, b, c, d = _mixed(a, b, c ^ 0xFF, d, rounds[1])
+    a, b, c, d = _mix(a, b, c ^ 0xFF, d, rounds[1])
     value = a ^ b ^ c ^ d
     signed = value - 2**64 if value >= 2**63 else value
     return -2 if signed == -1 else signed  # -1 is an error for Python's C code
 
 
-def _mixed(a: int, b: int, c: int, d: int, rounds: int) -> tuple[int, int, int, int]:
+def _mix(a: int, b: int, c: int, d: int, rounds: int) -> tuple[int, int, int, int]:
     for _ in range(rounds):
         a, c = (a + b) & _WORD, (c + d) & _WORD
-        b, d = _rotated(b, 13) ^ a, _rotated(d, 16) ^ c
-        a = _rotated(a, 32)
+        b, d = _rotate(b, 13) ^ a, _rotate(d, 16) ^ c
+        a = _rotate(a, 32)
         c, a = (c + b) & _WORD, (a + d) & _WORD
-        b, d = _rotated(b, 17) ^ c, _rotated(d, 21) ^ a
-        c = _rotated(c, 32)
+        b, d = _rotate(b, 17) ^ c, _rotate(d, 21) ^ a
+        c = _rotate(c, 32)
     return a, b, c, d
 
 
-def _rotated(value: int, bits: int) -> int:
+def _rotate(value: int, bits: int) -> int:
     return (value << bits | value >> (64 - bits)) & _WORD

@@ -38,8 +38,8 @@ class InputError(Exception):
 def legible(text: str) -> str:
     """A message without invisible characters; of a long one the beginning, with the place, and the end, with advice."""
     if len(text) > MAX_MESSAGE:  # before characters are escaped, so that a text of megabytes costs nothing
-        text = _shortened(text, MAX_MESSAGE)
-    return _shortened(visible(text, keep="\n\t"), MAX_MESSAGE)
+        text = _shorten(text, MAX_MESSAGE)
+    return _shorten(visible(text, keep="\n\t"), MAX_MESSAGE)
 
 
 def cut(text: str, most: int = MAX_TEXT) -> str:
@@ -54,11 +54,11 @@ def cut(text: str, most: int = MAX_TEXT) -> str:
 def quoted(value: object) -> str:
     """A value as Python writes it, shortened: `'set_param gaze = ... = 1'`."""
     if isinstance(value, str):
-        return repr(_shortened(value, MAX_QUOTED))
+        return repr(_shorten(value, MAX_QUOTED))
     if isinstance(value, int) and value.bit_length() > 64:  # Python refuses to write numbers of thousands of digits
         return f"a number of about {value.bit_length() * 30103 // 100_000 + 1} digits"
     try:
-        return _shortened(repr(value), MAX_QUOTED)
+        return _shorten(repr(value), MAX_QUOTED)
     except (RecursionError, ValueError):  # nested too deeply, or with such a number in it
         return f"a {type(value).__name__}"
 
@@ -95,7 +95,7 @@ def harmless_line(text: str) -> str:
     return _CI_COMMAND.sub(lambda begin: f"{begin[0]} ", visible(text))
 
 
-def _shortened(text: str, most: int) -> str:
+def _shorten(text: str, most: int) -> str:
     if len(text) <= most:
         return text
     end = (most - len(_GAP)) // 3

@@ -9,7 +9,7 @@ import sys
 from typing import Any
 
 
-class _Written(io.RawIOBase):
+class _StreamWriter(io.RawIOBase):
     """A standard stream of this process; what nobody reads any more goes nowhere, also that of processes it starts."""
 
     def __init__(self, descriptor: int) -> None:
@@ -48,7 +48,7 @@ def work_on_unread() -> None:
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):  # none where the process was started without it
             stream.flush()
-            written = io.BufferedWriter(_Written(stream.fileno()))
+            written = io.BufferedWriter(_StreamWriter(stream.fileno()))
             setattr(sys, name, io.TextIOWrapper(written, stream.encoding, stream.errors, None, stream.line_buffering))
 
 

@@ -228,7 +228,7 @@ def execute(
             seeded_by(test.seed),
             kernel.supervision.watched(),
         ):
-            outcome, verdicts, record = _finished(settings, followers, run)
+            outcome, verdicts, record = _finish(settings, followers, run)
     except BaseException as error:
         if isinstance(error, Exception) and run.ending is not None and run.ending.error is not None:
             raise run.ending.error from run.ending.error.__cause__  # what fails after it may be its consequence
@@ -285,7 +285,7 @@ def formulas(requirements: Iterable[Criterion]) -> tuple[Requirement, ...]:
     return tuple(criterion for criterion in requirements if isinstance(criterion, Requirement))
 
 
-def _finished(
+def _finish(
     settings: RunSettings, followers: tuple[Follower, ...], run: Run
 ) -> tuple[Outcome, tuple[Verdict, ...], Record]:
     """Run it to its end: what the testbench says of it, the verdicts, and the record."""
@@ -296,7 +296,7 @@ def _finished(
     log = log_of(record, end_s)
     verdicts = explain(run.monitors.finish(end_s), formulas(settings.requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
-    return outcome, tuple(_marked(verdict, settings.known_while, log) for verdict in verdicts), record
+    return outcome, tuple(_mark(verdict, settings.known_while, log) for verdict in verdicts), record
 
 
 def log_of(record: Record, end_s: float) -> Log:
@@ -305,7 +305,7 @@ def log_of(record: Record, end_s: float) -> Log:
     return Log({**record.signals, **record.texts}, heard, end_s)
 
 
-def _marked(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) -> Verdict:
+def _mark(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) -> Verdict:
     """The verdict, with violations marked that are outside of the condition under which they are known."""
     if not verdict.violations or verdict.requirement not in known_while:
         return verdict

@@ -47,18 +47,18 @@ class FaultyImport(MetaPathFinder):
         for finder in sys.meta_path:
             spec = None if finder is self else finder.find_spec(fullname, path, target)
             if spec is not None:
-                return self._changed(spec, fullname) if self._is_wanted(spec) else None
+                return self._change(spec, fullname) if self._is_wanted(spec) else None
         return None
 
     def _is_wanted(self, spec: ModuleSpec) -> bool:
         return spec.has_location and spec.origin is not None and Path(spec.origin).resolve() == self._path
 
-    def _changed(self, spec: ModuleSpec, fullname: str) -> ModuleSpec:
-        spec.loader = _Loader(fullname, str(self._path), self._text)
+    def _change(self, spec: ModuleSpec, fullname: str) -> ModuleSpec:
+        spec.loader = _FaultyLoader(fullname, str(self._path), self._text)
         return spec
 
 
-class _Loader(SourceFileLoader):
+class _FaultyLoader(SourceFileLoader):
     def __init__(self, fullname: str, path: str, text: str) -> None:
         super().__init__(fullname, path)
         self._text = text

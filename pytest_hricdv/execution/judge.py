@@ -51,7 +51,7 @@ def judge_run(
     """
     if result is None:
         return Judgement("error")
-    undeclared = undeclared_violations(result, known_violations)
+    undeclared = list_undeclared_violations(result, known_violations)
     if mismatch or result.faults:
         return Judgement("failed", undeclared)
     if result.beside is not None:
@@ -84,7 +84,7 @@ def judge_test(end: FunctionEnd, judgement: Judgement | None, *, has_run: bool) 
     return "passed" if end == "returned" else "failed"
 
 
-def undeclared_violations(result: CaseResult, known_violations: Container[str]) -> tuple[str, ...]:
+def list_undeclared_violations(result: CaseResult, known_violations: Container[str]) -> tuple[str, ...]:
     """The requirements that a run violated, on whichever engine, and whose violation there is not declared as known."""
     runs = (result,) if result.beside is None else (result, result.beside)
     names = (

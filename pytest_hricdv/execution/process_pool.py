@@ -76,7 +76,7 @@ class ProcessPool(Generic[T]):
                 if os.getppid() != parent:
                     raise SystemExit("what started this process has ended")  # nobody needs the lines
                 while queue and len(children) < self.processes:
-                    descriptor, child = self._started(queue.popleft())
+                    descriptor, child = self._start(queue.popleft())
                     children[descriptor] = child
                 yield from self._progress(children)
         finally:
@@ -84,7 +84,7 @@ class ProcessPool(Generic[T]):
                 os.kill(child.pid, signal.SIGKILL)
                 _wait(child, descriptor)
 
-    def _started(self, item: T) -> tuple[int, _Child[T]]:
+    def _start(self, item: T) -> tuple[int, _Child[T]]:
         reading, writing = os.pipe()
         parent = os.getpid()
         pid = os.fork()

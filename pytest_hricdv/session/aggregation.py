@@ -19,7 +19,7 @@ from pytest_hricdv.results.codec import decode, encode
 from pytest_hricdv.results.journal import Journal
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE, WORKER_HASH_SEED, Collection, case_of
-from pytest_hricdv.session.journaling import Journaling
+from pytest_hricdv.session.journaling import JournalKeeper
 from pytest_hricdv.session.resuming import DONE
 from pytest_hricdv.session.run_context import RunContext
 
@@ -57,7 +57,7 @@ class ResultStore:
         return [decode(decompress(packed)) for packed in self._packed.values()]
 
 
-class _Head(msgspec.Struct):
+class _Outcome(msgspec.Struct):
     """All that decides whether a result has to be decoded when it arrives."""
 
     outcome: str
@@ -124,7 +124,7 @@ class Aggregation:
         self.each_worker = EachWorker()
         self.worker_hash_seeds: set[str] = set()
         """Of the workers that have ended, as they said."""
-        self.journaling = Journaling(collection.options.report)
+        self.journaling = JournalKeeper(collection.options.report)
         self._results = ResultStore()
 
     def resume(self, earlier: Journal) -> None:
@@ -204,7 +204,7 @@ class Aggregation:
 
     def _with_replay(self, text: str) -> str:
         """Writes the replay file of a failed test; that of a replayed test exists already."""
-        if msgspec.json.decode(text, type=_Head).outcome == "passed":
+        if msgspec.json.decode(text, type=_Outcome).outcome == "passed":
             return text
         result = decode(text)
         case = self.chosen.get(result.nodeid)

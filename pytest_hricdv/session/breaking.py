@@ -52,7 +52,7 @@ class Now:
 
 
 @dataclass
-class Events:
+class EventCounter:
     """Numbers the events of a run, as requirements see them; a `Watcher` (see `execution.execution_feature`).
 
     Args:
@@ -98,7 +98,7 @@ def first_violation(result: CaseResult, asked: Sequence[str]) -> tuple[str, floa
 
 
 @dataclass
-class Breaking:
+class BreakpointRunner:
     """Runs tests, and stops where they violate what was asked for.
 
     Args:
@@ -115,7 +115,7 @@ class Breaking:
 
     def run(self, test: ConcreteTest) -> CaseResult:
         """Run a test; where it violates a requirement, once more, to stop there. Returns the first run's result."""
-        counting = Events()
+        counting = EventCounter()
         result = execute(self.settings, test, NAME, watching=[counting])
         first = first_violation(result, self.asked)
         if first is None:
@@ -125,7 +125,7 @@ class Breaking:
         def stop(signals: Mapping[str, Value], messages: Mapping[str, Mapping[str, Value]]) -> None:
             self._stop(self._now(first, result, signals, messages, code[0]), code[0])
 
-        stopping = Events(counting.last_until(first[1]), stop)
+        stopping = EventCounter(counting.last_until(first[1]), stop)
         try:
             execute(self.settings, test, NAME, watching=[stopping], begun=code.append)
         finally:

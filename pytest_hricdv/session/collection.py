@@ -23,7 +23,7 @@ from pytest_hricdv.session.following import of_testbench
 from pytest_hricdv.session.option import feature_options, located, usage_error
 from pytest_hricdv.session.options import SESSION_DAY, Options
 from pytest_hricdv.session.replaying import ReplayInput
-from pytest_hricdv.session.suites import cases, from_text, selected_suites, to_text
+from pytest_hricdv.session.suites import cases, from_text, select_suites, to_text
 from pytest_hricdv.session.testbench_search import on_installed_engine
 from pytest_hricdv.testbench import Testbench, TestbenchError
 from pytest_hricdv.testbench_faults import checked, lacking
@@ -109,7 +109,7 @@ class Collection:
             return replaying.suites(self.replays.values(), self.testbench)
         cache = getattr(self.config, "cache", None)
         root = self.config.invocation_params.dir
-        suites = selected_suites(self.options, root, self.testbench, cache, self.say)
+        suites = select_suites(self.options, root, self.testbench, cache, self.say)
         return [*suites, *self.generate_further(suites)]
 
     @cached_property
@@ -253,7 +253,7 @@ class Collection:
         }
 
 
-def missing_items(arguments: Sequence[str], options: Options | None) -> str:
+def explain_missing_items(arguments: Sequence[str], options: Options | None) -> str:
     """Explains why pytest did not find generated tests that the command line names; empty when it names none.
 
     Args:

@@ -32,7 +32,7 @@ from pytest_hricdv.session.pytest_options import runs_tests, say_without_termina
 
 if TYPE_CHECKING:
     from pytest_hricdv.session.collection import Collection
-    from pytest_hricdv.session.reporting import Reporting
+    from pytest_hricdv.session.reporting import SessionReporter
 
 _ID = "hri.id"
 """The property by which an element of the JUnit file is known to be of a generated test."""
@@ -62,10 +62,10 @@ def _path(config: pytest.Config, name: str) -> Path | None:
     return path
 
 
-class Exporting:
+class Exporter:
     """Writes the files after the report, also of a stopped session; a file that cannot be written fails it."""
 
-    def __init__(self, config: pytest.Config, reporting: Reporting, targets: ExportTargets) -> None:
+    def __init__(self, config: pytest.Config, reporting: SessionReporter, targets: ExportTargets) -> None:
         self._config = config
         self._reporting = reporting
         self._targets = targets
@@ -173,7 +173,7 @@ _SENDER_COLUMNS = 10
 """Of a timeline; chosen: names of nodes are about as long, and longer ones only shift their own line."""
 
 
-class Attaching(ABC):
+class Attacher(ABC):
     """Attaches to one kind of report.
 
     Args:
@@ -212,7 +212,7 @@ class Attaching(ABC):
                     yield name, file_inside(self._folder, file)
 
 
-class AllureAttaching(Attaching):
+class AllureAttacher(Attacher):
     """Attaches to Allure's results."""
 
     def __init__(self, collection: Collection, results: Path) -> None:
@@ -230,7 +230,7 @@ class AllureAttaching(Attaching):
             allure.attach.file(str(path), name=name, attachment_type=kind)  # type: ignore[no-untyped-call]
 
 
-class HtmlAttaching(Attaching):
+class HtmlAttacher(Attacher):
     """Attaches to pytest-html's page; where that holds everything itself, it holds films, too."""
 
     def __init__(self, collection: Collection, page: Path, *, self_contained: bool) -> None:
@@ -255,16 +255,16 @@ class HtmlAttaching(Attaching):
         setattr(report, "extras", [*getattr(report, "extras", []), *attached])  # noqa: B010
 
 
-def attaching(collection: Collection) -> Iterator[Attaching]:
+def attachers(collection: Collection) -> Iterator[Attacher]:
     """One for each plugin that is installed and writes a report in this session."""
     config = collection.config
     results = config.getoption("allure_report_dir", None)
     if _is_loaded(config, "allure_pytest", "allure_pytest.plugin") and results:
-        yield AllureAttaching(collection, Path(os.path.abspath(results)))
+        yield AllureAttacher(collection, Path(os.path.abspath(results)))
     page = config.getoption("htmlpath", None)
     if _is_loaded(config, "html", "pytest_html.plugin") and page:
         contained = bool(config.getoption("self_contained_html", False))
-        yield HtmlAttaching(collection, Path(os.path.abspath(page)), self_contained=contained)
+        yield HtmlAttacher(collection, Path(os.path.abspath(page)), self_contained=contained)
 
 
 def _is_loaded(config: pytest.Config, *names: str) -> bool:
@@ -289,7 +289,7 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
     """
     if test.timeline is None:
         return "no timeline: the run was not completed\n"
-    events = [*_messages(test), *_actions(test), *_violations(test, units), *_pending(test)]
+    events = [*_messages(test), *_actions(test), *_violations(test, units), *_pending_events(test)]
     events.append((test.timeline.end_s, "", test.ended))
     lines = (
         f"{time_s:9.3f}  {sender:{_SENDER_COLUMNS}}  {event}".rstrip()
@@ -318,7 +318,7 @@ def _violations(test: TestResult, units: Mapping[str, str]) -> Iterator[tuple[fl
             yield violation.time_s, name, f"FAILED {violation_line(violation, units)}"
 
 
-def _pending(test: TestResult) -> Iterator[tuple[float, str, str]]:
+def _pending_events(test: TestResult) -> Iterator[tuple[float, str, str]]:
     """What was triggered and is undecided, as it would look passed: where the run ended."""
     for name, spans in test.timeline.triggers.items() if test.timeline else ():
         for span in spans.split():

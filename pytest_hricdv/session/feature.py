@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.results.report_builder import GeneratedSuite
     from pytest_hricdv.session.aggregation import Aggregation
     from pytest_hricdv.session.options import Options
-    from pytest_hricdv.session.replaying import Rerunning
+    from pytest_hricdv.session.replaying import TestRerunner
     from pytest_hricdv.session.run_context import RunContext
     from pytest_hricdv.session.signals import Signals
 
@@ -56,12 +56,13 @@ class FeatureSession:
         return self.context.options
 
     @property
-    def rerunning(self) -> Rerunning:
+    def rerunning(self) -> TestRerunner:
         """Runs tests again, outside of their pytest items."""
-        from pytest_hricdv.session.replaying import Rerunning  # needed by few sessions
+
+        from pytest_hricdv.session.replaying import TestRerunner  # needed by few sessions
 
         context = self.context
-        return Rerunning(
+        return TestRerunner(
             context.run_settings,
             context.provenance,
             context.failures,

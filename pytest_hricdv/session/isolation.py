@@ -41,7 +41,7 @@ from pytest_hricdv.session.testbench_search import engine_modules
 
 
 @dataclass(frozen=True)
-class Warned:
+class CaughtWarning:
     """A warning of a test: it is given again where pytest counts warnings."""
 
     message: Warning | str
@@ -51,7 +51,7 @@ class Warned:
 
 
 @dataclass(frozen=True)
-class Answer:
+class CallResult:
     """What a process sends that has made the call.
 
     Args:
@@ -66,12 +66,12 @@ class Answer:
     report: dict[str, Any] | None = None
     sections: tuple[tuple[str, str, str], ...] = ()
     properties: tuple[tuple[str, object], ...] = ()
-    warned: tuple[Warned, ...] = ()
+    warned: tuple[CaughtWarning, ...] = ()
     exit: tuple[str, int | None] | None = None
     problem: str = ""
 
 
-def answer_of(item: pytest.Item, report: pytest.TestReport, caught: Iterable[warnings.WarningMessage]) -> Answer:
+def answer_of(item: pytest.Item, report: pytest.TestReport, caught: Iterable[warnings.WarningMessage]) -> CallResult:
     """What is sent of a call.
 
     Args:
@@ -80,18 +80,18 @@ def answer_of(item: pytest.Item, report: pytest.TestReport, caught: Iterable[war
         caught: its warnings.
     """
     data = item.config.hook.pytest_report_to_serializable(config=item.config, report=report)
-    return Answer(
+    return CallResult(
         report={key: value for key, value in data.items() if _can_be_sent(value)},
         sections=tuple(item._report_sections),
         properties=tuple(entry for entry in item.user_properties if _can_be_sent(entry)),
-        warned=tuple(map(_warned, caught)),
+        warned=tuple(map(_warnings_of, caught)),
     )
 
 
-def _warned(caught: warnings.WarningMessage) -> Warned:
+def _warnings_of(caught: warnings.WarningMessage) -> CaughtWarning:
     message, category = caught.message, caught.category
     whole = _can_be_sent(message) and _can_be_sent(category)
-    return Warned(
+    return CaughtWarning(
         message if whole else str(message), category if whole else UserWarning, caught.filename, caught.lineno
     )
 
@@ -118,7 +118,7 @@ class _Call:
         problem: how it ended.
     """
 
-    answer: Answer | None = None
+    answer: CallResult | None = None
     report: pytest.TestReport | None = None
     problem: str = ""
 
@@ -164,27 +164,27 @@ class Isolation:
         if case_of(item) is None or self._context.debugged:
             return (yield)
         if not self._forks:
-            self._call = self._spawned(item)
-            yield from self._called_elsewhere(item, self._call)
+            self._call = self._spawn(item)
+            yield from self._call_elsewhere(item, self._call)
             return None
         self._prepare()
         process = fork()
         if isinstance(process, InFork):
             self._in_fork = process
-            return (yield from self._called_in_fork(process))
-        self._call = self._awaited(process, item)
-        yield from self._called_elsewhere(item, self._call)
+            return (yield from self._call_in_fork(process))
+        self._call = self._await_answer(process, item)
+        yield from self._call_elsewhere(item, self._call)
 
-    def _called_in_fork(self, process: InFork) -> Iterator[None]:
+    def _call_in_fork(self, process: InFork) -> Iterator[None]:
         try:
             with warnings.catch_warnings(record=True) as self._caught:
                 return (yield)
         except pytest.exit.Exception as ended:
-            self._send(process, Answer(exit=(ended.msg, ended.returncode)))
+            self._send(process, CallResult(exit=(ended.msg, ended.returncode)))
         except KeyboardInterrupt:
-            self._send(process, Answer(problem="interrupted"))
+            self._send(process, CallResult(problem="interrupted"))
 
-    def _called_elsewhere(self, item: pytest.Item, call: _Call) -> Iterator[None]:
+    def _call_elsewhere(self, item: pytest.Item, call: _Call) -> Iterator[None]:
         case = case_of(item)
         assert case is not None, "only generated tests are isolated"
         case.is_elsewhere = call.answer is not None
@@ -211,16 +211,16 @@ class Isolation:
             context.measurement.begin()
         MonitorSet(formulas(context.requirements))  # compiles them
 
-    def _awaited(self, process: Fork, item: pytest.Item) -> _Call:
+    def _await_answer(self, process: Fork, item: pytest.Item) -> _Call:
         """The answer of a fork."""
         try:
-            return self._taken(pickle.loads(process.message()), item)
+            return self._take(pickle.loads(process.message()), item)
         except ForkError as error:
             return _Call(problem=f"{item.nodeid}: its process {error}, without a result; see what it wrote last")
         finally:
             process.close()
 
-    def _spawned(self, item: pytest.Item) -> _Call:
+    def _spawn(self, item: pytest.Item) -> _Call:
         """The answer of a process that is started for this test."""
         collection = self._context.collection
         config = collection.config
@@ -235,9 +235,9 @@ class Isolation:
                 lines = [*process.answer()]
             except ProcessError as error:
                 return _Call(problem=f"{item.nodeid}: its process gave no result: {error}")
-        return self._taken(pickle.loads(base64.b64decode(lines[0])), item)
+        return self._take(pickle.loads(base64.b64decode(lines[0])), item)
 
-    def _taken(self, answer: Answer, item: pytest.Item) -> _Call:
+    def _take(self, answer: CallResult, item: pytest.Item) -> _Call:
         if answer.problem:
             return _Call(problem=f"{item.nodeid}: in its process: {answer.problem}")
         if answer.report is None:
@@ -271,7 +271,7 @@ class Isolation:
                 made: pytest.TestReport = yield  # type: ignore[assignment]
                 answer = answer_of(item, made, self._caught)
             except BaseException as error:
-                answer = Answer(problem=f"{type(error).__name__}: {error}")
+                answer = CallResult(problem=f"{type(error).__name__}: {error}")
             self._send(self._in_fork, answer)
         report: pytest.TestReport = yield  # type: ignore[assignment]
         isolated, self._call = self._call, None
@@ -285,7 +285,7 @@ class Isolation:
         self._note(isolated.report)
         return isolated.report  # type: ignore[return-value]
 
-    def _send(self, process: InFork, answer: Answer) -> None:
+    def _send(self, process: InFork, answer: CallResult) -> None:
         _keep_coverage()
         process.send_and_end(pickle.dumps(answer))
 

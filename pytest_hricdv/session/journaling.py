@@ -34,7 +34,7 @@ from pytest_hricdv.results.report_builder import content
 from pytest_hricdv.session.option import usage_error
 
 
-class Journaling:
+class JournalKeeper:
     """Writes the journal. Registered in the controlling process only.
 
     A journal that cannot be written stops no session: results are in memory as well, and the report is made of them.
@@ -80,18 +80,18 @@ class Journaling:
                 journal to go on with is of something else.
         """
         self._depends_on = depends_on
-        with _told(self._folder):
+        with _explain_errors(self._folder):
             self._lock = FolderLock(self._folder)
             earlier = self._earlier()
             if resume and earlier is not None and earlier.declared is not None:
                 self._check(earlier)
                 self.resumed = earlier
-                self.notes.append(_resuming(earlier))
+                self.notes.append(_resume_note(earlier))
                 return
             if resume:
                 self.notes.append(f"hricdv: nothing to resume in {self._folder}: all tests run")
             if earlier is not None and not earlier.is_ended:
-                self.notes.append(_unfinished(earlier, self._folder / files.EARLIER))
+                self.notes.append(_interruption_note(earlier, self._folder / files.EARLIER))
                 if earlier.results:  # it takes the place of the report in `earlier`
                     self._save_whole()
             if earlier is not None and not earlier.results:  # the report in `earlier` is worth more
@@ -148,7 +148,7 @@ class Journaling:
             self._append(Declared(msgspec.Raw(report)))
             return
         _check_selection(self.resumed, selected)
-        with _told(self._folder):
+        with _explain_errors(self._folder):
             self._open(self.resumed.size)
             files.supersede(self._folder, of_this_journal=True)
 
@@ -229,7 +229,7 @@ class Journaling:
 
 
 @contextlib.contextmanager
-def _told(folder: Path) -> Iterator[None]:
+def _explain_errors(folder: Path) -> Iterator[None]:
     """Errors of the folder as errors of the option that names it."""
     try:
         yield
@@ -248,13 +248,13 @@ def _since(earlier: Journal) -> str:
     return earlier.began[0].utc if earlier.began else "an unknown time"
 
 
-def _resuming(earlier: Journal) -> str:
+def _resume_note(earlier: Journal) -> str:
     torn = f"; {plural(earlier.damaged, 'damaged record')} left out" if earlier.damaged else ""
     done = plural(len(earlier.done), "test")
     return f"hricdv: resuming the session that began at {_since(earlier)}: {done} done, not run again{torn}"
 
 
-def _unfinished(earlier: Journal, moved: Path) -> str:
+def _interruption_note(earlier: Journal, moved: Path) -> str:
     began = f"hricdv: the session that began at {_since(earlier)} did not come to its end"
     if not earlier.results:
         return f"{began}, and had no result"

@@ -184,24 +184,24 @@ def adapt(config: pytest.Config) -> None:
         if getattr(entry, "mode", "") != "toml":
             continue
         try:
-            value = _adapted(key, kinds.get(key), entry.value)
+            value = _convert(key, kinds.get(key), entry.value)
         except ValueError as error:
             raise usage_error(f"{config.inipath}: {key}: {error}") from None
         values[key] = dataclasses.replace(entry, value=value)
 
 
-def _adapted(key: str, kind: object, value: object) -> object:
+def _convert(key: str, kind: object, value: object) -> object:
     if key == TESTPATHS:
-        return shlex.split(value) if isinstance(value, str) else [_text(entry) for entry in _listed(value)]
+        return shlex.split(value) if isinstance(value, str) else [_text(entry) for entry in _as_list(value)]
     if isinstance(kind, Flag):
         return _flag(value)
     if isinstance(kind, Repeatable):
-        lines = value.splitlines() if isinstance(value, str) else _listed(value)
+        lines = value.splitlines() if isinstance(value, str) else _as_list(value)
         return [line for entry in lines if (line := _text(entry).strip())]
-    return ",".join(_text(entry) for entry in _listed(value))
+    return ",".join(_text(entry) for entry in _as_list(value))
 
 
-def _listed(value: object) -> list[object]:
+def _as_list(value: object) -> list[object]:
     return value if isinstance(value, list) else [value]
 
 

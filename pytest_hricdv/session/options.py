@@ -110,7 +110,7 @@ def read_options(config: pytest.Config) -> Options:
         seed=reader.integer("seed", 0, least=None) or 0,
         tests=reader.integer("tests", None, least=1, most=MAX_TESTS),
         concretizations=reader.integer("concretizations", 1, least=1, most=MAX_CONCRETIZATIONS) or 1,
-        sampling=_sampling(reader),
+        sampling=_read_sampling(reader),
         report=config.invocation_params.dir / (reader.text("report") or "hri-report"),
         gates=Gates(
             thresholds=_thresholds(config),
@@ -172,7 +172,7 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     return (*drawn, *further, *learned, *known_violations, *strict, *anyway)
 
 
-def _sampling(reader: OptionReader) -> str:
+def _read_sampling(reader: OptionReader) -> str:
     name = reader.text("sampling")
     if not name:
         return "uniform"

@@ -31,7 +31,7 @@ from pytest_hricdv.session.option import feature_options, usage_error
 from pytest_hricdv.session.options import Options
 from pytest_hricdv.session.pytest_options import runs_tests
 from pytest_hricdv.session.replaying import Provenance
-from pytest_hricdv.session.resuming import Restoring
+from pytest_hricdv.session.resuming import ResultRestorer
 from pytest_hricdv.session.run_context import RunContext
 from pytest_hricdv.session.suites import export
 from pytest_hricdv.session.testbench_search import import_engine
@@ -142,7 +142,7 @@ class Preparation:
             self.aggregation.resume(journaling.resumed)
             self.collection.done = journaling.resumed.done
             manager = self.collection.config.pluginmanager
-            manager.register(Restoring(self.collection, journaling.resumed.results), "hricdv-restoring")
+            manager.register(ResultRestorer(self.collection, journaling.resumed.results), "hricdv-restoring")
 
     def _check_replays(self) -> None:
         """Refuse replay files of other code or versions, unless --hri-replay-anyway is given."""

@@ -158,7 +158,7 @@ class Progress:
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logstart(self, nodeid: str) -> Iterator[None]:
         """A test began, here or in a worker."""
-        with self._writing():
+        with self._hide_line():
             if not self._actions:
                 self._began_s = time.monotonic()
                 self._actions = {chosen: 1 + len(case.abstract.lines) for chosen, case in self._chosen.items()}
@@ -169,7 +169,7 @@ class Progress:
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> Iterator[None]:
         """A phase of a test ended; of a test whose worker crashed there is no other hook."""
-        with self._writing():
+        with self._hide_line():
             if report.failed:
                 self._failed.add(report.nodeid)
             if report.when not in ("setup", "call"):
@@ -179,7 +179,7 @@ class Progress:
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logfinish(self, nodeid: str) -> Iterator[None]:
         """A test ended."""
-        with self._writing():
+        with self._hide_line():
             self._end(nodeid)
             return (yield)
 
@@ -194,7 +194,7 @@ class Progress:
         self._close()
 
     @contextmanager
-    def _writing(self) -> Iterator[None]:
+    def _hide_line(self) -> Iterator[None]:
         """While pytest may write to the terminal."""
         with self._lock:
             self._erase()

@@ -95,7 +95,7 @@ def cut_texts(report: pytest.TestReport) -> None:
             report.longrepr = cut(text, MAX_OUTPUT)
 
 
-def explained_by_us(error: Raised) -> Raised:
+def explain_failure(error: Raised) -> Raised:
     """The exception, whose text the plugin wrote, or has added to."""
     with contextlib.suppress(AttributeError):  # a class of the code under test may have slots
         setattr(error, _EXPLAINED, True)

@@ -41,7 +41,7 @@ MAX_VIOLATIONS = 1000
 With a million of them, the file would be larger than replay files may be."""
 
 
-def _shortened(result: RequirementResult) -> RequirementResult:
+def _shorten(result: RequirementResult) -> RequirementResult:
     return msgspec.structs.replace(result, violations=result.violations[:MAX_VIOLATIONS])
 
 
@@ -159,7 +159,7 @@ class Provenance:
             nodeid=result.nodeid,
             suite_seed=suite_seed,
             record_sha256=result.record_sha256,
-            requirements={name: to_builtins(_shortened(checked)) for name, checked in result.requirements.items()},
+            requirements={name: to_builtins(_shorten(checked)) for name, checked in result.requirements.items()},
             code=self.code,
             made_with=self._with_simulation(result),
             origin=origin,
@@ -237,7 +237,7 @@ class Failures:
 
 
 @dataclass(frozen=True)
-class Rerunning:
+class TestRerunner:
     """Runs tests that no suite has, and keeps the ones worth it as replay files.
 
     Args:

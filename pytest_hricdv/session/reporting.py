@@ -29,14 +29,14 @@ from pytest_hricdv.results.model import ModelSource, Report, RerunOptions, TestR
 from pytest_hricdv.results.origin import ReportOrigin, origin_of_session
 from pytest_hricdv.results.report_builder import SessionInfo, assemble, declare_report
 from pytest_hricdv.session.aggregation import Aggregation
-from pytest_hricdv.session.collection import Collection, missing_items
+from pytest_hricdv.session.collection import Collection, explain_missing_items
 from pytest_hricdv.session.feature import Feature, FeatureSession, features
 from pytest_hricdv.session.preparation import GateCheck
 from pytest_hricdv.session.pytest_options import runs_tests, say_without_terminal
 from pytest_hricdv.session.run_context import RunContext
 
 
-class Reporting:
+class SessionReporter:
     """Shrinks and searches, builds the report, checks the gates, writes the report."""
 
     def __init__(self, collection: Collection, context: RunContext, aggregation: Aggregation, gates: GateCheck) -> None:
@@ -61,22 +61,22 @@ class Reporting:
             self._declare()
 
     def _declare(self) -> None:
-        self.aggregation.journaling.declare(self._declared, self.aggregation.chosen.keys())
+        self.aggregation.journaling.declare(self._declaration, self.aggregation.chosen.keys())
 
     @pytest.hookimpl(wrapper=True)
     def pytest_sessionstart(self, session: pytest.Session) -> Iterator[None]:
         """As `pytest_collection`: workers of xdist are started here, which may take long."""
-        with self._reporting_what_was_reached(session):
+        with self._report_on_interrupt(session):
             return (yield)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_collection(self, session: pytest.Session) -> Iterator[None]:
         """Writes the report of what was reached before the first test, where collecting is interrupted."""
-        with self._reporting_what_was_reached(session):
+        with self._report_on_interrupt(session):
             return (yield)
 
     @contextlib.contextmanager
-    def _reporting_what_was_reached(self, session: pytest.Session) -> Iterator[None]:
+    def _report_on_interrupt(self, session: pytest.Session) -> Iterator[None]:
         try:
             yield
         except KeyboardInterrupt:
@@ -122,7 +122,7 @@ class Reporting:
         nothing_to_report = not (self.aggregation.chosen or self._is_empty_shard or reached)
         if not runs_tests(session.config) or nothing_to_report:
             # xdist does not report node ids that its workers did not find.
-            self._missing = "" if self.aggregation.chosen else missing_items(session.config.args, self.options)
+            self._missing = "" if self.aggregation.chosen else explain_missing_items(session.config.args, self.options)
             if not stopped:
                 self.aggregation.journaling.withdraw()
             return
@@ -152,26 +152,26 @@ class Reporting:
         for feature in features():
             session.results = feature.after_tests(session, session.results, stopped=stopped)
         session.problems += self.aggregation.each_worker.differences()
-        session.warnings += [*self.aggregation.notes(), *self._untested_beliefs()]
+        session.warnings += [*self.aggregation.notes(), *self._warn_of_untested_beliefs()]
         replaced = wrong_answers()
         session.problems += [complaint(replaced)] if replaced else []
         if self.context.failures.problem:
             session.problems.append(self.context.failures.problem)
         report = msgspec.structs.replace(self._build(session.results), **session.sections)
-        report = report if stopped else self._extended(report, Feature.extend_report)
+        report = report if stopped else self._extend(report, Feature.extend_report)
         report = self._gate_check.compared(report, whole=self._is_whole and self.options.shard is None)
-        report = self._judged(report) if is_judged else report
+        report = self._judge(report) if is_judged else report
         session.is_whole = self._is_whole and not (stopped or session.interrupted)
-        self.report = self._written(self._extended(report, Feature.after_gates))
+        self.report = self._write(self._extend(report, Feature.after_gates))
         journaling.end(is_whole=session.is_whole)
 
-    def _extended(self, report: Report, step: Callable[[Feature[Any], FeatureSession, Report], Report]) -> Report:
+    def _extend(self, report: Report, step: Callable[[Feature[Any], FeatureSession, Report], Report]) -> Report:
         """The report with what each feature adds to it at a step, a method of `Feature`."""
         for feature in features():
             report = getattr(feature, step.__name__)(self.session, report)
         return report
 
-    def _written(self, report: Report) -> Report:
+    def _write(self, report: Report) -> Report:
         """The report, written; what cannot be written is a problem of the session."""
         session = self.session
         try:
@@ -188,7 +188,7 @@ class Reporting:
 
     def _build(self, results: list[TestResult]) -> Report:
         """The report; without the code's coverage, and with a problem, when a waiver in the code is wrong."""
-        declared = msgspec.json.decode(self._declared, type=Report)
+        declared = msgspec.json.decode(self._declaration, type=Report)
         origin = self._with_hash_seed(declared.origin)
         declared = msgspec.structs.replace(declared, workers=self.aggregation.workers, origin=origin)
         resumed = self.aggregation.journaling.resumed
@@ -215,7 +215,7 @@ class Reporting:
         return msgspec.structs.replace(origin, hash_seed=seed)
 
     @cached_property
-    def _declared(self) -> bytes:
+    def _declaration(self) -> bytes:
         """The report before the first result, as JSON: not as objects, which of thousands of tests would be many."""
         resumed = self.aggregation.journaling.resumed
         if resumed is not None and resumed.declared is not None:
@@ -281,7 +281,7 @@ class Reporting:
             return {}
         return msgspec.convert(listed, dict[str, ModelSource])
 
-    def _untested_beliefs(self) -> list[str]:
+    def _warn_of_untested_beliefs(self) -> list[str]:
         """Names in the belief space that are in vain; that a model is broken is said elsewhere."""
         space = self.collection.testbench.beliefs
         named = [belief for belief in space.beliefs if belief not in space.neutral]
@@ -320,7 +320,7 @@ class Reporting:
                 session.exitstatus = pytest.ExitCode.TESTS_FAILED
         say_without_terminal(session.config, self.session.problems)
 
-    def _judged(self, report: Report) -> Report:
+    def _judge(self, report: Report) -> Report:
         """The report of a session that ran to its end, with the result of its gates.
 
         A shard has no gates: they apply to the merged report.

@@ -18,7 +18,7 @@ DONE = "hricdv_done"
 """The attribute of a report that tells that its test did not run again."""
 
 
-class PassingOver:
+class ResumeFilter:
     """Passes over the tests that are done. Registered where tests run: in workers, or without xdist."""
 
     def __init__(self, collection: Collection) -> None:
@@ -53,7 +53,7 @@ class PassingOver:
         return report
 
 
-class Restoring:
+class ResultRestorer:
     """Makes the reports of tests that are done say how they ended. Registered in the controlling process only.
 
     So exit status, `-x`, JUnit XML and everything else that reads pytest's reports are as if the tests had run again.

@@ -82,14 +82,14 @@ def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[byte
 def _reply(context: RunContext, request: RunRequest, *, with_record: bool) -> RunReply:
     commands, sampling = context.collection.testbench.commands, context.options.sampling
     case = HriCase(request.suite, AbstractTest.from_data(request.data), commands, sampling)
-    result, failure = _executed(context, case, request.nodeid)
-    built = _built(context, case, request, result, failure)
+    result, failure = _execute(context, case, request.nodeid)
+    built = _build(context, case, request, result, failure)
     replay = context.provenance.replay(case, built, request.suite_seed).to_json() if built.leaves_evidence else ""
     record = tuple(events(result.record)) if with_record and result is not None else ()
     return RunReply(request.key, built, replay, record)
 
 
-def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
+def _execute(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResult | None, str]:
     """The run, and why there is none."""
     settings = context.run_settings.measured_by(context.measurement)
     try:
@@ -100,7 +100,7 @@ def _executed(context: RunContext, case: HriCase, nodeid: str) -> tuple[CaseResu
         return None, error_text(cause)
 
 
-def _built(
+def _build(
     context: RunContext, case: HriCase, request: RunRequest, result: CaseResult | None, failure: str
 ) -> TestResult:
     judgement = judge_run(result, context.known_violations)

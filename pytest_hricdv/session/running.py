@@ -30,7 +30,7 @@ from pytest_hricdv.session.option import located
 from pytest_hricdv.session.pytest_options import (
     cut_texts,
     end_of,
-    explained_by_us,
+    explain_failure,
     failure_text,
 )
 from pytest_hricdv.session.replaying import replay_mismatch
@@ -51,7 +51,7 @@ class RerunInfo(TypedDict):
     logged: tuple[LogLine, ...]
 
 
-class Running:
+class TestRunner:
     """Runs cases, measures them, and attaches one JSON text per test to pytest's report."""
 
     def __init__(self, context: RunContext) -> None:
@@ -128,7 +128,7 @@ class Running:
         skipped = report.skipped and not hasattr(report, "wasxfail")  # then it has no result: it was not run
         if case is not None and call.when == "setup" and case.result is not None:
             self._setup_s = call.duration  # a fixture ran the test
-        is_over = case is not None and (call.when == "call" or _ended_in_setup(case, call))
+        is_over = case is not None and (call.when == "call" or _ends_in_setup(case, call))
         if case is not None and is_over and not (skipped or case.is_elsewhere):
             is_judged = call.excinfo is not None and call.excinfo.value is case.raised
             ending = case.judgement if is_judged else None
@@ -137,11 +137,11 @@ class Running:
             failure = failure_text(report, call, outcome, ending)
             wall_s = call.duration + (self._setup_s if call.when == "call" else 0.0)
             result = replace(result, outcome=outcome, wall_s=wall_s, failure=failure)
-            setattr(report, ATTRIBUTE, encode_bounded(self._finished(case, result, report)))
+            setattr(report, ATTRIBUTE, encode_bounded(self._finish(case, result, report)))
             self._built = None
         return report  # type: ignore[return-value]
 
-    def _finished(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
+    def _finish(self, case: HriCase, result: TestResult, report: pytest.TestReport) -> TestResult:
         """The result with what the parts add; a time limit of the test that is over meanwhile fails the test only.
 
         pytest-timeout raises wherever the test is, and out of this hook that would end the session.
@@ -165,10 +165,10 @@ class Running:
             )
         try:
             if self.options.stop_at:
-                return self._stopped(case.concrete)
+                return self._run_to_breakpoint(case.concrete)
             settings = self.context.run_settings.measured_by(self._used)
             with RunLog() as self._log:
-                run = execute(settings, case.concrete, f"hricdv|{nodeid}", begun=self._begun)
+                run = execute(settings, case.concrete, f"hricdv|{nodeid}", begun=self._begin)
             for feature in features():
                 run = feature.after_run(self.context, case.concrete, run)
             return run
@@ -178,22 +178,22 @@ class Running:
             cause = error.__cause__ if isinstance(error, KernelError) else None
             failure = error if cause is None or word_of(cause) else cause
             place = str(error) if isinstance(error, KernelError) else "the testbench's run failed"
-        shown = self._shown_result(case, nodeid)
+        shown = self._result_to_show(case, nodeid)
         shorten(failure)
         failure.add_note("\n" + explanation.aborted(shown, place, **self._rerun_info(case)))
-        raise explained_by_us(failure)
+        raise explain_failure(failure)
 
-    def _begun(self, code: CodeUnderTest) -> None:
+    def _begin(self, code: CodeUnderTest) -> None:
         """Messages are logged at the simulated time from now on."""
         self._log.now_s = lambda: code.now_s
 
-    def _stopped(self, test: ConcreteTest) -> CaseResult:
+    def _run_to_breakpoint(self, test: ConcreteTest) -> CaseResult:
         """The result of a run; where it violates what was asked for, another one stops there."""
-        from pytest_hricdv.session.breaking import Breaking  # it loads pdb
+        from pytest_hricdv.session.breaking import BreakpointRunner  # it loads pdb
 
         files = [file.path for file in self.context.code.files]
         settings = self.context.run_settings.measured_by(self._used)
-        return Breaking(self.options.stop_at, settings, files).run(test)
+        return BreakpointRunner(self.options.stop_at, settings, files).run(test)
 
     def _require_check(self, case: HriCase) -> None:
         if case.result is None:
@@ -212,7 +212,7 @@ class Running:
         case.judgement = judgement
 
         def explained() -> str:
-            shown = replace(self._shown_result(case, nodeid), failure=mismatch)
+            shown = replace(self._result_to_show(case, nodeid), failure=mismatch)
             return explanation.failure(
                 shown,
                 self.context.texts,
@@ -228,7 +228,7 @@ class Running:
             case.raised = raised
             raise
 
-    def _shown_result(self, case: HriCase, nodeid: str) -> TestResult:
+    def _result_to_show(self, case: HriCase, nodeid: str) -> TestResult:
         return replace(self._result(case, nodeid), nodeid=self.context.shown(nodeid))
 
     def _rerun_info(self, case: HriCase) -> RerunInfo:
@@ -313,10 +313,10 @@ def raise_for(judgement: Judgement, result: CaseResult, explained: Callable[[], 
     if isinstance(cause, Exception) and not word_of(cause):  # with its line it says more than that a node failed
         shorten(cause)
         cause.add_note("\n" + explained())
-        raise explained_by_us(cause)
-    raise explained_by_us(FAIL.Exception(explained(), pytrace=False))
+        raise explain_failure(cause)
+    raise explain_failure(FAIL.Exception(explained(), pytrace=False))
 
 
-def _ended_in_setup(case: HriCase, call: pytest.CallInfo[None]) -> bool:
+def _ends_in_setup(case: HriCase, call: pytest.CallInfo[None]) -> bool:
     """Whether a fixture ran the test and then failed, so that there is no call: its run is a result as any."""
     return call.when == "setup" and call.excinfo is not None and case.result is not None

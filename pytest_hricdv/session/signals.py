@@ -45,7 +45,7 @@ _REPLACED = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.S
 """The handlers that are replaced; where somebody else has set another one, this stays."""
 
 
-class Terminated(KeyboardInterrupt):
+class Termination(KeyboardInterrupt):
     """SIGTERM came; pytest and its plugins treat this as Ctrl-C."""
 
 
@@ -86,7 +86,7 @@ class Signals:
         for number in self._before:
             signal.signal(number, self._receive)
         if signal.SIGTERM in self._before:
-            self._listening.enter_context(_heard(self._hear))
+            self._listening.enter_context(_listen(self._hear))
 
     def end(self) -> None:
         """The handlers are as they were."""
@@ -141,7 +141,7 @@ class Signals:
         if self.pending or self.terminated:
             self.pending = False
             self._raised_s = time.monotonic()
-            raise Terminated("SIGTERM") if self.terminated else KeyboardInterrupt
+            raise Termination("SIGTERM") if self.terminated else KeyboardInterrupt
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
         if number == signal.SIGTERM and not self.terminated:
@@ -159,8 +159,8 @@ class Signals:
             raise KeyboardInterrupt
         node = running_node()
         if node is not None and went_on:
-            node.kernel.abandon(Terminated("SIGTERM"))
-        raise Terminated("SIGTERM")
+            node.kernel.abandon(Termination("SIGTERM"))
+        raise Termination("SIGTERM")
 
     def _hear(self, number: int) -> None:
         """A signal came, says a thread: whether the main thread will ever handle it is another thing."""
@@ -203,7 +203,7 @@ class Signals:
 
 
 @contextmanager
-def _heard(hear: Callable[[int], None]) -> Iterator[None]:
+def _listen(hear: Callable[[int], None]) -> Iterator[None]:
     """Within: a thread is told the numbers of signals that come. Not on Windows, nor where somebody else is told."""
     before = signal.set_wakeup_fd(-1) if hasattr(signal, "pthread_kill") else None
     if before != -1:

@@ -11,17 +11,17 @@ from typing import IO, NoReturn
 
 import pytest
 
-from pytest_hricdv.session.isolation import Answer, answer_of
+from pytest_hricdv.session.isolation import CallResult, answer_of
 from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
-class Spawned(FreshPytest):
+class SpawnedTest(FreshPytest):
     """Runs the test with its fixtures, and answers what its call came to."""
 
     def __init__(self, start: FreshSession, messages: IO[bytes], write: Callable[[bytes], None]) -> None:
         super().__init__(start, write)
         self.options = {"hri_resume": False}
-        self._answer = Answer(problem="its call was not made")
+        self._answer = CallResult(problem="its call was not made")
         self._caught: list[warnings.WarningMessage] = []
 
     @pytest.hookimpl(tryfirst=True)
@@ -33,10 +33,10 @@ class Spawned(FreshPytest):
             for item in items:
                 item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
         except pytest.exit.Exception as ended:
-            self._answer = Answer(exit=(ended.msg, ended.returncode))
+            self._answer = CallResult(exit=(ended.msg, ended.returncode))
         except BaseException as error:
-            self._answer = Answer(problem=f"{type(error).__name__}: {error}")
-        answer = self._answer if items else Answer(problem="it is not collected there")
+            self._answer = CallResult(problem=f"{type(error).__name__}: {error}")
+        answer = self._answer if items else CallResult(problem="it is not collected there")
         self.write(base64.b64encode(pickle.dumps(answer)))
         self.write(END)
         os._exit(0)
@@ -55,9 +55,9 @@ class Spawned(FreshPytest):
             self._answer = answer_of(item, report, self._caught)
         elif not report.passed:
             reason = report.longreprtext or str(report.longrepr)
-            self._answer = Answer(problem=f"{report.when} of its fixtures: {reason}")
+            self._answer = CallResult(problem=f"{report.when} of its fixtures: {reason}")
         return report  # type: ignore[return-value]
 
 
 if __name__ == "__main__":
-    serve(Spawned)
+    serve(SpawnedTest)

@@ -34,7 +34,7 @@ def _of_methods(suites: str) -> str:
     return ",".join(name for name in names if name not in of_parts) if of_parts.intersection(names) else suites
 
 
-def selected_suites(
+def select_suites(
     options: Options, root: Path, testbench: Testbench, cache: Any | None, say: Callable[[str], None]
 ) -> list[GeneratedSuite]:
     """Generate, or take from the cache, every suite that was asked for.

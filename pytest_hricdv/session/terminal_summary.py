@@ -22,7 +22,7 @@ from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.report.formatting import Line, Style, plural, width, wrap
 from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.aggregation import Aggregation
-from pytest_hricdv.session.reporting import Reporting
+from pytest_hricdv.session.reporting import SessionReporter
 
 MAX_NAMED = 20
 """Of the tests with the same error (chosen): a few lines of a terminal; -rf lists all."""
@@ -218,7 +218,7 @@ class ShownFailures:
 class SummarySection:
     """Writes what came of a session: verdicts, coverage, problems."""
 
-    def __init__(self, reporting: Reporting, failures: ShownFailures) -> None:
+    def __init__(self, reporting: SessionReporter, failures: ShownFailures) -> None:
         self._reporting = reporting
         self._failures = failures
 

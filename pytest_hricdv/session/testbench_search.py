@@ -77,7 +77,7 @@ def has_testbench(config: pytest.Config) -> bool:
         _load(config, path)
     if _is_implemented(config):
         return True
-    files = dict.fromkeys(file for path in paths if path.is_dir() for file in _implementing(config, path))
+    files = dict.fromkeys(file for path in paths if path.is_dir() for file in _conftests_with_hook(config, path))
     if len(files) > 1:
         names = ", ".join(os.path.relpath(file, config.invocation_params.dir) for file in files)
         raise usage_error(
@@ -112,7 +112,7 @@ def _load(config: pytest.Config, path: Path) -> None:
         raise usage_error(located(getattr(error, "cause", error))) from error
 
 
-def _implementing(config: pytest.Config, folder: Path) -> Iterator[Path]:
+def _conftests_with_hook(config: pytest.Config, folder: Path) -> Iterator[Path]:
     """The conftest files below a folder that name the hook; folders that pytest would not collect are left out."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not _is_ignored(config, Path(place, name)))

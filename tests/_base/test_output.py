@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv._base.output import _Written
+from pytest_hricdv._base.output import _StreamWriter
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no SIGPIPE")
 
 
 def test_what_nobody_reads_goes_nowhere() -> None:
     reading, writing = os.pipe()
-    stream = _Written(writing)
+    stream = _StreamWriter(writing)
     assert stream.write(b"first\n") == 6
     assert os.read(reading, 6) == b"first\n"
     os.close(reading)

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import pytest
 
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test, undeclared_violations
+from pytest_hricdv.execution.judge import FunctionEnd, judge_run, judge_test, list_undeclared_violations
 from pytest_hricdv.execution.outcome import AS_DECLARED, FAILING, OUTCOMES, XFAILED, Judgement, TestOutcome
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Verdict, Violation
@@ -154,7 +154,7 @@ def test_a_replay_that_is_another_run_is_none_that_depends_on_the_engine() -> No
 
 
 def test_violations_on_both_engines_count_once() -> None:
-    assert undeclared_violations(run("R1", beside=run("R1", outside=["R2"])), KNOWN) == ("R1", "R2")
+    assert list_undeclared_violations(run("R1", beside=run("R1", outside=["R2"])), KNOWN) == ("R1", "R2")
 
 
 FAILED, TOLERATED = Judgement("failed", ("R1",)), Judgement("known-violation", reason="known")

@@ -8,7 +8,7 @@ from functools import cache
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, part_criteria
-from pytest_hricdv.execution.judge import undeclared_violations
+from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.monitor import Criterion
@@ -52,7 +52,7 @@ def judged(test: ConcreteTest, measurement: Measurement = bench.UNMEASURED) -> C
 
 def unknown_violations(result: CaseResult) -> str:
     """The ids of the requirements that are violated, beyond what is known of them."""
-    return " ".join(undeclared_violations(result, bench.known_while()))
+    return " ".join(list_undeclared_violations(result, bench.known_while()))
 
 
 @cache

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from pytest_hricdv.session import signals as module
-from pytest_hricdv.session.signals import Signals, Terminated
+from pytest_hricdv.session.signals import Signals, Termination
 
 
 def send(number: signal.Signals = signal.SIGINT) -> None:
@@ -65,10 +65,10 @@ def test_sigterm_is_raised_wherever_something_would_begin(handled: Signals) -> N
         send(signal.SIGTERM)
         assert handled.terminated
         for _ in range(2):
-            with pytest.raises(Terminated), handled.let_through():
+            with pytest.raises(Termination), handled.let_through():
                 pytest.fail("it was let through")
         handled.hold()
-    with pytest.raises(Terminated), handled.released():
+    with pytest.raises(Termination), handled.released():
         pytest.fail("it was held")
 
 
@@ -81,7 +81,7 @@ def test_nothing_is_raised_where_the_session_ends(
     monkeypatch.setattr(module, "LOOKS_EACH_S", 0.001)
     monkeypatch.setattr(module, "ENDING_WITHIN_S", 0.1)
     monkeypatch.setattr(handled, "_stuck", looks.release)
-    with pytest.raises(Terminated):
+    with pytest.raises(Termination):
         send(signal.SIGTERM)
     handled.let_go()
     if is_reporting:

@@ -21,7 +21,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.execution.case import CaseResult, log_of
-from pytest_hricdv.execution.judge import undeclared_violations
+from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.extra.closing.violations import violation_points
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.monitor import Criterion, NearestMiss, Requirement, Verdict
@@ -107,7 +107,7 @@ def observe(
         unused={verdict.requirement: verdict.unused for verdict in result.verdicts if verdict.triggers},
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
-        failed=(*undeclared_violations(result, known_violations), *result.faults),
+        failed=(*list_undeclared_violations(result, known_violations), *result.faults),
         choices=tuple(choices),
         begun=result.begun if result.test.actors else (),
     )

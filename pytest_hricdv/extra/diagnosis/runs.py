@@ -22,8 +22,8 @@ from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.analysis import names_of, topics_of
 from pytest_hricdv.report.formatting import quantity
-from pytest_hricdv.session.journaling import Journaling
-from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.journaling import JournalKeeper
+from pytest_hricdv.session.replaying import TestRerunner, named
 
 MAX_EVENTS = 2000
 """Of a run, the first ones are compared with those of another. Chosen: a run of the table has some 300."""
@@ -73,7 +73,7 @@ Run = Callable[[ConcreteTest], RunSummary | None]
 _DECODER: msgspec.json.Decoder[RunSummary | None] = msgspec.json.Decoder(RunSummary | None)
 
 
-def runner(rerunning: Rerunning, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
+def runner(rerunning: TestRerunner, code: CodeMap, traced: Mapping[str, ConcreteTest]) -> Run:
     """Runs tests in a fork, where there is one: whatever they do to their process, the session's results are safe.
 
     Args:
@@ -115,12 +115,12 @@ def remember_runs(run: Run, journaling: Journaling, part: str) -> Run:
     return remembered
 
 
-def forked(rerunning: Rerunning, work: Callable[[], RunSummary | None]) -> RunSummary | None:
+def forked(rerunning: TestRerunner, work: Callable[[], RunSummary | None]) -> RunSummary | None:
     """What a fork gives; None where it came to no end."""
     return _DECODER.decode(in_fork(rerunning, work))
 
 
-def in_fork(rerunning: Rerunning, work: Callable[[], Struct | None]) -> bytes:
+def in_fork(rerunning: TestRerunner, work: Callable[[], Struct | None]) -> bytes:
     """What a fork gives, as JSON; null where it came to no end."""
     process = fork()
     if isinstance(process, InFork):
@@ -137,7 +137,7 @@ def in_fork(rerunning: Rerunning, work: Callable[[], Struct | None]) -> bytes:
         process.close()
 
 
-def _traced(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
+def _traced(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
     tracing = Tracer(code)
     settings = rerunning.settings
     result = replace(rerunning, settings=settings.measured_by(tracing)).run(test, tracing.begun, [tracing])

@@ -19,7 +19,7 @@ from pytest_hricdv._base.atomic_file import replaced
 from pytest_hricdv._base.contained import inside
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
-from pytest_hricdv.execution.judge import undeclared_violations
+from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.extra.film.recorder import Alarm, FilmedWorld, FilmRecorder
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.schedule import Schedule, key_moments, schedule
@@ -201,7 +201,7 @@ def _events(record: Record) -> list[tuple[float, str]]:
 
 def alarms_of(result: CaseResult, known_violations: Container[str]) -> list[Alarm]:
     """The violations that a film of a run shows, in the order of time: those that are not known, or else all."""
-    unknown = undeclared_violations(result, known_violations)
+    unknown = list_undeclared_violations(result, known_violations)
     shown = set(unknown) & set(result.failed) or set(result.failed)
     alarms = [
         Alarm(violation.time_s, verdict.requirement, f"{verdict.requirement} {violation_line(violation, {})}")

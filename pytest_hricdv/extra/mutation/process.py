@@ -20,7 +20,7 @@ import msgspec
 
 from pytest_hricdv.execution.case import CaseResult, HriCase, execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
-from pytest_hricdv.execution.judge import undeclared_violations
+from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.execution.process_pool import KILLED, MAX_ATTEMPTS, Line, ProcessPool, Send
 from pytest_hricdv.extra.mutation.records import BIN, ENDING, EXCEPTION, MutantRun
 from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
@@ -220,7 +220,7 @@ class _Trying:
 
 def _failed(result: CaseResult, known_violations: Container[str]) -> Iterator[str]:
     """The oracles that fail a run."""
-    yield from undeclared_violations(result, known_violations)
+    yield from list_undeclared_violations(result, known_violations)
     if result.ending_faults:
         yield EXCEPTION if result.error is not None else ENDING
     if result.bin_faults:

@@ -22,7 +22,7 @@ from pytest_hricdv.monitor import Criterion
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
 from pytest_hricdv.session.options import Options
-from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.replaying import TestRerunner, named
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.search.remote_runs import RemoteRuns
@@ -58,7 +58,7 @@ class Shrinking:
         nodeid: of the pytest item that ran it.
     """
 
-    rerunning: Rerunning
+    rerunning: TestRerunner
     requirement: Criterion
     case: HriCase
     nodeid: str
@@ -153,7 +153,7 @@ class PostSession:
         remote: of a cluster that runs tests of searches; None: they run here.
     """
 
-    rerunning: Rerunning
+    rerunning: TestRerunner
     options: Options
     settings: SearchOptions
     chosen: Mapping[str, HriCase]

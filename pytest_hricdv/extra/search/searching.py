@@ -18,7 +18,7 @@ from pytest_hricdv.generate.rng import make_rng
 from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
-from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.replaying import TestRerunner, named
 
 SEARCH = "search"
 STARTS = 5
@@ -39,7 +39,7 @@ class Searching:
         judged: runs a test elsewhere, and says what became of a requirement; None: tests run here.
     """
 
-    rerunning: Rerunning
+    rerunning: TestRerunner
     chosen: Mapping[str, HriCase]
     seed: int
     judged: Callable[[ConcreteTest, str], RequirementResult | None] | None = None

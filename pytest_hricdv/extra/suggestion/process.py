@@ -18,7 +18,7 @@ import msgspec
 
 from pytest_hricdv.execution.case import execute
 from pytest_hricdv.execution.faulty_import import FaultyImport
-from pytest_hricdv.execution.judge import undeclared_violations
+from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.execution.process_pool import Line, ProcessPool, Send
 from pytest_hricdv.extra.suggestion.stored_run import Authorship, StoredRun, read, store, write
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -167,7 +167,7 @@ def record_run(test: ConcreteTest, context: RunContext, formulas: Sequence[str] 
         result = execute(settings, test, watching=(authorship,), begun=authorship.begin)
     except Exception as error:
         return StoredRun(test=test.id, faults=(f"{type(error).__name__}: {error}",))
-    return store(test.id, result, authorship, undeclared_violations(result, context.known_violations))
+    return store(test.id, result, authorship, list_undeclared_violations(result, context.known_violations))
 
 
 def main() -> None:
