@@ -17,10 +17,7 @@ from pytest_hricdv.skeleton.skeleton import Skeleton
 PACKAGE = Path(pytest_hricdv.__file__).parent
 
 ENTANGLED: dict[str, tuple[str, ...]] = {
-    "mutation": ("suggestion",),
     "suggestion": ("__main__.py",),
-    "draft": ("__main__.py",),
-    "ros2": ("traces",),
 }
 """Feature -> what still imports it, so that it cannot be deleted yet. Entries are only removed."""
 

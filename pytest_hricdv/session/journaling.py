@@ -1,4 +1,4 @@
-"""Journaling: the session's journal in the report folder, from before the first test to the end of the session."""
+"""JournalKeeper: the session's journal in the report folder, from before the first test to the end of the session."""
 
 from __future__ import annotations
 

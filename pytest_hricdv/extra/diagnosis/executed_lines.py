@@ -27,7 +27,7 @@ from pytest_hricdv.extra.diagnosis.runs import in_fork
 from pytest_hricdv.extra.diagnosis.trace import Tracer, TraceStep
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.results.timeline import timeline
-from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.replaying import TestRerunner, named
 
 if TYPE_CHECKING:
     from pytest_hricdv.coverage.code_map import CodeMap
@@ -169,7 +169,7 @@ Showing = Callable[[ConcreteTest], Neighbour | None]
 _DECODER: msgspec.json.Decoder[Neighbour | None] = msgspec.json.Decoder(Neighbour | None)
 
 
-def neighbour_runner(rerunning: Rerunning, code: CodeMap) -> Showing:
+def neighbour_runner(rerunning: TestRerunner, code: CodeMap) -> Showing:
     """Runs tests traced, in a fork where there is one, and keeps what the page shows.
 
     Args:
@@ -186,7 +186,7 @@ def neighbour_runner(rerunning: Rerunning, code: CodeMap) -> Showing:
     return run
 
 
-def _neighbour(rerunning: Rerunning, code: CodeMap, test: ConcreteTest) -> Neighbour | None:
+def _neighbour(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> Neighbour | None:
     tracing = None if debugger() or not code.files else Tracer(code)
     if tracing is None:
         result = rerunning.run(test)

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.diagnosis.runs import Run, RunSummary, forked
 from pytest_hricdv.extra.diagnosis.variations import Variation, without
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization
 from pytest_hricdv.results.replay import ReplayOrigin
-from pytest_hricdv.session.replaying import Rerunning, named
+from pytest_hricdv.session.replaying import TestRerunner, named
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def shrunk(
     return Minimal(outcome.test, runs[outcome.test.to_json()], requirement, outcome.runs, outcome.ended == "done")
 
 
-def kept(rerunning: Rerunning, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
+def kept(rerunning: TestRerunner, case: HriCase, nodeid: str, minimal: Minimal) -> str | None:
     """Run it once more and keep it as a replay file; returns the file's name, None where there is none.
 
     Args:

@@ -94,7 +94,7 @@ def runner(rerunning: TestRerunner, code: CodeMap, traced: Mapping[str, Concrete
     return run
 
 
-def remember_runs(run: Run, journaling: Journaling, part: str) -> Run:
+def remember_runs(run: Run, journaling: JournalKeeper, part: str) -> Run:
     """Runs that a session which was killed has made before are not made again: they are in its journal.
 
     Args:
