@@ -26,7 +26,6 @@ _SCRIPTS = (
     "requirement",
     "filtered",
     "suites",
-    "closure",
     "cross",
     "sources",
     "timeline",

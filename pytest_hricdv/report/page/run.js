@@ -231,13 +231,3 @@ function runSection(test, found, time) {
   openRun.start(time);
   return openRun.element;
 }
-
-/** The header may stay in sight: then what stays in sight below it begins where it ends. */
-function belowHeader() {
-  const header = document.querySelector("header.top");
-  const set = () => document.documentElement.style.setProperty("--top", (getComputedStyle(header).position === "sticky" ? header.offsetHeight : 0) + "px");
-  new ResizeObserver(set).observe(header);
-  set();
-}
-
-belowHeader();

@@ -1,4 +1,4 @@
-// Suites compared: coverage of each test, closure, and learning.
+// Coverage over tests and time: suites compared, and the smallest suite.
 
 const suiteSeries = (points, note) =>
   DATA.curves.map((curve, n) => ({ name: DATA.suites[n], n, points: points(curve, n), note: note && note(curve, n) }));
@@ -28,4 +28,14 @@ function suitesPage(section) {
   const places = [...section.querySelectorAll("[data-plot]")];
   for (const place of places) SUITE_PLOTS[place.dataset.plot](place);
   if (places.length) section.querySelector("[data-unplotted]").hidden = places.some((place) => !place.hidden);
+}
+
+/** The points that each test of the smallest suite adds. */
+function closurePage(view) {
+  const place = view.querySelector("[data-plot=gain]"), minimal = DATA.minimal;
+  if (!place) return; // no test, no suite
+  linePlot(place, [
+    { name: "smallest suite", n: 0, points: minimal.curve, note: Object.keys(minimal.gains).length + " tests", curve: "step-after" },
+    { name: "all tests, as listed", n: 1, points: minimal.growth, note: TESTS.length + " tests", curve: "step-after" },
+  ], { label: "simulated time (s)" }, { label: "points covered", zero: true }, "Points covered over simulated time");
 }
