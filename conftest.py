@@ -40,35 +40,39 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from controller.machine import STATES, TRANSITIONS
     from controller.ports import MESSAGES
     from pytest_hricdv.testbench import (
+        ActionMapping,
         BeliefSpace,
-        Chance,
         Concretization,
-        Conformance,
         CrossProduct,
+        Delay,
         Disturbance,
-        Does,
-        Doubled,
+        Drop,
+        Duplicate,
         Film,
-        Hears,
-        Late,
-        Lost,
+        InteractiveAgent,
         Model,
-        Online,
-        Range,
+        ModelOracle,
+        PerceptMapping,
+        Sometimes,
         Testbench,
+        Uniform,
     )
     from sim import disturbances
     from sim.events import EVENTS
     from sim.turns import planned_turns
     from sim.whereabouts import HAND_PLACES
 
-    at_leg, off, side = Range(-0.03, 0.03, "m"), Range(0.5, 0.75, "m"), Range(-1.0, 1.0, "left or right")
-    looks = {"offset_m": Range(0.1, 0.2, "m"), "distance_m": Range(0.5, 0.6, "m"), "side": side}
-    looks_away = {"offset_m": Range(0.2, 0.5, "m"), "distance_m": Range(0.6, 0.8, "m"), "side": side}
+    at_leg, off, side = Uniform(-0.03, 0.03, "m"), Uniform(0.5, 0.75, "m"), Uniform(-1.0, 1.0, "left or right")
+    looks = {"offset_m": Uniform(0.1, 0.2, "m"), "distance_m": Uniform(0.5, 0.6, "m"), "side": side}
+    looks_away = {"offset_m": Uniform(0.2, 0.5, "m"), "distance_m": Uniform(0.6, 0.8, "m"), "side": side}
     # Where the hand rests while the robot fetches: over the shared table, which includes the pickup place.
-    rests = {"rest_x_m": Range(0.475, 0.78, "m"), "rest_y_m": Range(-0.5, 0.1, "m"), "rest_z_m": Range(0.46, 0.7, "m")}
-    where = Range(0.0, 4.0, "place", open_high=True)
-    beside, soon, for_long = Range(-0.08, 0.08, "m"), Range(0.0, 10.0, "s"), Range(5.0, 90.0, "s")
+    rests = {
+        "rest_x_m": Uniform(0.475, 0.78, "m"),
+        "rest_y_m": Uniform(-0.5, 0.1, "m"),
+        "rest_z_m": Uniform(0.46, 0.7, "m"),
+    }
+    where = Uniform(0.0, 4.0, "place", open_high=True)
+    beside, soon, for_long = Uniform(-0.08, 0.08, "m"), Uniform(0.0, 10.0, "s"), Uniform(5.0, 90.0, "s")
     return Testbench(
         name="table-assembly",
         model=Model(HERE / "models_bdi" / "table_assembly.mas2j"),
@@ -76,26 +80,29 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             start=("leg1", "leg2", "leg3", "leg4"),
             groups={"boredom": BOREDOM}
             | {f"leg {leg}": tuple(f"m{pose}l{leg}" for pose in POSES) for leg in (1, 2, 3, 4)},
-            naming=("boredom",),
-            neutral=("not_bored",),
+            id_groups=("boredom",),
+            default_beliefs=("not_bored",),
         ),
         concretization=Concretization(
             commands={
-                "tell leg": {"voice_s": Range(3.0, 5.0, "s"), **rests},
+                "tell leg": {"voice_s": Uniform(3.0, 5.0, "s"), **rests},
                 "receivesignal": {},
-                "set_param gaze = 1": {"angle_deg": Range(15.0, 40.0, "deg", open_high=True), **looks},
-                "set_param gaze = 0": {"angle_deg": Range(40.0, 50.0, "deg"), **looks_away},
+                "set_param gaze = 1": {"angle_deg": Uniform(15.0, 40.0, "deg", open_high=True), **looks},
+                "set_param gaze = 0": {"angle_deg": Uniform(40.0, 50.0, "deg"), **looks_away},
                 "set_param location = 1": {"dx_m": at_leg, "dy_m": at_leg, "dz_m": at_leg},
                 "set_param location = 0": {"dx_m": off, "dy_m": off, "dz_m": off},
                 # Now and then a person grips the robot's fingers together with the leg.
-                "set_param pressure = 1": {"pull_n": Range(6.0, 10.0, "N"), "grip_s": Chance(0.02, Range(4, 14, "s"))},
+                "set_param pressure = 1": {
+                    "pull_n": Uniform(6.0, 10.0, "N"),
+                    "grip_s": Sometimes(0.02, Uniform(4, 14, "s")),
+                },
                 "set_param pressure = 0": {},
-                "tell humanReady": {"voice_s": Range(2.0, 3.0, "s")},
+                "tell humanReady": {"voice_s": Uniform(2.0, 3.0, "s")},
                 "bored": {},
             },
             run={
-                "sensing_timeout_s": Range(10.0, 100.0, "s"),
-                "outage_turn": Chance(0.04, Range(1.0, 5.0, "turn", open_high=True)),
+                "sensing_timeout_s": Uniform(10.0, 100.0, "s"),
+                "outage_turn": Sometimes(0.04, Uniform(1.0, 5.0, "turn", open_high=True)),
             },
         ),
         requirements=HERE / "tests" / "hri" / "requirements.toml",
@@ -131,29 +138,31 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         run=run,
         outcome_label="legs",
         # What the robot should do, by its agent in the model. Times are from when the agent is ready for it.
-        conformance=Conformance(
+        conformance=ModelOracle(
             agent="robot_code",
             hears=(
-                Hears("leg_wanted", "on(request)", source="human"),
-                Hears("human_ready", "on(human_ready)", source="human"),
-                Hears("reading(Gaze, Pressure, Location)", "on(reading)", source="sensors"),
+                PerceptMapping("leg_wanted", "on(request)", source="human"),
+                PerceptMapping("human_ready", "on(human_ready)", source="human"),
+                PerceptMapping("reading(Gaze, Pressure, Location)", "on(reading)", source="sensors"),
             ),
             does=(
-                Does("@p3", "on(state) & state == 'Move_hand'", within_s=(0.0, 0.1)),
-                Does("close_hand", "rise(hand_closing)", within_s=(0.0, 15.0)),
-                Does("hold_leg", "rise(leg_held)", within_s=(0.5, 4.0), fails="fall(hand_closing) & !leg_held"),
-                Does("offer(Turn)", "on(leg_ready)", within_s=(3.0, 10.0)),
-                Does("@p5", "on(state) & state == 'Wait0'", within_s=(0.0, 0.3)),
-                Does("@p6", "on(state) & state == 'Timeout2'", within_s=(0.0, 0.1)),
-                Does("reading_wanted", "on(state) & state == 'Sensing'", within_s=(1.9, 2.1)),
-                Does("@p7", "on(state) & state == 'Timeout3'", within_s=(0.0, 0.1)),
-                Does("@p8", "on(state) & state == 'Decide'", within_s=(0.0, 0.1)),
-                Does("@p10", "on(state) & state == 'Release'", within_s=(0.0, 0.1)),
-                Does("@p12", "on(state) & state == 'Discard'", within_s=(0.0, 1.0)),
-                Does("release", "fall(leg_held) & once(on(request))", within_s=(0.0, 20.0)),
-                Does("drop", "fall(leg_held) & once(on(request))", within_s=(3.0, 8.0)),
-                Does("report_turn(Turn, Outcome)", "on(turn_done)", within_s=(3.0, 15.0)),
-                Does("report_table", "on(table_done)", within_s=(0.0, 0.1)),
+                ActionMapping("@p3", "on(state) & state == 'Move_hand'", within_s=(0.0, 0.1)),
+                ActionMapping("close_hand", "rise(hand_closing)", within_s=(0.0, 15.0)),
+                ActionMapping(
+                    "hold_leg", "rise(leg_held)", within_s=(0.5, 4.0), fails="fall(hand_closing) & !leg_held"
+                ),
+                ActionMapping("offer(Turn)", "on(leg_ready)", within_s=(3.0, 10.0)),
+                ActionMapping("@p5", "on(state) & state == 'Wait0'", within_s=(0.0, 0.3)),
+                ActionMapping("@p6", "on(state) & state == 'Timeout2'", within_s=(0.0, 0.1)),
+                ActionMapping("reading_wanted", "on(state) & state == 'Sensing'", within_s=(1.9, 2.1)),
+                ActionMapping("@p7", "on(state) & state == 'Timeout3'", within_s=(0.0, 0.1)),
+                ActionMapping("@p8", "on(state) & state == 'Decide'", within_s=(0.0, 0.1)),
+                ActionMapping("@p10", "on(state) & state == 'Release'", within_s=(0.0, 0.1)),
+                ActionMapping("@p12", "on(state) & state == 'Discard'", within_s=(0.0, 1.0)),
+                ActionMapping("release", "fall(leg_held) & once(on(request))", within_s=(0.0, 20.0)),
+                ActionMapping("drop", "fall(leg_held) & once(on(request))", within_s=(3.0, 8.0)),
+                ActionMapping("report_turn(Turn, Outcome)", "on(turn_done)", within_s=(3.0, 15.0)),
+                ActionMapping("report_table", "on(table_done)", within_s=(0.0, 0.1)),
             ),
             # A person has 60 polls of 0.25 s to say "ready".
             limits={
@@ -166,47 +175,48 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             until="on(way_blocked) | on(fingers_held) | rise(leg_torn)",
         ),
         disturbances={
-            "leg_late": Disturbance({"for_s": Range(1.0, 120.0, "s")}, disturbances.leg_late),
+            "leg_late": Disturbance({"for_s": Uniform(1.0, 120.0, "s")}, disturbances.leg_late),
             "leg_displaced": Disturbance({"dx_m": beside, "dy_m": beside}, disturbances.leg_displaced),
             # A leg weighs 4.9 N: a hand that holds it with less loses it at once, with more when somebody pulls.
-            "leg_slips": Disturbance({"after_s": soon, "grasp_n": Range(1.0, 4.5, "N")}, disturbances.leg_slips),
-            "leg_loose": Disturbance({"after_s": soon, "grasp_n": Range(5.0, 10.0, "N")}, disturbances.leg_slips),
-            "leg_taken": Disturbance({"after_s": soon, "next_s": Range(3.0, 60.0, "s")}, disturbances.leg_taken),
+            "leg_slips": Disturbance({"after_s": soon, "grasp_n": Uniform(1.0, 4.5, "N")}, disturbances.leg_slips),
+            "leg_loose": Disturbance({"after_s": soon, "grasp_n": Uniform(5.0, 10.0, "N")}, disturbances.leg_slips),
+            "leg_taken": Disturbance({"after_s": soon, "next_s": Uniform(3.0, 60.0, "s")}, disturbances.leg_taken),
             "leg_pulled_out": Disturbance(
-                {"after_s": soon, "pull_n": Range(16.0, 30.0, "N")}, disturbances.leg_pulled_out
+                {"after_s": soon, "pull_n": Uniform(16.0, 30.0, "N")}, disturbances.leg_pulled_out
             ),
             "leg_in_hand": Disturbance({}, disturbances.leg_in_hand),
             "somebody_in_the_way": Disturbance(
-                {"place": where, "after_s": Range(0.0, 30.0, "s"), "for_s": for_long}, disturbances.somebody_in_the_way
+                {"place": where, "after_s": Uniform(0.0, 30.0, "s"), "for_s": for_long},
+                disturbances.somebody_in_the_way,
             ),
             "somebody_steps_in": Disturbance(
-                {"place": where, "near_m": Range(0.25, 0.6, "m"), "for_s": for_long}, disturbances.somebody_steps_in
+                {"place": where, "near_m": Uniform(0.25, 0.6, "m"), "for_s": for_long}, disturbances.somebody_steps_in
             ),
-            "hand_held_shut": Disturbance({"grip_s": Range(20.0, 60.0, "s")}, disturbances.hand_held_shut),
+            "hand_held_shut": Disturbance({"grip_s": Uniform(20.0, 60.0, "s")}, disturbances.hand_held_shut),
             "hand_held_open": Disturbance({"after_s": soon, "for_s": for_long}, disturbances.hand_held_open),
-            "sensors_silent": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_silent),
-            "sensors_late": Disturbance({"late_s": Range(0.5, 110.0, "s")}, disturbances.sensors_late),
-            "sensors_stuck": Disturbance({"for_s": Range(5.0, 150.0, "s")}, disturbances.sensors_stuck),
+            "sensors_silent": Disturbance({"for_s": Uniform(5.0, 150.0, "s")}, disturbances.sensors_silent),
+            "sensors_late": Disturbance({"late_s": Uniform(0.5, 110.0, "s")}, disturbances.sensors_late),
+            "sensors_stuck": Disturbance({"for_s": Uniform(5.0, 150.0, "s")}, disturbances.sensors_stuck),
             "gaze_flips": Disturbance({}, disturbances.gaze_flips),
             "pressure_flips": Disturbance({}, disturbances.pressure_flips),
             "location_flips": Disturbance({}, disturbances.location_flips),
-            "says_ready": Disturbance({"after_s": Range(0.0, 15.0, "s")}, disturbances.says_ready),
-            "asks_again": Disturbance({"after_s": Range(0.0, 40.0, "s")}, disturbances.asks_again),
+            "says_ready": Disturbance({"after_s": Uniform(0.0, 15.0, "s")}, disturbances.says_ready),
+            "asks_again": Disturbance({"after_s": Uniform(0.0, 40.0, "s")}, disturbances.asks_again),
             "falls_silent": Disturbance({}, disturbances.falls_silent),
-            "request_lost": Lost("request"),
-            "request_doubled": Doubled("request", Range(0.1, 40.0, "s")),
-            "offer_lost": Lost("leg_ready"),
-            "offer_late": Late("leg_ready", Range(1.0, 20.0, "s")),
-            "ready_lost": Lost("human_ready"),
-            "ready_late": Late("human_ready", Range(1.0, 20.0, "s")),
-            "end_lost": Lost("turn_done"),
+            "request_lost": Drop("request"),
+            "request_doubled": Duplicate("request", Uniform(0.1, 40.0, "s")),
+            "offer_lost": Drop("leg_ready"),
+            "offer_late": Delay("leg_ready", Uniform(1.0, 20.0, "s")),
+            "ready_lost": Drop("human_ready"),
+            "ready_late": Delay("human_ready", Uniform(1.0, 20.0, "s")),
+            "end_lost": Drop("turn_done"),
         },
-        online=Online(
+        online=InteractiveAgent(
             agent="human",
             hears=(
-                Hears("leg_ready", "on(leg_ready)", source="robot_code"),
-                Hears("leg_released", "on(turn_done) & turn_done.outcome == 'released'", source="robot_code"),
-                Hears("leg_discarded", "on(turn_done) & turn_done.outcome != 'released'", source="robot_code"),
+                PerceptMapping("leg_ready", "on(leg_ready)", source="robot_code"),
+                PerceptMapping("leg_released", "on(turn_done) & turn_done.outcome == 'released'", source="robot_code"),
+                PerceptMapping("leg_discarded", "on(turn_done) & turn_done.outcome != 'released'", source="robot_code"),
             ),
         ),
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
@@ -276,8 +286,8 @@ def run(run: Run) -> Outcome:
             settings = Settings(sensing_timeout_s=test.run["sensing_timeout_s"])
             machine.run(Robot(run.bus.port("robot"), shop.robot.clock, shop.robot.arm, shop.robot.hand, settings))
 
-        run.disturbs(shop)
-        run.waits(shop.human.await_turn_end)
+        run.set_disturbance_target(shop)
+        run.set_idle_handler(shop.human.await_turn_end)
         shop.start(run.measured(control))
         ended = run.go(LIMIT_S)
         commands, messages = [action.command for action in run.enacted.actions], run.recorder.messages

@@ -37,7 +37,7 @@ SPACE = BeliefSpace(
         "boredom": ("bored", "not_bored"),
         **{f"pose{leg}": tuple(f"m{pose:03b}l{leg}" for pose in range(8)) for leg in range(1, 5)},
     },
-    neutral=("not_bored",),
+    default_beliefs=("not_bored",),
 )
 PEERS = """  for comparison, with the original models of the same task, not measured here:
   python-agentspeak 0.2.2                          5.0    ms

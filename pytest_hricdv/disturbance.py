@@ -3,10 +3,10 @@
 A testbench declares them by name. A test has the line `disturb NAME` where one happens: it takes no time, and is
 applied when the person comes to that line. The suites bdi-random, rl, by-hand and pseudorandom never have such a line.
 
->>> from pytest_hricdv.generate.sampler import Range
->>> late = Late("request", delay_s=Range(0.5, 2.0, "s"))
+>>> from pytest_hricdv.generate.sampler import Uniform
+>>> late = Delay("request", delay_s=Uniform(0.5, 2.0, "s"))
 >>> late.parameters
-{'delay_s': Range(low=0.5, high=2.0, unit='s', open_high=False)}
+{'delay_s': Uniform(low=0.5, high=2.0, unit='s', open_high=False)}
 >>> late.message_fault({"delay_s": 0.75})
 MessageFault(name='late', delays_s=(0.75,))
 """
@@ -37,8 +37,8 @@ class Disturbance:
 
     Args:
         parameters: the ranges of its parameters, by name (with the unit in the name, as in `force_n`).
-        handler: applies it: called with the object that was given to `Run.disturbs`, and the parameters by name. It
-            may not block.
+        handler: applies it: called with the object that was given to `Run.set_disturbance_target`, and the
+            parameters by name. It may not block.
     """
 
     parameters: Mapping[str, Sampler] = field(default_factory=dict, hash=False)
@@ -71,11 +71,11 @@ class MessageDisturbance(ABC):
             yield f"topic {self.topic!r} is none of the messages{nearest(self.topic, topics)}; there are: {listed}"
         for name, sampler in self.parameters.items():
             if not isinstance(sampler, Sampler) or any(corner < 0 for corner in sampler.corners()):
-                yield f"{name} is {sampler!r}; expected a Range or Constant of at least 0 s"
+                yield f"{name} is {sampler!r}; expected a Uniform or Constant of at least 0 s"
 
 
 @dataclass(frozen=True)
-class Lost(MessageDisturbance):
+class Drop(MessageDisturbance):
     """The next message of the topic, a name such as "human_ready", never arrives."""
 
     topic: str
@@ -91,7 +91,7 @@ class Lost(MessageDisturbance):
 
 
 @dataclass(frozen=True)
-class Late(MessageDisturbance):
+class Delay(MessageDisturbance):
     """The next message of the topic arrives `delay_s` after it was sent."""
 
     topic: str
@@ -108,7 +108,7 @@ class Late(MessageDisturbance):
 
 
 @dataclass(frozen=True)
-class Doubled(MessageDisturbance):
+class Duplicate(MessageDisturbance):
     """The next message of the topic arrives twice: when it was sent, and `delay_s` later."""
 
     topic: str
@@ -151,4 +151,4 @@ def faults(disturbances: Disturbances, commands: Collection[str], topics: Collec
         elif isinstance(disturbance, Disturbance | MessageDisturbance):
             yield from (f"disturbance {name!r}: {fault}" for fault in disturbance.faults(topics))
         else:
-            yield f"disturbance {name!r} is {disturbance!r}; expected a Disturbance, Lost, Late or Doubled"
+            yield f"disturbance {name!r} is {disturbance!r}; expected a Disturbance, Delay, Drop or Duplicate"

@@ -133,8 +133,8 @@ class ActorTimes:
                 deeds.append(_Deed(action.command, waited_us, kernel.now_us))
                 yield action
 
-    def meanwhile(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
-        """See `Run.meanwhile`."""
+    def overlap_bins(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
+        """See `Run.overlap_bins`."""
         pairs = [
             (deed.act, another.act)
             for deed in self._deeds.get(waiting, ())

@@ -78,7 +78,7 @@ class Run:
     producing: Actions | None = field(default=None, repr=False)
     """Produces the actions while the run goes on; None: they are those of the test."""
     taken: list[ConcreteAction] = field(default_factory=list)
-    """The actions that have begun, as far as `actions` or `acting` reported it, in this order."""
+    """The actions that have begun, as far as `actions` or `report_action` reported it, in this order."""
     acted_s: list[float] = field(default_factory=list)
     """When each of them began (s of simulated time)."""
     begun: list[int] = field(default_factory=list)
@@ -102,7 +102,7 @@ class Run:
     middleware: Middleware | None = field(default=None, repr=False)
     """What `ros2` starts nodes with, where the testbench declares a ROS 2 system."""
     waiting: Callable[[], None] | None = field(default=None, init=False, repr=False)
-    """How the person waits, if `waits` was called."""
+    """How the person waits, if `set_idle_handler` was called."""
     _disturbed: Any = field(default=None, init=False, repr=False)
     _lanes: Lanes | None = field(default=None, init=False, repr=False)
     _deciding: set[str] = field(default_factory=set, init=False, repr=False)
@@ -111,7 +111,7 @@ class Run:
     _watched: set[str] = field(default_factory=set, init=False, repr=False)
     """The bystanders whose acts a node takes."""
 
-    def disturbs(self, world: Any) -> None:
+    def set_disturbance_target(self, world: Any) -> None:
         """Hand over what the handlers of disturbances are called with; to be called before `go`."""
         self._disturbed = world
 
@@ -160,7 +160,7 @@ class Run:
 
         return terminal_for(self.kernel, name, record)
 
-    def waits(self, wait: Callable[[], None]) -> None:
+    def set_idle_handler(self, wait: Callable[[], None]) -> None:
         """Say how the person waits while there is nothing to do yet; to be called before `go`.
 
         Args:
@@ -173,8 +173,8 @@ class Run:
         """
         if len(self.actors) > 1:
             raise TestbenchError(
-                f"run.waits: the model has the actors {', '.join(self.actors)}, each of which waits by itself until "
-                "its agent has something to do; leave it out"
+                f"run.set_idle_handler: the model has the actors {', '.join(self.actors)}, each of which waits by "
+                "itself until its agent has something to do; leave it out"
             )
         self.waiting = wait
 
@@ -249,14 +249,14 @@ class Run:
             self._lanes = Lanes(self.test, self.kernel, self._begin)
         return self._lanes
 
-    def acting(self, number: int) -> None:
+    def report_action(self, number: int) -> None:
         """Report that action `number` (from 0) of the test begins now, for a world that has the whole test.
 
         Explanations of failures show these times. An action that is a disturbance of the testbench is applied in here:
         whoever enacts the test skips it. With one actor they begin in order.
 
         Raises:
-            TestbenchError: a disturbance that has a handler begins, and `disturbs` was not called.
+            TestbenchError: a disturbance that has a handler begins, and `set_disturbance_target` was not called.
         """
         if 0 <= number < len(self.test.actions):
             self._begin(number, self.test.actions[number])
@@ -271,12 +271,12 @@ class Run:
             if disturbance is not None:
                 self._disturb(disturbance, action)
 
-    def orders(self, one: str, other: str) -> tuple[tuple[str, str, str], ...]:
+    def order_bins(self, one: str, other: str) -> tuple[tuple[str, str, str], ...]:
         """Which actions of two actors met, and who began first, as bins of a cross product (see `Outcome.cross`).
 
         Two meet if no other action of theirs began between them; what they did is without who did it.
 
-        >>> run.orders("nurse", "child")                          # doctest: +SKIP
+        >>> run.order_bins("nurse", "child")                          # doctest: +SKIP
         (('send_on', 'step_in', 'child'), ('send_on', 'wait', 'nurse'))
         """
         theirs = [
@@ -290,16 +290,16 @@ class Run:
         ]
         return tuple(dict.fromkeys(bins))
 
-    def meanwhile(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
+    def overlap_bins(self, waiting: str, other: str) -> tuple[tuple[str, str], ...]:
         """What one actor waited to do, and what another one did meanwhile, as bins of a cross product.
 
         An actor waits from when it asks for its next action to when this begins: for what caused it, for its turn, or,
         where people decide during the run, for something to do.
 
-        >>> run.meanwhile("child", "nurse")                       # doctest: +SKIP
+        >>> run.overlap_bins("child", "nurse")                       # doctest: +SKIP
         (('step_out', 'rest'), ('step_out', 'call_out'))
         """
-        return self._times.meanwhile(waiting, other)
+        return self._times.overlap_bins(waiting, other)
 
     def idle_actors(self) -> tuple[str, ...]:
         """Actors, bystanders among them, whose actions nobody has asked for: no node takes them."""
@@ -323,7 +323,7 @@ class Run:
         if self._disturbed is None:
             raise TestbenchError(
                 f"'{action.command}' at {self.kernel.now_s:.3f} s: no world to disturb; the testbench's run has to "
-                "call run.disturbs(world) before run.go, with what the handler is to get"
+                "call run.set_disturbance_target(world) before run.go, with what the handler is to get"
             )
         assert disturbance.handler is not None, "checked with the testbench"
         disturbance.handler(self._disturbed, action.parameters)

@@ -24,7 +24,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import SEED_LIMIT
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
 
 __all__ = ["concrete_tests", "parameters", "values"]
 
@@ -39,12 +39,12 @@ def values(sampler: Sampler) -> st.SearchStrategy[float]:
     """
     if isinstance(sampler, Constant):
         return st.just(float(sampler.value))
-    if isinstance(sampler, Range):
+    if isinstance(sampler, Uniform):
         return st.floats(sampler.low, sampler.high, exclude_max=sampler.open_high)
-    if isinstance(sampler, Chance):
+    if isinstance(sampler, Sometimes):
         # Hypothesis shrinks to the alternative on the left. A probability of 0 means that the other one never happens.
         return st.just(0.0) | values(sampler.then) if sampler.probability > 0.0 else st.just(0.0)
-    raise GenerateError(f"no strategy for {sampler!r}; expected a Range, Chance or Constant")
+    raise GenerateError(f"no strategy for {sampler!r}; expected a Uniform, Sometimes or Constant")
 
 
 def parameters(samplers: Mapping[str, Sampler]) -> st.SearchStrategy[dict[str, float]]:

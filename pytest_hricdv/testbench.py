@@ -10,24 +10,24 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.coupling.hears import PerceptMapping
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
-from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
+from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.declarations.film import Camera, Film
 from pytest_hricdv.declarations.ros2 import Launch, Ros2, RosNode
-from pytest_hricdv.disturbance import Disturbance, Disturbances, Doubled, Late, Lost, lines
+from pytest_hricdv.disturbance import Delay, Disturbance, Disturbances, Drop, Duplicate, lines
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
-from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
 from pytest_hricdv.message_types import compared_fields
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.names import Kind
-from pytest_hricdv.online.declaration import Online, OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
@@ -36,38 +36,38 @@ from pytest_hricdv.runtime.body import Body
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
 __all__ = [
+    "ActionMapping",
     "BeliefSpace",
     "Body",
     "Bystander",
     "Camera",
-    "Chance",
     "Concretization",
-    "Conformance",
-    "ConformanceError",
     "Constant",
     "CrossProduct",
+    "Delay",
     "Disturbance",
-    "Does",
-    "Doubled",
+    "Drop",
+    "Duplicate",
     "Ending",
     "Film",
     "GenerateError",
-    "Hears",
-    "Late",
+    "InteractiveAgent",
+    "InteractiveAgentError",
     "Launch",
-    "Lost",
     "Model",
-    "Online",
-    "OnlineError",
+    "ModelOracle",
+    "ModelOracleError",
     "Outcome",
+    "PerceptMapping",
     "QLearning",
-    "Range",
     "Ros2",
     "RosNode",
     "Run",
     "Sampler",
+    "Sometimes",
     "Testbench",
     "TestbenchError",
+    "Uniform",
 ]
 
 FIELD_PURPOSES: Mapping[str, str] = {
@@ -165,7 +165,8 @@ class Testbench:
         conformance: the agent of the model that each run is compared with, and what corresponds to what; None where
             there is none.
         online: the agent of the model that decides in a run what the person does, and what it hears there; where the
-            model has several actors, a tuple with one `Online` for each; None where all actions are known before.
+            model has several actors, a tuple with one `InteractiveAgent` for each; None where all actions are known
+            before.
         may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
             its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before), "cycle"
             (it goes round: it repeats the same, and nothing is new for 180 s; which ends it unless it may do so, or may
@@ -212,8 +213,8 @@ class Testbench:
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
-    conformance: Conformance | None = None
-    online: Online | tuple[Online, ...] | None = None
+    conformance: ModelOracle | None = None
+    online: InteractiveAgent | tuple[InteractiveAgent, ...] | None = None
     may_end: tuple[str, ...] = ()
     patience_s: float | None = None
     fidelities: tuple[str, ...] = ()
@@ -243,7 +244,7 @@ class Testbench:
         return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
 
     @property
-    def deciding(self) -> tuple[Online, ...]:
+    def deciding(self) -> tuple[InteractiveAgent, ...]:
         """Who decides during runs: `online`, one for each actor; empty where nobody does."""
         if self.online is None:
             return ()

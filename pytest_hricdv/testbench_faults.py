@@ -10,7 +10,7 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
-from pytest_hricdv.declarations.conformance import Conformance
+from pytest_hricdv.declarations.conformance import ModelOracle
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.disturbance import faults
 from pytest_hricdv.generate import GenerateError
@@ -19,7 +19,7 @@ from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.monitor import Requirement
-from pytest_hricdv.online.declaration import Online
+from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.registry import FEATURES, offers
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
@@ -87,7 +87,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    optional: Mapping[str, type[Any]] = {"conformance": Conformance, "ros2": Ros2}
+    optional: Mapping[str, type[Any]] = {"conformance": ModelOracle, "ros2": Ros2}
     for name, kind in optional.items():
         part = getattr(testbench, name)
         if not isinstance(part, kind | None):
@@ -158,8 +158,9 @@ def _online_faults(testbench: Testbench) -> Iterator[str]:
     if testbench.online is None:
         return
     deciding = testbench.deciding
-    if not deciding or not all(isinstance(online, Online) for online in deciding):
-        yield f"online is {testbench.online!r}; expected Online(...), a tuple with one for each actor, or None"
+    if not deciding or not all(isinstance(online, InteractiveAgent) for online in deciding):
+        expected = "expected InteractiveAgent(...), a tuple with one for each actor, or None"
+        yield f"online is {testbench.online!r}; {expected}"
         return
     names, actors = [online.agent for online in deciding], testbench.model.actors
     if not actors:
@@ -173,10 +174,10 @@ def _online_faults(testbench: Testbench) -> Iterator[str]:
         if name not in actors:
             yield f"online has {name!r}, which is no actor of the model{nearest(name, actors)}"
         if name in names[:place]:
-            yield f"online has {name!r} twice; expected one Online(...) for each actor"
+            yield f"online has {name!r} twice; expected one InteractiveAgent(...) for each actor"
     missing = [actor for actor in actors if actor not in names]
     if missing:
-        listed = ", ".join(f"Online({actor!r})" for actor in missing)
+        listed = ", ".join(f"InteractiveAgent({actor!r})" for actor in missing)
         yield f"online has not all actors of the model, who decide during a run together; add {listed}"
 
 

@@ -87,7 +87,7 @@ def test_a_disturbance_comes_with_the_action_below_it_or_at_the_end() -> None:
     applied: list[float] = []
     run = lanes("disturb slip", "nurse: a", "child: x", "disturb slip", "nurse: b", "disturb slip")
     run.disturbances = {"slip": Disturbance({}, lambda world, given: world.append(run.kernel.now_s))}
-    run.disturbs(applied)
+    run.set_disturbance_target(applied)
     enact(run)
     assert applied == [0.0, 2.0, 4.0]
     assert run.begun == [0, 1, 2, 3, 4, 5]
@@ -132,7 +132,7 @@ def test_an_actor_whose_actions_nobody_takes_is_told() -> None:
 def test_a_world_that_has_the_whole_test_reports_what_begins_in_its_own_order() -> None:
     run = lanes("nurse: a", "child: x")
     for number in (1, 1, 0):
-        run.acting(number)
+        run.report_action(number)
     assert run.begun == [1, 0]
     assert run.idle_actors() == ()
 
@@ -140,20 +140,20 @@ def test_a_world_that_has_the_whole_test_reports_what_begins_in_its_own_order() 
 def test_who_began_first_is_told_of_actions_that_met() -> None:
     run = lanes("nurse: a", "child: x", "nurse: b", "child: x", turns={2: 0.1, 3: 0.9})
     assert enact(run)[:3] == ["0 child: x", "0 nurse: a", "2 child: x"]
-    assert run.orders("nurse", "child") == (("a", "x", "child"), ("a", "x", "nurse"), ("b", "x", "child"))
-    assert run.orders("child", "nurse")[0] == ("x", "a", "child")
+    assert run.order_bins("nurse", "child") == (("a", "x", "child"), ("a", "x", "nurse"), ("b", "x", "child"))
+    assert run.order_bins("child", "nurse")[0] == ("x", "a", "child")
 
 
 def test_what_one_does_while_another_waits_is_told() -> None:
     # The child is free at 1 s, and may begin once the nurse's second action is done, at 4 s.
     run = lanes("nurse: a", "nurse: b", "child: x", "child: y", "nurse: c", after={4: (2,)}, wait_s=0.0)
     assert enact(run, {"child": 1.0}) == ["0 nurse: a", "0 child: x", "2 nurse: b", "4 nurse: c", "4 child: y"]
-    assert run.meanwhile("child", "nurse") == (("y", "a"), ("y", "b"))
-    assert run.meanwhile("nurse", "child") == ()
+    assert run.overlap_bins("child", "nurse") == (("y", "a"), ("y", "b"))
+    assert run.overlap_bins("nurse", "child") == ()
     # For its turn it waits until the other one begins, not until this is done.
     run = lanes("nurse: a", "nurse: b", "child: x", turns={3: 0.7})
     assert enact(run) == ["0 nurse: a", "2 nurse: b", "2 child: x"]
-    assert run.meanwhile("child", "nurse") == (("x", "a"),)
+    assert run.overlap_bins("child", "nurse") == (("x", "a"),)
 
 
 def test_the_run_is_the_same_again() -> None:

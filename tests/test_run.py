@@ -9,7 +9,7 @@ import pytest
 
 from pytest_hricdv.disturbance import Disturbance
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, parse_formula
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
@@ -151,18 +151,20 @@ def test_a_run_that_is_over_early_is_still_one_of_the_whole_test() -> None:
 def test_a_world_that_has_the_whole_test_reports_what_begins() -> None:
     run = make_run(TEST)
     for number in (0, 0, 1, 7):
-        run.acting(number)
+        run.report_action(number)
     assert run.taken == [WAVE, NOD]
     assert run.acted_s == [0.0, 0.0]
 
 
 def test_a_disturbance_is_taken_when_the_person_comes_to_it_and_nobody_enacts_it() -> None:
     applied: list[tuple[float, float]] = []
-    slip = Disturbance({"by_m": Range(0.0, 1.0)}, lambda world, given: world.append((run.kernel.now_s, given["by_m"])))
+    slip = Disturbance(
+        {"by_m": Uniform(0.0, 1.0)}, lambda world, given: world.append((run.kernel.now_s, given["by_m"]))
+    )
     test = replace(TEST, actions=(WAVE, ConcreteAction("disturb slip", {"by_m": 0.5}), NOD))
     run = make_run(replace(test, actions=()), lambda run, actor: iter(test.actions))
     run.disturbances = {"slip": slip}
-    run.disturbs(applied)
+    run.set_disturbance_target(applied)
     enact(run)
     assert applied == [(2.0, 0.5)]
     assert run.acted_s == [0.0, 2.0, 2.0]

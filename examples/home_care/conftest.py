@@ -34,7 +34,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, Range, Testbench
+    from pytest_hricdv.testbench import Concretization, Testbench, Uniform
 
     return Testbench(
         name="home-care",
@@ -43,7 +43,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         lengths=LENGTHS,
         bystanders=bystanders(),
         disturbances=DISTURBANCES,
-        concretization=Concretization(COMMANDS, {**RUN, "battery": Range(0.19, 1.0)}),
+        concretization=Concretization(COMMANDS, {**RUN, "battery": Uniform(0.19, 1.0)}),
         by_hand=HERE / "tests" / "by_hand.toml",
         requirements=HERE / "tests" / "requirements.toml",
         messages=(Order, *SAID, DogCalled),
@@ -83,7 +83,7 @@ def run(run: Run) -> Outcome:
     mechanics, battery = new_mechanics(run.engine), float(run.test.run["battery"])
     house = House(run.kernel, run.recorder, run.test.seed, mechanics, battery)
     run.kernel.world = house
-    run.disturbs(Flat(run.kernel, house))
+    run.set_disturbance_target(Flat(run.kernel, house))
 
     async def program(bus: Bus) -> None:
         config = Config(faults=faults(os.environ.get(FAULTS, "")))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from house.house import House
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.testbench import Disturbance, Doubled, Late, Lost, Range
+from pytest_hricdv.testbench import Delay, Disturbance, Drop, Duplicate, Uniform
 
 Values = Mapping[str, float]
 
@@ -53,16 +53,16 @@ def dog_jumps(flat: Flat, values: Values) -> None:
     flat.house.dog_jumps(values["dx_m"], values["dy_m"])
 
 
-JUMP = Range(-1.0, 1.0, "m")
+JUMP = Uniform(-1.0, 1.0, "m")
 """As far as that of the published case, which steps of up to 1 m were drawn for."""
 
-DISTURBANCES: Mapping[str, Disturbance | Lost | Late | Doubled] = {
-    "order_lost": Lost("order"),
-    "order_late": Late("order", Range(1.0, 60.0, "s")),
-    "order_doubled": Doubled("order", Range(0.5, 60.0, "s")),
-    "answer_lost": Lost("accepted"),
-    "food_taken": Disturbance({"within_s": Range(100.0, 300.0, "s"), "after_s": Range(0.0, 20.0, "s")}, food_taken),
-    "gripper_jams": Disturbance({"for_s": Range(20.0, 200.0, "s")}, gripper_jams),
-    "battery_low": Disturbance({"level": Range(0.1, 0.2)}, battery_low),
+DISTURBANCES: Mapping[str, Disturbance | Drop | Delay | Duplicate] = {
+    "order_lost": Drop("order"),
+    "order_late": Delay("order", Uniform(1.0, 60.0, "s")),
+    "order_doubled": Duplicate("order", Uniform(0.5, 60.0, "s")),
+    "answer_lost": Drop("accepted"),
+    "food_taken": Disturbance({"within_s": Uniform(100.0, 300.0, "s"), "after_s": Uniform(0.0, 20.0, "s")}, food_taken),
+    "gripper_jams": Disturbance({"for_s": Uniform(20.0, 200.0, "s")}, gripper_jams),
+    "battery_low": Disturbance({"level": Uniform(0.1, 0.2)}, battery_low),
     "dog_jumps": Disturbance({"dx_m": JUMP, "dy_m": JUMP}, dog_jumps),
 }

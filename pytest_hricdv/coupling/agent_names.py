@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Key
-from pytest_hricdv.coupling.hears import CouplingError, Hears
+from pytest_hricdv.coupling.hears import CouplingError, PerceptMapping
 from pytest_hricdv.coupling.terms import comparable
 
 CONTENT = {".send": 2, ".broadcast": 1}
@@ -46,7 +46,7 @@ class AgentNames:
         """The goals without parameters that it has plans for, sorted."""
         return self._plain_goals
 
-    def heard(self, hears: Hears) -> Structure:
+    def heard(self, hears: PerceptMapping) -> Structure:
         """The literal of what it hears. Raises CouplingError for one that it does not know."""
         literal = _parse(hears.owner, hears.literal.removeprefix("!"))
         kind, predicates = ("goal", self._goals) if hears.is_goal else ("belief", self._beliefs)

@@ -15,7 +15,7 @@ class CouplingError(InputError):
 
 
 @dataclass(frozen=True)
-class Hears:
+class PerceptMapping:
     """What the agent perceives or is told when an event happens in the run.
 
     It believes this from then on: nothing is taken back when what it heard of ends, and to hear it again while it is
@@ -42,4 +42,4 @@ class Hears:
     @property
     def owner(self) -> str:
         """What errors call it."""
-        return f"Hears({self.literal!r})"
+        return f"PerceptMapping({self.literal!r})"

@@ -1,7 +1,7 @@
 """Bystanders: actors of a run that no plan describes, such as a dog or a door that somebody opens.
 
->>> from pytest_hricdv.generate.sampler import Range
->>> dog = Bystander("dog", {"walk": {"far_m": Range(0.5, 3.0, "m")}, "lie_down": {}}, most=2)
+>>> from pytest_hricdv.generate.sampler import Uniform
+>>> dog = Bystander("dog", {"walk": {"far_m": Uniform(0.5, 3.0, "m")}, "lie_down": {}}, most=2)
 >>> sorted(dog.parameters)
 ['dog_1_act', 'dog_1_pause_s', 'dog_1_walk_far_m', 'dog_2_act', 'dog_2_pause_s', 'dog_2_walk_far_m', 'dog_acts']
 >>> dog.acts_of({"dog_acts": 1, "dog_1_act": 1, "dog_1_pause_s": 4.0, "dog_1_walk_far_m": 2.0})
@@ -17,7 +17,7 @@ from random import Random
 
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.rng import random_index
-from pytest_hricdv.generate.sampler import Range, Sampler
+from pytest_hricdv.generate.sampler import Sampler, Uniform
 
 _NAME = re.compile(r"[a-z]\w*\Z", re.ASCII)
 _ACT = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
@@ -74,7 +74,7 @@ class Bystander:
     acts: Mapping[str, Mapping[str, Sampler]] = field(hash=False)
     fewest: int = 0
     most: int = 4
-    pause_s: Sampler = Range(0.0, 10.0, "s")  # noqa: RUF009  (frozen)
+    pause_s: Sampler = Uniform(0.0, 10.0, "s")  # noqa: RUF009  (frozen)
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not _NAME.match(self.name):
@@ -86,7 +86,7 @@ class Bystander:
             raise GenerateError(f"Bystander {self.name!r}: {numbers}; expected 0 <= fewest <= most, and most >= 1")
         for sampler in (self.pause_s, *(sampler for samplers in self.acts.values() for sampler in samplers.values())):
             if not isinstance(sampler, Sampler):
-                raise GenerateError(f"Bystander {self.name!r}: {sampler!r} is no Range, Chance or Constant")
+                raise GenerateError(f"Bystander {self.name!r}: {sampler!r} is no Uniform, Sometimes or Constant")
 
     @property
     def parameters(self) -> dict[str, Sampler]:

@@ -7,29 +7,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.coupling.hears import PerceptMapping
 
 MODEL = "MODEL"
 """The id of the verdict."""
 
 
-class ConformanceError(InputError):
+class ModelOracleError(InputError):
     """A declaration of conformance is wrong; the text says which part, what was expected, and what to do."""
 
 
 @dataclass(frozen=True)
-class Does:
+class ActionMapping:
     """An act of the agent, and the event by which the code under test is observed to do it.
 
     Args:
         act: the label of a plan, which the agent begins (`@p3`); the content of a message that it sends; or an external
-            action. Variables as in `Hears`: the argument has to be the event's value.
+            action. Variables as in `PerceptMapping`: the argument has to be the event's value.
         when: the event, in the language of requirements: `on(state) & state == "Move_hand"`.
         within_s: the earliest and the latest time (s) after the agent is ready for the act.
         fails: for an external action, the event by which it fails; the agent's plan fails then, too.
 
     Raises:
-        ConformanceError: a window that is none.
+        ModelOracleError: a window that is none.
     """
 
     act: str
@@ -40,18 +40,18 @@ class Does:
     def __post_init__(self) -> None:
         window = self.within_s
         if not (isinstance(window, tuple) and len(window) == 2 and 0 <= window[0] <= window[1] < math.inf):
-            raise ConformanceError(
+            raise ModelOracleError(
                 f"{self.owner}: within_s is {window!r}; expected the earliest and the latest time in s, (0, 10)"
             )
 
     @property
     def owner(self) -> str:
         """What errors call it."""
-        return f"Does({self.act!r})"
+        return f"ActionMapping({self.act!r})"
 
 
 @dataclass(frozen=True)
-class Conformance:
+class ModelOracle:
     """The agent that says what the code under test should do, and what corresponds to what.
 
     Each act of the agent that corresponds to an event has to be observed within its window. An event that corresponds
@@ -69,22 +69,22 @@ class Conformance:
             is followed up to there. Empty where there is none.
 
     Raises:
-        ConformanceError: nothing that it does, or a number that makes no sense.
+        ModelOracleError: nothing that it does, or a number that makes no sense.
     """
 
     agent: str
-    does: tuple[Does, ...]
-    hears: tuple[Hears, ...] = ()
+    does: tuple[ActionMapping, ...]
+    hears: tuple[PerceptMapping, ...] = ()
     limits: Mapping[str, float | str] = field(default_factory=dict, hash=False)
     tolerance_s: float = 0.5
     until: str = ""
 
     def __post_init__(self) -> None:
-        for name, kind in (("does", Does), ("hears", Hears)):
+        for name, kind in (("does", ActionMapping), ("hears", PerceptMapping)):
             declared = getattr(self, name)
             if not (isinstance(declared, tuple) and all(isinstance(member, kind) for member in declared)):
-                raise ConformanceError(f"Conformance: {name} is {declared!r}; expected a tuple of {kind.__name__}(...)")
+                raise ModelOracleError(f"ModelOracle: {name} is {declared!r}; expected a tuple of {kind.__name__}(...)")
         if not self.does:
-            raise ConformanceError("Conformance: does is empty; expected at least one act that can be observed")
+            raise ModelOracleError("ModelOracle: does is empty; expected at least one act that can be observed")
         if not (isinstance(self.tolerance_s, int | float) and 0 <= self.tolerance_s < math.inf):
-            raise ConformanceError(f"Conformance: tolerance_s is {self.tolerance_s!r}; expected a time in seconds")
+            raise ModelOracleError(f"ModelOracle: tolerance_s is {self.tolerance_s!r}; expected a time in seconds")

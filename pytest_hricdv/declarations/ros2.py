@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -41,7 +41,7 @@ class Ros2:
         interfaces: folders of packages of interfaces that are not installed, such as "third_party/nav2_msgs": their
             `.msg`, `.srv` and `.action` files are enough to import them. Paths are relative to where pytest is started.
         delay_s: full name of a topic, service or action, or a pattern such as `"/camera/*"` -> how long each message is
-            on its way (s): a number, or a `Range`, from which it is drawn by the seed of the test. Names come before
+            on its way (s): a number, or a `Uniform`, from which it is drawn by the seed of the test. Names come before
             patterns, and earlier patterns before later ones.
         drop: likewise, the share of messages that are lost, from 0 to 1. Only best effort loses any: a name whose
             messages are carried reliably is an error, a pattern does not mean them.
@@ -55,7 +55,7 @@ class Ros2:
     packages: tuple[str, ...] = ()
     patience_s: float = 30.0
     interfaces: tuple[str | Path, ...] = ()
-    delay_s: Mapping[str, Range | float] = field(default_factory=dict, hash=False)
+    delay_s: Mapping[str, Uniform | float] = field(default_factory=dict, hash=False)
     drop: Mapping[str, float] = field(default_factory=dict, hash=False)
     reorder: tuple[str, ...] = ()
 

@@ -17,7 +17,7 @@ from random import Random
 from pytest_hricdv.experiments.budget import Budget, BudgetSpentError, Ended
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, Parameters
 from pytest_hricdv.generate.rng import pick, random_index, weighted
-from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+from pytest_hricdv.generate.sampler import Sampler, Sometimes, Uniform
 
 PATIENCE = 8
 """So many steps without an improvement, and it is the next start's turn. Chosen."""
@@ -193,8 +193,8 @@ def _other_value(value: float, sampler: Sampler, step: float, rng: Random) -> fl
         return sampler.sample(rng)
     if share < _NEW_SAMPLE + _SIMPLE_VALUE:
         return pick(rng, sampler.simple_values())
-    inside = sampler.then if isinstance(sampler, Chance) else sampler
-    if not isinstance(inside, Range):
+    inside = sampler.then if isinstance(sampler, Sometimes) else sampler
+    if not isinstance(inside, Uniform):
         return pick(rng, sampler.simple_values())
     # 0.0 of a chance that did not occur may be outside: then the step starts at a sample.
     start = value if inside.contains(value) else inside.sample(rng)

@@ -19,7 +19,7 @@ from typing import TypeVar
 from pytest_hricdv.experiments.budget import Budget, BudgetSpentError, Ended
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.sampler import Chance, Range, Sampler
+from pytest_hricdv.generate.sampler import Sampler, Sometimes, Uniform
 
 T = TypeVar("T")
 
@@ -221,8 +221,8 @@ def shrink_candidates(value: float, sampler: Sampler) -> tuple[float, ...]:
 
 
 def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
-    inside = sampler.then if isinstance(sampler, Chance) else sampler
-    if not isinstance(inside, Range) or value == 0.0:
+    inside = sampler.then if isinstance(sampler, Sometimes) else sampler
+    if not isinstance(inside, Uniform) or value == 0.0:
         return
     magnitude = floor(log10(abs(value)))
     for digits in _SIGNIFICANT_DIGITS:

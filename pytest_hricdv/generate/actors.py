@@ -19,7 +19,7 @@ from random import Random
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.sampler import Range, Sampler
+from pytest_hricdv.generate.sampler import Sampler, Uniform
 
 #: Number of an action (from 1) -> the numbers of those, of other actors, that have to be done before it begins.
 After = Mapping[int, tuple[int, ...]]
@@ -38,7 +38,7 @@ _NUMBER = re.compile(r"[1-9]\d{0,5}\Z", re.ASCII)
 
 
 @dataclass(frozen=True)
-class TurnWait(Range):
+class TurnWait(Uniform):
     """How long an actor waits for its turn at most; the simplest is not to wait."""
 
     def simple_values(self) -> tuple[float, ...]:
@@ -46,7 +46,7 @@ class TurnWait(Range):
         return tuple(sorted(super().simple_values()))
 
 
-TURNS = Range(0.0, 1.0)
+TURNS = Uniform(0.0, 1.0)
 """The range of turns."""
 
 PAUSE_S = "pause_s"

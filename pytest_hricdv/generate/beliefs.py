@@ -44,25 +44,25 @@ class BeliefSpace:
     Args:
         start: the beliefs that begin an interaction; every subset that a method draws has one of them.
         groups: the other beliefs, by the name of their group; a balanced subset has one of each group.
-        naming: groups whose chosen belief appears in a test's id next to the start belief.
-        neutral: beliefs that mean "none of this group", as `not_bored` does: the model need not mention them.
+        id_groups: groups whose chosen belief appears in a test's id next to the start belief.
+        default_beliefs: beliefs that mean "none of this group", as `not_bored` does: the model need not mention them.
 
     Raises:
         GenerateError: no start belief, an empty group, a belief listed twice, a belief that is no AgentSpeak atom,
-            a name in `naming` that is no group, or one in `neutral` that is no belief of the space.
+            a name in `id_groups` that is no group, or one in `default_beliefs` that is no belief of the space.
     """
 
     start: tuple[str, ...]
     groups: Mapping[str, tuple[str, ...]] = field(hash=False)
-    naming: tuple[str, ...] = ()
-    neutral: tuple[str, ...] = ()
+    id_groups: tuple[str, ...] = ()
+    default_beliefs: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         # As tuples, which nobody changes: users declare lists. A frozen dataclass has no other way to set a field.
         object.__setattr__(self, "start", tuple(self.start))
         object.__setattr__(self, "groups", {name: tuple(group) for name, group in self.groups.items()})
-        object.__setattr__(self, "naming", tuple(self.naming))
-        object.__setattr__(self, "neutral", tuple(self.neutral))
+        object.__setattr__(self, "id_groups", tuple(self.id_groups))
+        object.__setattr__(self, "default_beliefs", tuple(self.default_beliefs))
         if START in self.groups:
             raise GenerateError(f"group {START!r}: the start beliefs have this name already; expected another one")
         group_of: dict[str, str] = {}
@@ -71,12 +71,12 @@ class BeliefSpace:
                 raise GenerateError(f"group {name!r} of beliefs is empty; expected at least one belief")
             for belief in group:
                 _add_belief(belief, name, group_of)
-        for name in self.naming:
+        for name in self.id_groups:
             if name not in self.groups:
-                raise GenerateError(f"naming group {name!r} is no group of this space{nearest(name, self.groups)}")
-        for belief in self.neutral:
+                raise GenerateError(f"id_groups: {name!r} is no group of this space{nearest(name, self.groups)}")
+        for belief in self.default_beliefs:
             if belief not in group_of:
-                raise GenerateError(f"neutral belief {belief!r} is not in the belief space{nearest(belief, group_of)}")
+                raise GenerateError(f"default belief {belief!r} is not in the belief space{nearest(belief, group_of)}")
 
     @property
     def beliefs(self) -> tuple[str, ...]:
@@ -114,10 +114,10 @@ class BeliefSpace:
         return tuple(sorted(chosen, key=rank.__getitem__))
 
     def target(self, beliefs: Iterable[str]) -> str:
-        """A subset in a few words: its start belief and its beliefs of the naming groups, as in `leg1-bored`."""
+        """A subset in a few words: its start belief and its beliefs of `id_groups`, as in `leg1-bored`."""
         subset = self.subset(beliefs)
         starts = [belief for belief in subset if belief in self.start] or ["no-start"]
-        shown = {belief for name in self.naming for belief in self.groups[name]}
+        shown = {belief for name in self.id_groups for belief in self.groups[name]}
         return "-".join([*starts, *(belief for belief in subset if belief in shown)])
 
 

@@ -34,7 +34,7 @@ from pytest_hricdv.generate.actors import (
 from pytest_hricdv.generate.beliefs import MAX_CONCRETIZATIONS
 from pytest_hricdv.generate.chosen_values import RUN, Values, owner
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, make_rng
-from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Range, Sampler, Sampling
+from pytest_hricdv.generate.sampler import SAMPLINGS, Constant, Sampler, Sampling, Uniform
 
 Parameters = Mapping[str, float]
 UNIFORM = "uniform"
@@ -62,7 +62,7 @@ class Concretization:
 
     commands: Mapping[str, Mapping[str, Sampler]] = field(hash=False)
     run: Mapping[str, Sampler] = field(default_factory=dict, hash=False)
-    turn_wait_s: Range | Constant = TurnWait(0.0, 10.0, "s")  # noqa: RUF009  (frozen)
+    turn_wait_s: Uniform | Constant = TurnWait(0.0, 10.0, "s")  # noqa: RUF009  (frozen)
 
     def __post_init__(self) -> None:
         for command, samplers in self.commands.items():
@@ -73,8 +73,8 @@ class Concretization:
             _check_samplers(f"concretization of {command!r}", samplers)
         _check_samplers("concretization of a run", self.run)
         wait = self.turn_wait_s
-        if not isinstance(wait, Range | Constant) or any(wait_s < 0 for wait_s in wait.corners()):
-            raise GenerateError(f"turn_wait_s is {wait!r}; expected a Range or Constant of at least 0 s")
+        if not isinstance(wait, Uniform | Constant) or any(wait_s < 0 for wait_s in wait.corners()):
+            raise GenerateError(f"turn_wait_s is {wait!r}; expected a Uniform or Constant of at least 0 s")
 
     def with_turns(self, actors: Collection[str]) -> Concretization:
         """The same for tests with several actors: each of their commands has a turn, the run a wait for it.
@@ -92,7 +92,7 @@ class Concretization:
             commands[command] = {**samplers, TURN: TURNS}
         _check_free("concretization of a run", TURN_WAIT_S, self.run)
         wait = self.turn_wait_s
-        if isinstance(wait, Range):
+        if isinstance(wait, Uniform):
             wait = TurnWait(wait.low, wait.high, wait.unit, wait.open_high)
         return replace(self, commands=commands, run={**self.run, TURN_WAIT_S: wait})
 
@@ -137,7 +137,9 @@ def _check_free(where: str, name: str, samplers: Mapping[str, Sampler]) -> None:
 def _check_samplers(where: str, samplers: Mapping[str, Sampler]) -> None:
     for name, sampler in samplers.items():
         if not isinstance(sampler, Sampler):
-            raise GenerateError(f"{where}: parameter {name!r} is {sampler!r}; expected a Range, Chance or Constant")
+            raise GenerateError(
+                f"{where}: parameter {name!r} is {sampler!r}; expected a Uniform, Sometimes or Constant"
+            )
 
 
 @dataclass(frozen=True)

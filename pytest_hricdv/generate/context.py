@@ -108,7 +108,7 @@ class GenerationContext:
             method,
             file_digests(files),
             None if model is None else model.parts(),
-            None if space is None else [space.start, groups, space.naming, space.neutral],
+            None if space is None else [space.start, groups, space.id_groups, space.default_beliefs],
             self.commands,
             self.seed,
             self.tests,

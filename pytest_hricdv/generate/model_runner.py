@@ -43,7 +43,7 @@ class ModelRunner:
 
     Raises:
         GenerateError: the model cannot be loaded; it lacks an agent or a coverage plan; a belief of the space does not
-            occur in the actor's program, so that choosing it cannot change a test, and is not declared neutral.
+            occur in the actor's program, so that choosing it cannot change a test, and is no default belief.
     """
 
     def __init__(self, model: Model, space: BeliefSpace) -> None:
@@ -72,10 +72,10 @@ class ModelRunner:
         mentioned = [name for actor in actors for name in _mentioned(self._system, actor)]
         where = f"agent {actors[0]!r}" if len(actors) == 1 else f"the actors {', '.join(actors)}"
         for belief in self.space.beliefs:
-            if belief not in mentioned and belief not in self.space.neutral:
+            if belief not in mentioned and belief not in self.space.default_beliefs:
                 raise GenerateError(
                     f"{self.model.path}: belief {belief!r} of the space occurs nowhere in {where}, "
-                    "so that choosing it could never change a test; expected it there, or among the neutral beliefs"
+                    "so that choosing it could never change a test; expected it there, or among the default beliefs"
                     f"{nearest(belief, mentioned)}"
                 )
 

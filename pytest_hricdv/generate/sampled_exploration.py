@@ -57,7 +57,9 @@ def explore_by_sampling(runner: ModelRunner, reason: str) -> Exploration:
 def _sets(runner: ModelRunner, rng: Random) -> Iterator[tuple[str, ...]]:
     """Distinct belief sets: each start belief alone, then those that are drawn."""
     space, drawn = runner.space, dict[tuple[str, ...], None]()
-    groups = [("", *(belief for belief in group if belief not in space.neutral)) for group in space.groups.values()]
+    groups = [
+        ("", *(belief for belief in group if belief not in space.default_beliefs)) for group in space.groups.values()
+    ]
     possible = len(space.start) * math.prod(len(group) for group in groups)
     for start in space.start:
         drawn[space.subset([start])] = None

@@ -69,7 +69,7 @@ class Constant(Sampler):
 
 
 @dataclass(frozen=True)
-class Range(Sampler):
+class Uniform(Sampler):
     """Uniform over [low, high], or over [low, high) with `open_high`, in `unit`.
 
     Raises:
@@ -120,7 +120,7 @@ class Range(Sampler):
 
 
 @dataclass(frozen=True)
-class Chance(Sampler):
+class Sometimes(Sampler):
     """With `probability` a value of `then`, otherwise 0.0.
 
     Raises:
@@ -128,7 +128,7 @@ class Chance(Sampler):
     """
 
     probability: float
-    then: Range | Constant
+    then: Uniform | Constant
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.probability <= 1.0:

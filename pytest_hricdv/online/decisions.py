@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.chooser import DISTURBANCE, GOAL, NONE, Choice, Chooser, Decision, Situation
-from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.role import Role
 
 MOST_GOALS = 8
@@ -42,13 +42,15 @@ class Decisions:
         """One of the options.
 
         Raises:
-            OnlineError: the chooser chose something else.
+            InteractiveAgentError: the chooser chose something else.
         """
         situation = self._situation(now_s)
         chosen = self._chooser.choose(Decision(about, options, situation))
         if chosen not in options:
             alternatives = ", ".join(map(repr, options))
-            raise OnlineError(f"Online: {chosen!r} was chosen for {about}; expected one of {alternatives}")
+            raise InteractiveAgentError(
+                f"InteractiveAgent: {chosen!r} was chosen for {about}; expected one of {alternatives}"
+            )
         if chosen != NONE or about not in (GOAL, DISTURBANCE):
             self.choices.append(Choice(len(self.taken), situation.state, situation.interaction, about, chosen))
         return chosen

@@ -5,23 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.coupling.hears import PerceptMapping
 from pytest_hricdv.run import TestbenchError
 
 PATIENCE_S = 30.0
 """Chosen: longer than what a robot does for somebody takes, and much shorter than a run."""
 
 
-class OnlineError(TestbenchError):
+class InteractiveAgentError(TestbenchError):
     """A declaration of the online agent is wrong, or its run cannot go on; the text says where and what to do."""
 
 
 @dataclass(frozen=True)
-class Online:
+class InteractiveAgent:
     """The agent that decides, during a run, what the person does.
 
     It perceives between its actions: whatever has happened when the person is free again. When it has nothing to do,
-    the person waits as the testbench says (`Run.waits`); when there is nothing to do after that, its actions are over.
+    the person waits as the testbench says (`Run.set_idle_handler`); when there is nothing to do after that, its actions
+    are over.
 
     Args:
         agent: its name in the model; its external actions are commands.
@@ -30,18 +31,24 @@ class Online:
             its actions are over (s). While its agent waits for a time itself, it does not count.
 
     Raises:
-        OnlineError: no name, `hears` is no tuple of `Hears`, or a patience that is no time.
+        InteractiveAgentError: no name, `hears` is no tuple of `PerceptMapping`, or a patience that is no time.
     """
 
     agent: str
-    hears: tuple[Hears, ...] = ()
+    hears: tuple[PerceptMapping, ...] = ()
     patience_s: float = PATIENCE_S
 
     def __post_init__(self) -> None:
         if not (isinstance(self.agent, str) and self.agent):
-            raise OnlineError(f"Online: agent is {self.agent!r}; expected the name of an agent of the model")
-        if not (isinstance(self.hears, tuple) and all(isinstance(heard, Hears) for heard in self.hears)):
-            raise OnlineError(f"Online: hears is {self.hears!r}; expected a tuple of Hears(...)")
+            raise InteractiveAgentError(
+                f"InteractiveAgent: agent is {self.agent!r}; expected the name of an agent of the model"
+            )
+        if not (isinstance(self.hears, tuple) and all(isinstance(heard, PerceptMapping) for heard in self.hears)):
+            raise InteractiveAgentError(
+                f"InteractiveAgent: hears is {self.hears!r}; expected a tuple of PerceptMapping(...)"
+            )
         is_number = isinstance(self.patience_s, int | float) and not isinstance(self.patience_s, bool)
         if not (is_number and 0.0 <= self.patience_s < math.inf):
-            raise OnlineError(f"Online: patience_s is {self.patience_s!r}; expected a time in seconds, from 0 on")
+            raise InteractiveAgentError(
+                f"InteractiveAgent: patience_s is {self.patience_s!r}; expected a time in seconds, from 0 on"
+            )

@@ -17,8 +17,8 @@ Choose = Callable[[str, tuple[str, ...]], str]
 class LateBeliefs:
     """The groups of a space that are open, in one run.
 
-    A group is open as long as the agent believes none of it but a neutral belief; it is decided when the agent looks
-    one of its beliefs up, at most once until `reopen`. In a group without a neutral belief, none may be chosen.
+    A group is open as long as the agent believes none of it but a default belief; it is decided when the agent looks
+    one of its beliefs up, at most once until `reopen`. In a group without a default belief, none may be chosen.
 
     Args:
         space: the groups.
@@ -60,13 +60,13 @@ class LateBeliefs:
             return
         self._decided.add(group)  # before it is decided: to believe something looks the group up again
         members = self._space.groups[group]
-        neutral = [belief for belief in members if belief in self._space.neutral]
-        if any(self._is_held(belief) for belief in members if belief not in neutral):
+        default_beliefs = [belief for belief in members if belief in self._space.default_beliefs]
+        if any(self._is_held(belief) for belief in members if belief not in default_beliefs):
             return
-        chosen = self._choose(group, members if neutral else (NONE, *members))
+        chosen = self._choose(group, members if default_beliefs else (NONE, *members))
         if chosen == NONE or self._is_held(chosen):
             return
-        for belief in neutral:
+        for belief in default_beliefs:
             if self._is_held(belief):
                 self._disbelieve(self._given(belief))
         self._believe(self._given(chosen))

@@ -26,7 +26,7 @@ class OnlineActions:
         """The actions, up to when the agent has nothing to do and nothing more to expect.
 
         Raises:
-            OnlineError: the agent cannot go on.
+            InteractiveAgentError: the agent cannot go on.
             GenerateError: it does what is no command.
         """
         for place in count():

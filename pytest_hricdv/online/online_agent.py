@@ -18,7 +18,7 @@ from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.chooser import ACT, NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
-from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.hearing import Hearing
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.role import Role
@@ -95,7 +95,8 @@ class OnlineAgent:
                 run.
 
         Raises:
-            OnlineError: the agent cannot go on, has an action that is no command, or hears what has no value yet.
+            InteractiveAgentError: the agent cannot go on, has an action that is no command, or hears what has no
+                value yet.
         """
         try:
             self._go_on(time_s)
@@ -113,7 +114,7 @@ class OnlineAgent:
         The agent's clock is ahead of that of the run then: how long it waits takes no time there.
 
         Raises:
-            OnlineError: as `next_command`.
+            InteractiveAgentError: as `next_command`.
         """
         run = self._run
         try:
@@ -125,8 +126,8 @@ class OnlineAgent:
         except (BdiError, GenerateError) as error:
             raise self._failed(error, run.now_s) from error
 
-    def _failed(self, error: Exception, time_s: float) -> OnlineError:
-        return OnlineError(f"Online: {self._agent.name} at {time_s:.3f} s: {error}")
+    def _failed(self, error: Exception, time_s: float) -> InteractiveAgentError:
+        return InteractiveAgentError(f"InteractiveAgent: {self._agent.name} at {time_s:.3f} s: {error}")
 
     def _go_on(self, time_s: float) -> None:
         """The agent goes on after its command, and hears what has happened until now."""

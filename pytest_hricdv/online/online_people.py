@@ -32,7 +32,7 @@ from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concre
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.chooser import ACT, NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
-from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.enacted_lanes import Begun, LaneRecord
 from pytest_hricdv.online.hearing import Hearing
 from pytest_hricdv.online.late_beliefs import LateBeliefs
@@ -161,7 +161,7 @@ class OnlinePeople:
         """The actions of an actor, up to when its agent has nothing to do, and nothing more to expect for a while.
 
         Raises:
-            OnlineError: an agent cannot go on, or hears what has no value yet.
+            InteractiveAgentError: an agent cannot go on, or hears what has no value yet.
             GenerateError: it does what is no command.
         """
         if self._kernel is None:
@@ -173,7 +173,9 @@ class OnlinePeople:
             try:
                 ready = self._is_ready(person)
             except (BdiError, CouplingError, GenerateError) as error:
-                raise OnlineError(f"Online: {actor} at {run.kernel.now_s:.3f} s: {error}") from error
+                raise InteractiveAgentError(
+                    f"InteractiveAgent: {actor} at {run.kernel.now_s:.3f} s: {error}"
+                ) from error
             if not ready:
                 self._record.left(actor, person.free_us, run.kernel.now_us)
                 return

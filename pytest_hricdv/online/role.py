@@ -13,7 +13,7 @@ from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import RequirementError, Vocabulary
-from pytest_hricdv.online.declaration import Online, OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 
 Planned = Callable[[Sequence[str]], Iterable[object]]
 """What each interaction of an abstract test plans (see `CrossProduct`)."""
@@ -37,7 +37,7 @@ class Role:
         planned: what tells the interactions of commands apart: `planned` of the cross products that have it.
     """
 
-    declaration: Online
+    declaration: InteractiveAgent
     model: Model
     space: BeliefSpace
     agent: AgentTemplate
@@ -51,7 +51,7 @@ class Role:
 
 
 def load_role(
-    declaration: Online,
+    declaration: InteractiveAgent,
     model: Model,
     space: BeliefSpace,
     vocabulary: Vocabulary,
@@ -62,17 +62,19 @@ def load_role(
     """Check a declaration, and make it ready.
 
     Raises:
-        OnlineError: the model has no such agent or literal, a literal has a variable that nothing is called after, a
-            condition does not parse, or the agent is the one that steers.
+        InteractiveAgentError: the model has no such agent or literal, a literal has a variable that nothing is called
+            after, a condition does not parse, or the agent is the one that steers.
     """
     if declaration.agent == model.steering_agent:
-        raise OnlineError(f"Online: agent {declaration.agent!r} steers the others; expected one that it steers")
+        raise InteractiveAgentError(
+            f"InteractiveAgent: agent {declaration.agent!r} steers the others; expected one that it steers"
+        )
     try:
         (agent, steering), others = read_agents([declaration.agent, model.steering_agent], model)
         names = AgentNames(agent.name, agent.program.plans)
         hears = parse_heard(declaration.hears, names, (*others, steering.name), vocabulary)
     except (CouplingError, RequirementError) as error:
-        raise OnlineError(f"Online: {error}") from error
+        raise InteractiveAgentError(f"InteractiveAgent: {error}") from error
     return Role(
         declaration,
         model,

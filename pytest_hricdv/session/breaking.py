@@ -23,14 +23,14 @@ from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.runtime.plain import Value
 
-NAME = "hri_now"
+NAME = "hri_state"
 
 _PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
 class Now:
-    """The instant at which a run stands still; a debugger has it as `hri_now`.
+    """The instant at which a run stands still; a debugger has it as `hri_state`.
 
     Args:
         requirement: that is violated.

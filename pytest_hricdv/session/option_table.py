@@ -115,7 +115,7 @@ AFTER_THE_TESTS = (
     Value(
         "break",
         "REQUIREMENT[,...]",
-        "stop in a debugger at the instant at which a test violates it, inside the code under test; hri_now has the "
+        "stop in a debugger at the instant at which a test violates it, inside the code under test; hri_state has the "
         "time, signals, messages, the state and the verdicts",
         key=False,
     ),

@@ -284,7 +284,7 @@ class SessionReporter:
     def _warn_of_untested_beliefs(self) -> list[str]:
         """Names in the belief space that are in vain; that a model is broken is said elsewhere."""
         space = self.collection.testbench.beliefs
-        named = [belief for belief in space.beliefs if belief not in space.neutral]
+        named = [belief for belief in space.beliefs if belief not in space.default_beliefs]
         try:
             untested = untested_beliefs(self.collection.testbench.model, named)
         except GenerateError:
@@ -293,7 +293,7 @@ class SessionReporter:
             return []
         return [
             f"no agent tests {', '.join(untested)} of the belief space, in no trigger, context or condition, so "
-            "choosing it changes no test: correct the name, let a plan test it, or declare it neutral"
+            "choosing it changes no test: correct the name, let a plan test it, or make it a default belief"
         ]
 
     @property

@@ -15,11 +15,11 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.monitor import load_requirements
-from pytest_hricdv.testbench import Bystander, Range, Run, Testbench, TestbenchError
+from pytest_hricdv.testbench import Bystander, Run, Testbench, TestbenchError, Uniform
 from pytest_hricdv.testbench_faults import checked
 from tests.actors.corridor.bench import Corridor, child, nurse, running, ward
 
-DOG = Bystander("dog", {"bark": {}, "run": {"far_m": Range(1.0, 5.0, "m")}}, fewest=1, most=3)
+DOG = Bystander("dog", {"bark": {}, "run": {"far_m": Uniform(1.0, 5.0, "m")}}, fewest=1, most=3)
 LINES = ("nurse: send_on", "child: step_in", "child: wait")
 
 
@@ -94,8 +94,8 @@ def test_names_that_are_taken_are_refused(bystander: Bystander, complaint: str) 
         ({"name": "dog", "acts": {}}, "acts are []; expected one word each"),
         ({"name": "dog", "acts": {"lie down": {}}}, "acts are ['lie down']; expected one word each"),
         ({"name": "dog", "acts": {"walk": {}}, "fewest": 3, "most": 2}, "3 to 2 acts; expected 0 <= fewest <= most"),
-        ({"name": "dog", "acts": {"walk": {"far_m": 3.0}}}, "3.0 is no Range, Chance or Constant"),
-        ({"name": "dog", "acts": {"walk": {}}, "pause_s": 3.0}, "3.0 is no Range, Chance or Constant"),
+        ({"name": "dog", "acts": {"walk": {"far_m": 3.0}}}, "3.0 is no Uniform, Sometimes or Constant"),
+        ({"name": "dog", "acts": {"walk": {}}, "pause_s": 3.0}, "3.0 is no Uniform, Sometimes or Constant"),
     ],
 )
 def test_a_declaration_that_is_none_is_refused(declared: dict[str, object], complaint: str) -> None:

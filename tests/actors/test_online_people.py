@@ -21,10 +21,10 @@ from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, Weight
 from pytest_hricdv.testbench import (
     Constant,
     Disturbance,
-    Hears,
-    Online,
-    OnlineError,
+    InteractiveAgent,
+    InteractiveAgentError,
     Outcome,
+    PerceptMapping,
     Run,
     Testbench,
     TestbenchError,
@@ -32,7 +32,7 @@ from pytest_hricdv.testbench import (
 from pytest_hricdv.testbench_faults import checked
 from tests.actors.corridor.bench import COMMANDS, nurse, running, ward
 
-PEOPLE = (Online("nurse", patience_s=2.0), Online("child", patience_s=3.0))
+PEOPLE = (InteractiveAgent("nurse", patience_s=2.0), InteractiveAgent("child", patience_s=3.0))
 
 
 @cache
@@ -98,8 +98,8 @@ def test_what_a_person_waits_for_takes_its_time_in_the_run() -> None:
 
 
 def test_they_hear_the_run_and_disturbances_come_between_them() -> None:
-    hears = (Hears("warned", "on(near) & near.somebody", source="robot"),)
-    people = (PEOPLE[0], Online("child", hears, patience_s=3.0))
+    hears = (PerceptMapping("warned", "on(near) & near.somebody", source="robot"),)
+    people = (PEOPLE[0], InteractiveAgent("child", hears, patience_s=3.0))
     pushes: list[float] = []
     disturbances = {"push": Disturbance({}, lambda corridor, parameters: pushes.append(corridor.cart_m))}
     testbench = checked(replace(with_robot(), online=people, disturbances=disturbances), "tests")
@@ -152,10 +152,12 @@ def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
 
 def test_waiting_is_not_for_the_testbench_to_say() -> None:
     def waiting(run: Run) -> Outcome:
-        run.waits(lambda: None)
+        run.set_idle_handler(lambda: None)
         raise AssertionError
 
-    with pytest.raises(TestbenchError, match=r"run\.waits: the model has the actors nurse, child, each of which waits"):
+    with pytest.raises(
+        TestbenchError, match=r"run\.set_idle_handler: the model has the actors nurse, child, each of which waits"
+    ):
         decided(replace(bench(), run=waiting), 1, [])
 
 
@@ -163,13 +165,19 @@ def test_waiting_is_not_for_the_testbench_to_say() -> None:
     ("online", "complaint"),
     [
         (
-            Online("nurse"),
+            InteractiveAgent("nurse"),
             "online has not all actors of the model, who decide during a run together; add "
-            r"Online\('child'\)",
+            r"InteractiveAgent\('child'\)",
         ),
-        ((), r"online is \(\); expected Online\(...\), a tuple with one for each actor, or None"),
-        ((Online("nurse"), Online("chid")), "online has 'chid', which is no actor of the model; nearest: child"),
-        ((Online("nurse"), Online("nurse"), Online("child")), "online has 'nurse' twice; expected one"),
+        ((), r"online is \(\); expected InteractiveAgent\(...\), a tuple with one for each actor, or None"),
+        (
+            (InteractiveAgent("nurse"), InteractiveAgent("chid")),
+            "online has 'chid', which is no actor of the model; nearest: child",
+        ),
+        (
+            (InteractiveAgent("nurse"), InteractiveAgent("nurse"), InteractiveAgent("child")),
+            "online has 'nurse' twice; expected one",
+        ),
     ],
 )
 def test_a_declaration_that_is_none_is_refused(online: object, complaint: str) -> None:
@@ -185,8 +193,8 @@ def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
 
 @pytest.mark.parametrize("patience_s", [-1.0, float("inf"), float("nan"), "3", True])
 def test_a_patience_that_is_no_time_is_refused(patience_s: object) -> None:
-    with pytest.raises(OnlineError, match=r"patience_s is .*; expected a time in seconds, from 0 on"):
-        Online("nurse", patience_s=patience_s)  # type: ignore[arg-type]
+    with pytest.raises(InteractiveAgentError, match=r"patience_s is .*; expected a time in seconds, from 0 on"):
+        InteractiveAgent("nurse", patience_s=patience_s)  # type: ignore[arg-type]
 
 
 def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_path: Path) -> None:
@@ -197,7 +205,7 @@ def test_what_an_agent_gives_up_while_its_person_does_it_leads_to_nothing(tmp_pa
     made = bench()
     for source in made.model.path.parent.iterdir():
         (tmp_path / source.name).write_text(people.get(source.stem, source.read_text("utf-8")), encoding="utf-8")
-    beliefs = replace(made.beliefs, neutral=made.beliefs.beliefs)
+    beliefs = replace(made.beliefs, default_beliefs=made.beliefs.beliefs)
     model = replace(made.model, path=tmp_path / made.model.path.name, covered=("meta",))
     commands = {line: {"takes_s": Constant(4.0 if line == "nurse: rest" else 1.0, "s")} for line in COMMANDS}
     testbench = checked(

@@ -47,7 +47,7 @@ def test_each_public_name_is_in_the_index(site: Path) -> None:
     index = (site / "genindex.html").read_text(encoding="utf-8")
     for name in (
         "Testbench",
-        "Range",
+        "Uniform",
         "HriCase",
         "CaseResult",
         "parse_pattern",

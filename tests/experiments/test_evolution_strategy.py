@@ -9,10 +9,10 @@ from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.evolution_strategy import Evaluation, SearchOutcome, mutate, search_violation
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.generate.sampler import Constant, Range
+from pytest_hricdv.generate.sampler import Constant, Uniform
 from tests.experiments.test_shrink import SPACE, TESTS, is_inside
 
-PLACE = {name: Range(0.0, 1.0, "m") for name in ("x_m", "y_m", "z_m")}
+PLACE = {name: Uniform(0.0, 1.0, "m") for name in ("x_m", "y_m", "z_m")}
 REACH = Concretization(commands={"reach": PLACE, "wait": {"s": Constant(1.0)}})
 
 

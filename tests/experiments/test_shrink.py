@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.shrink import Shrunk, shrink, shrink_candidates
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.sampler import Chance, Constant, Range
+from pytest_hricdv.generate.sampler import Constant, Sometimes, Uniform
 
 SPACE = Concretization(
     commands={
-        "ask": {"voice_s": Range(3.0, 5.0, "s"), "rest_m": Range(-0.5, 0.1, "m")},
-        "look": {"angle_deg": Range(15.0, 40.0, "deg", open_high=True)},
-        "pull": {"grip_s": Chance(0.1, Range(4.0, 14.0, "s"))},
+        "ask": {"voice_s": Uniform(3.0, 5.0, "s"), "rest_m": Uniform(-0.5, 0.1, "m")},
+        "look": {"angle_deg": Uniform(15.0, 40.0, "deg", open_high=True)},
+        "pull": {"grip_s": Sometimes(0.1, Uniform(4.0, 14.0, "s"))},
         "go": {"fixed": Constant(2.5)},
     },
-    run={"timeout_s": Range(10.0, 100.0, "s")},
+    run={"timeout_s": Uniform(10.0, 100.0, "s")},
 )
 PLENTY = 10_000
 
@@ -29,9 +29,9 @@ def drawn(sampler: object) -> st.SearchStrategy[float]:
     """A value that the sampler might give."""
     if isinstance(sampler, Constant):
         return st.just(sampler.value)
-    if isinstance(sampler, Chance):
+    if isinstance(sampler, Sometimes):
         return st.one_of(st.just(0.0), drawn(sampler.then))
-    assert isinstance(sampler, Range)
+    assert isinstance(sampler, Uniform)
     return st.floats(sampler.low, sampler.high, exclude_max=sampler.open_high)
 
 
@@ -129,9 +129,9 @@ def test_actions_are_only_left_out_and_parameters_stay_in_their_ranges(
 def is_inside(value: float, sampler: object) -> bool:
     if isinstance(sampler, Constant):
         return value == sampler.value
-    if isinstance(sampler, Chance):
+    if isinstance(sampler, Sometimes):
         return value == 0.0 or is_inside(value, sampler.then)
-    assert isinstance(sampler, Range)
+    assert isinstance(sampler, Uniform)
     return sampler.contains(value)
 
 
@@ -207,15 +207,15 @@ def test_a_parameter_without_a_range_stays_as_it_is() -> None:
     [
         (2.5, Constant(2.5), ()),
         (2.7, Constant(2.5), (2.5,)),
-        (4.4713, Range(3.0, 5.0), (4.0, 3.0, 5.0, 4.5, 4.47)),
-        (4.0, Range(3.0, 5.0), ()),
-        (5.0, Range(3.0, 5.0), (4.0, 3.0)),
-        (4.5, Range(3.0, 5.0), (4.0, 3.0, 5.0)),
-        (39.96, Range(15.0, 40.0, open_high=True), (27.5, 15.0)),
-        (0.0, Chance(0.1, Range(4.0, 14.0)), ()),
-        (8.123, Chance(0.1, Range(4.0, 14.0)), (0.0, 9.0, 4.0, 14.0, 8.0, 8.1, 8.12)),
-        (2.0, Chance(0.1, Constant(2.0)), (0.0,)),
+        (4.4713, Uniform(3.0, 5.0), (4.0, 3.0, 5.0, 4.5, 4.47)),
+        (4.0, Uniform(3.0, 5.0), ()),
+        (5.0, Uniform(3.0, 5.0), (4.0, 3.0)),
+        (4.5, Uniform(3.0, 5.0), (4.0, 3.0, 5.0)),
+        (39.96, Uniform(15.0, 40.0, open_high=True), (27.5, 15.0)),
+        (0.0, Sometimes(0.1, Uniform(4.0, 14.0)), ()),
+        (8.123, Sometimes(0.1, Uniform(4.0, 14.0)), (0.0, 9.0, 4.0, 14.0, 8.0, 8.1, 8.12)),
+        (2.0, Sometimes(0.1, Constant(2.0)), (0.0,)),
     ],
 )
-def test_shrink_candidates(value: float, sampler: Range, expected: tuple[float, ...]) -> None:
+def test_shrink_candidates(value: float, sampler: Uniform, expected: tuple[float, ...]) -> None:
     assert shrink_candidates(value, sampler) == expected

@@ -16,11 +16,11 @@ from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, abstra
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.generate.model import Model
-from pytest_hricdv.generate.sampler import Constant, Range
+from pytest_hricdv.generate.sampler import Constant, Uniform
 from pytest_hricdv.generate.suite_files import dump_tests, parse_tests
 
 LINES = ("nurse: call", "child: run fast", "nurse: set_lift floor = 2", "child: stop")
-SPACE = Concretization({line: {"after_s": Range(0.0, 1.0, "s")} for line in LINES}).with_turns(("nurse", "child"))
+SPACE = Concretization({line: {"after_s": Uniform(0.0, 1.0, "s")} for line in LINES}).with_turns(("nurse", "child"))
 
 
 def test_who_acts_is_part_of_a_command() -> None:

@@ -51,10 +51,10 @@ def test_the_target_is_the_start_belief_and_the_naming_groups(beliefs: tuple[str
         (lambda: BeliefSpace(("a", "a"), {}), "belief 'a' is in group 'start' and in group 'start'"),
         (lambda: BeliefSpace(("Leg",), {}), "'Leg' is no belief"),
         (lambda: BeliefSpace(("a b",), {}), "'a b' is no belief"),
-        (lambda: BeliefSpace(("a",), {"mood": ("b",)}, naming=("moods",)), "'moods' is no group.*nearest: mood"),
+        (lambda: BeliefSpace(("a",), {"mood": ("b",)}, id_groups=("moods",)), "'moods' is no group.*nearest: mood"),
         (
-            lambda: BeliefSpace(("a",), {"mood": ("b",)}, neutral=("c",)),
-            "neutral belief 'c' is not in the belief space",
+            lambda: BeliefSpace(("a",), {"mood": ("b",)}, default_beliefs=("c",)),
+            "default belief 'c' is not in the belief space",
         ),
         (lambda: BeliefSpace(("a",), {"start": ("b",)}), "have this name already"),
         (lambda: SPACE.subset(["leg5"]), "'leg5' is not in the belief space; nearest: leg4"),

@@ -22,7 +22,7 @@ from pytest_hricdv.generate.concrete import (
     expand,
     variant,
 )
-from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler
+from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
 from tests.generate.table import COMMANDS, CONCRETIZATION
 
 finite = st.floats(-1e9, 1e9)
@@ -45,35 +45,35 @@ def test_a_range_never_leaves_its_ends(one: float, other: float, share: float, o
     low, high = sorted((one, other))
     if open_high and low == high:
         return
-    value = Range(low, high, open_high=open_high).sample(Always(share))
+    value = Uniform(low, high, open_high=open_high).sample(Always(share))
     assert low <= value <= high
     assert not (open_high and value == high)
 
 
 def test_an_open_high_end_is_never_reached_by_rounding() -> None:
     almost_one = math.nextafter(1.0, 0.0)
-    assert Range(0.0, 1e-320, open_high=True).sample(Always(almost_one)) < 1e-320
-    assert Range(15.0, 40.0, "deg", open_high=True).sample(Always(almost_one)) < 40.0
+    assert Uniform(0.0, 1e-320, open_high=True).sample(Always(almost_one)) < 1e-320
+    assert Uniform(15.0, 40.0, "deg", open_high=True).sample(Always(almost_one)) < 40.0
 
 
 @given(st.floats(0.0, 1.0, exclude_max=True))
 def test_a_chance_gives_its_value_or_zero(mark: float) -> None:
-    assert Chance(0.3, Constant(2.0)).sample(Always(mark)) == (2.0 if mark < 0.3 else 0.0)
-    assert Chance(0.0, Constant(2.0)).sample(Always(mark)) == 0.0
-    assert Chance(1.0, Constant(2.0)).sample(Always(mark)) == 2.0
+    assert Sometimes(0.3, Constant(2.0)).sample(Always(mark)) == (2.0 if mark < 0.3 else 0.0)
+    assert Sometimes(0.0, Constant(2.0)).sample(Always(mark)) == 0.0
+    assert Sometimes(1.0, Constant(2.0)).sample(Always(mark)) == 2.0
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Range(2.0, 1.0, "m"), r"range \[2, 1\] m is upside down"),
-        (lambda: Range(1.0, 1.0, open_high=True), r"range \[1, 1\) is empty"),
-        (lambda: Range(0.0, math.inf), "finite"),
+        (lambda: Uniform(2.0, 1.0, "m"), r"range \[2, 1\] m is upside down"),
+        (lambda: Uniform(1.0, 1.0, open_high=True), r"range \[1, 1\) is empty"),
+        (lambda: Uniform(0.0, math.inf), "finite"),
         (lambda: Constant(math.nan), "finite"),
-        (lambda: Chance(1.2, Constant(1.0)), "a chance of 1.2: expected a probability from 0 to 1"),
-        (lambda: Chance(-0.1, Constant(1.0)), "from 0 to 1"),
+        (lambda: Sometimes(1.2, Constant(1.0)), "a chance of 1.2: expected a probability from 0 to 1"),
+        (lambda: Sometimes(-0.1, Constant(1.0)), "from 0 to 1"),
         (lambda: Concretization({"set_param gaze=1": {}}), "expected the spelling 'set_param gaze = 1'"),
-        (lambda: Concretization({"bored": {"x": 3}}), "'bored': parameter 'x' is 3; expected a Range"),  # type: ignore[dict-item]
+        (lambda: Concretization({"bored": {"x": 3}}), "'bored': parameter 'x' is 3; expected a Uniform"),  # type: ignore[dict-item]
         (lambda: Concretization({}, {"x": 3}), "of a run: parameter 'x' is 3"),  # type: ignore[dict-item]
         (lambda: concretize(replace(TEST, lines=("tell legs",)), CONCRETIZATION), "'tell legs'; nearest: tell leg"),
         (lambda: expand([TEST], 0), "0 concretizations"),
@@ -105,9 +105,12 @@ def test_concretization_is_a_function_of_the_test_and_k(seed: int, k: int) -> No
 
 def test_another_parameter_or_range_changes_no_other_value() -> None:
     gaze = CONCRETIZATION.commands["set_param gaze = 1"]
-    wider = {**CONCRETIZATION.commands, "set_param gaze = 1": {"new_m": Range(0, 1), **gaze, "angle_deg": Range(0, 9)}}
+    wider = {
+        **CONCRETIZATION.commands,
+        "set_param gaze = 1": {"new_m": Uniform(0, 1), **gaze, "angle_deg": Uniform(0, 9)},
+    }
     before = concretize(TEST, CONCRETIZATION)
-    after = concretize(TEST, Concretization(wider, {**CONCRETIZATION.run, "new_s": Range(0, 1)}))
+    after = concretize(TEST, Concretization(wider, {**CONCRETIZATION.run, "new_s": Uniform(0, 1)}))
     assert after.run["sensing_timeout_s"] == before.run["sensing_timeout_s"]
     for old, new in zip(before.actions, after.actions, strict=True):
         for name, value in old.parameters.items():

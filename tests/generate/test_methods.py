@@ -153,8 +153,8 @@ def test_the_cache_key_changes_with_the_context(context: GenerationContext, monk
         replace(context, lengths=(1, 2)),
         replace(context, by_hand=None),
         replace(context, space=None),
-        replace(context, space=replace(LAMPS, naming=())),
-        replace(context, space=replace(LAMPS, neutral=("dim",))),
+        replace(context, space=replace(LAMPS, id_groups=())),
+        replace(context, space=replace(LAMPS, default_beliefs=("dim",))),
         replace(context, learning=replace(context.learning, gamma=0.5)),
         replace(context, model=replace(context.model, max_rounds=9)),
     ]

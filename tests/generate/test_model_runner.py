@@ -56,7 +56,7 @@ def test_a_belief_that_the_actor_never_mentions_is_an_error(tmp_path: Path) -> N
 
 
 def test_a_neutral_belief_need_not_be_mentioned(tmp_path: Path) -> None:
-    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dazed", "sober")}, neutral=("sober", "dazed"))
+    space = BeliefSpace(LAMPS.start, {**LAMPS.groups, "more": ("dazed", "sober")}, default_beliefs=("sober", "dazed"))
     assert ModelRunner(lamps(tmp_path), space).run(["hall", "sober"]).lines == ("enter hall", "leave")
 
 

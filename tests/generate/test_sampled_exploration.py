@@ -52,7 +52,7 @@ def test_of_a_small_space_no_set_is_drawn_twice(tmp_path: Path) -> None:
     space = BeliefSpace(
         start=("hall", "cellar"),
         groups={"mood": ("polite", "curt"), "wish": ("bright", "dim", "dark")},
-        neutral=("bright",),
+        default_beliefs=("bright",),
     )
     exploration = explore_by_sampling(runner_of(tmp_path, VISITOR, space), "too large")
     assert "; so 18 sets of beliefs were drawn" in exploration.reason

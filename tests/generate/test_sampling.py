@@ -16,20 +16,20 @@ from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize, expand
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.generate.sampler import Chance, Constant, Range, Sampler, corners, uniform
+from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform, corners, uniform
 from pytest_hricdv.strategies import concrete_tests, values
 from tests.generate.table import COMMANDS, CONCRETIZATION, ROOT
 
 TEST = AbstractTest(id="t", suite="s", target="a", beliefs=(), lines=COMMANDS, seed=5)
 BOUNDS = st.tuples(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
-RANGES = st.builds(lambda at, half: Range(at[0], at[0] + at[1], "m", open_high=half), BOUNDS, st.booleans())
-SAMPLERS = RANGES | st.builds(Constant, st.floats(-9, 9)) | st.builds(Chance, st.floats(0, 1), RANGES)
+RANGES = st.builds(lambda at, half: Uniform(at[0], at[0] + at[1], "m", open_high=half), BOUNDS, st.booleans())
+SAMPLERS = RANGES | st.builds(Constant, st.floats(-9, 9)) | st.builds(Sometimes, st.floats(0, 1), RANGES)
 
 
 def _is_inside(value: float, sampler: Sampler) -> bool:
-    if isinstance(sampler, Chance):
+    if isinstance(sampler, Sometimes):
         return value == 0.0 or (sampler.probability > 0.0 and _is_inside(value, sampler.then))
-    if isinstance(sampler, Range):
+    if isinstance(sampler, Uniform):
         return sampler.contains(value)
     return isinstance(sampler, Constant) and value == sampler.value
 
@@ -44,7 +44,7 @@ def test_samplings_stay_in_the_range_and_depend_on_the_random_stream_only(sample
 
 
 def test_half_of_the_values_are_corners() -> None:
-    sampler, random = Range(2.0, 3.0), make_rng("corners")
+    sampler, random = Uniform(2.0, 3.0), make_rng("corners")
     drawn = [corners(sampler, random) for _ in range(4000)]
     assert drawn.count(2.0) / 4000 == pytest.approx(0.25, abs=0.03)
     assert drawn.count(3.0) / 4000 == pytest.approx(0.25, abs=0.03)
@@ -52,8 +52,8 @@ def test_half_of_the_values_are_corners() -> None:
 
 def test_corners_make_rare_values_frequent_but_not_impossible_ones() -> None:
     random = make_rng("rare")
-    assert [corners(Chance(0.02, Range(4.0, 14.0)), random) > 0 for _ in range(1000)].count(True) > 250
-    assert [corners(Chance(0.0, Range(4.0, 14.0)), random) for _ in range(1000)].count(0.0) == 1000
+    assert [corners(Sometimes(0.02, Uniform(4.0, 14.0)), random) > 0 for _ in range(1000)].count(True) > 250
+    assert [corners(Sometimes(0.0, Uniform(4.0, 14.0)), random) for _ in range(1000)].count(0.0) == 1000
 
 
 def test_another_sampling_gives_other_ids_and_seeds() -> None:
@@ -98,9 +98,9 @@ def test_drawn_tests_of_given_commands_have_these(test: ConcreteTest) -> None:
 
 
 def test_values_of_a_chance_shrink_to_zero() -> None:
-    assert find(values(Chance(0.1, Range(4.0, 14.0))), lambda value: True) == 0.0
+    assert find(values(Sometimes(0.1, Uniform(4.0, 14.0))), lambda value: True) == 0.0
     with pytest.raises(NoSuchExample):
-        find(values(Chance(0.0, Range(4.0, 14.0))), bool, settings=settings(max_examples=50, database=None))
+        find(values(Sometimes(0.0, Uniform(4.0, 14.0))), bool, settings=settings(max_examples=50, database=None))
 
 
 class Custom(Sampler):

@@ -112,7 +112,7 @@ def test_the_hash_of_a_model_depends_on_files_and_fields_but_not_on_folders(tmp_
 
 def test_a_table_of_other_groups_is_an_error(context: GenerationContext) -> None:
     assert context.model is not None
-    other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, naming=("mood",))
+    other = BeliefSpace(LAMPS.start, {"mood": ("polite", "curt"), "wish": ("bright", "dim")}, id_groups=("mood",))
     with pytest.raises(GenerateError, match="a table of other belief groups: wish; learn anew"):
         read_warm_start(_learned(context), context.model, other)
 

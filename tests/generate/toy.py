@@ -11,7 +11,7 @@ from pytest_hricdv.generate.model import Model, ModelRun
 LAMPS = BeliefSpace(
     start=("hall", "cellar"),
     groups={"mood": ("polite", "curt"), "wish": ("bright", "dim", "dark")},
-    naming=("mood",),
+    id_groups=("mood",),
 )
 
 PROJECT = """

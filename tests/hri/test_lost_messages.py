@@ -10,7 +10,7 @@ from pytest_hricdv.disturbance import MessageDisturbance
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, part_criteria
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import concretize
-from pytest_hricdv.testbench import Constant, Disturbance, Doubled, Late, Lost
+from pytest_hricdv.testbench import Constant, Delay, Disturbance, Drop, Duplicate
 
 from . import bench
 from .disturbed import concrete, judged, unknown_violations
@@ -35,11 +35,11 @@ def disturbed(disturbance: MessageDisturbance, *further: str) -> CaseResult:
 @pytest.mark.parametrize(
     ("disturbance", "outcomes"),
     [
-        (Lost("request"), ("discarded",)),
-        (Lost("human_ready"), ("no-human-ready", "discarded")),
-        (Lost("leg_ready"), ("no-human-ready", "discarded")),
-        (Late("human_ready", Constant(4.0)), ("released", "discarded")),
-        (Doubled("request", Constant(4.0)), ("released", "discarded")),
+        (Drop("request"), ("discarded",)),
+        (Drop("human_ready"), ("no-human-ready", "discarded")),
+        (Drop("leg_ready"), ("no-human-ready", "discarded")),
+        (Delay("human_ready", Constant(4.0)), ("released", "discarded")),
+        (Duplicate("request", Constant(4.0)), ("released", "discarded")),
     ],
     ids=str,
 )
@@ -52,7 +52,9 @@ def test_the_turn_goes_on_as_if_it_had_been_said_when_it_was_heard(
     assert not result.faults
 
 
-@pytest.mark.parametrize("disturbance", [Late("reading", Constant(4.0)), Doubled("reading", Constant(0.05))], ids=str)
+@pytest.mark.parametrize(
+    "disturbance", [Delay("reading", Constant(4.0)), Duplicate("reading", Constant(0.05))], ids=str
+)
 def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: MessageDisturbance) -> None:
     result = disturbed(disturbance)
     assert "unheard reading" in [message.topic for message in result.record.messages]
@@ -61,7 +63,7 @@ def test_a_reading_that_comes_after_the_decision_asks_for_nothing(disturbance: M
 
 @pytest.mark.slow
 def test_a_report_on_the_table_that_nobody_hears_is_given_all_the_same() -> None:
-    result = disturbed(Lost("table_done"), *bench.leg("110") * 2)
+    result = disturbed(Drop("table_done"), *bench.leg("110") * 2)
     assert bench.times(result, "table_done")
     assert result.outcome.ended == "table done"
     assert not result.faults

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize
-from pytest_hricdv.generate.sampler import Constant, Range
+from pytest_hricdv.generate.sampler import Constant, Uniform
 from pytest_hricdv.monitor import MonitorSet
 from pytest_hricdv.online.online_actions import OnlineActions
 from pytest_hricdv.run import Run
@@ -40,7 +40,7 @@ def produced(folder: Path, offers_s: list[float], waits: bool = True) -> list[tu
             life.agent.message(kernel.now_s, "offer", {"size": "small"})
 
     if waits:
-        run.waits(lambda: kernel.sleep(5.0))
+        run.set_idle_handler(lambda: kernel.sleep(5.0))
     kernel.spawn("person", act)
     kernel.spawn("offers", offer)
     run.go(100.0)
@@ -61,7 +61,7 @@ def test_without_waiting_only_what_was_heard_by_then_counts(tmp_path: Path) -> N
 
 
 def test_parameters_are_drawn_as_those_of_the_test_with_the_same_seed(tmp_path: Path) -> None:
-    commands = Concretization({name: {"takes_s": Range(1.0, 2.0, "s")} for name in ("press", "wave")})
+    commands = Concretization({name: {"takes_s": Uniform(1.0, 2.0, "s")} for name in ("press", "wave")})
     agent = Life(role(tmp_path, "@a +!fetch <- press; wave."), Wish()).agent
     actions = tuple(OnlineActions(agent, commands)(run_of(Kernel())))
     assert actions == concretize(AbstractTest("toy", "toys", "a toy", (), ("press", "wave"), seed=3), commands).actions

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.coupling.hears import PerceptMapping
 from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
 from pytest_hricdv.online.decisions import MOST_GOALS
-from pytest_hricdv.online.declaration import Online, OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
 from tests.online.toy import Life, Wish, role
 
 
@@ -71,12 +71,12 @@ def test_what_was_heard_is_believed_until_its_end_is_heard_as_well(tmp_path: Pat
         "@a +!fetch <- press. +alarm <- leave. "
         "+clear <- -clear[source(percept)]; -alarm[source(percept)]; nod. +cup(_)."
     )
-    hears = (Hears("alarm", "rise(smoke)"), Hears("clear", "fall(smoke)"))
+    hears = (PerceptMapping("alarm", "rise(smoke)"), PerceptMapping("clear", "fall(smoke)"))
     for heard, expected in (
         (hears, ["press", "leave", "nod", "leave"]),
         (hears[:1], ["press", "leave"]),  # it has not heard that the smoke has gone
     ):
-        life = Life(role(tmp_path, person, Online("person", heard)), Wish())
+        life = Life(role(tmp_path, person, InteractiveAgent("person", heard)), Wish())
         done = life.commands()
         for smoke in (True, False, True):
             life.agent.signal(life.time_s, "smoke", False)
@@ -149,65 +149,75 @@ def test_what_it_waits_for_comes_before_the_end_of_the_wait(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("declaration", "told"),
     [
-        (Online("persn"), "Online: no agent 'persn' in * nearest: person"),
-        (Online("meta"), "Online: agent 'meta' steers the others; expected one that it steers"),
+        (InteractiveAgent("persn"), "InteractiveAgent: no agent 'persn' in * nearest: person"),
+        (InteractiveAgent("meta"), "InteractiveAgent: agent 'meta' steers the others; expected one that it steers"),
         (
-            Online("person", (Hears("cupp(Size)", "on(offer)"),)),
-            "Online: Hears('cupp(Size)'): person has no belief cupp; nearest: cup",
+            InteractiveAgent("person", (PerceptMapping("cupp(Size)", "on(offer)"),)),
+            "InteractiveAgent: PerceptMapping('cupp(Size)'): person has no belief cupp; nearest: cup",
         ),
         (
-            Online("person", (Hears("cup", "on(offer)"),)),
-            "Online: Hears('cup'): person has no belief cup with 0 arguments; it has 1",
-        ),
-        (Online("person", (Hears("cup(", "on(offer)"),)), "Online: Hears('cup('): *"),
-        (
-            Online("person", (Hears("cup(Sise)", "on(offer)"),)),
-            "Online: Hears('cup(Sise)'): Sise is no field of its message and no signal; nearest: size",
+            InteractiveAgent("person", (PerceptMapping("cup", "on(offer)"),)),
+            "InteractiveAgent: PerceptMapping('cup'): person has no belief cup with 0 arguments; it has 1",
         ),
         (
-            Online("person", (Hears("alarm", "on(offer)", source="robt"),)),
-            "Online: Hears('alarm'): no agent 'robt'; nearest: robot",
+            InteractiveAgent("person", (PerceptMapping("cup(", "on(offer)"),)),
+            "InteractiveAgent: PerceptMapping('cup('): *",
         ),
         (
-            Online("person", (Hears("alarm", "on(ofer)"),)),
-            "Online: Hears('alarm'), column 4: unknown topic 'ofer'; nearest: offer",
+            InteractiveAgent("person", (PerceptMapping("cup(Sise)", "on(offer)"),)),
+            "InteractiveAgent: PerceptMapping('cup(Sise)'): Sise is no field of its message and no *; nearest: size",
         ),
-        (Online("person", (Hears("alarm", "smoke"),)), "Online: Hears('alarm'), column 1: expected an event*"),
+        (
+            InteractiveAgent("person", (PerceptMapping("alarm", "on(offer)", source="robt"),)),
+            "InteractiveAgent: PerceptMapping('alarm'): no agent 'robt'; nearest: robot",
+        ),
+        (
+            InteractiveAgent("person", (PerceptMapping("alarm", "on(ofer)"),)),
+            "InteractiveAgent: PerceptMapping('alarm'), column 4: unknown topic 'ofer'; nearest: offer",
+        ),
+        (
+            InteractiveAgent("person", (PerceptMapping("alarm", "smoke"),)),
+            "InteractiveAgent: PerceptMapping('alarm'), column 1: expected an event*",
+        ),
     ],
 )
-def test_names_and_conditions_that_are_none_are_refused(tmp_path: Path, declaration: Online, told: str) -> None:
-    with pytest.raises(OnlineError) as error:
+def test_names_and_conditions_that_are_none_are_refused(
+    tmp_path: Path, declaration: InteractiveAgent, told: str
+) -> None:
+    with pytest.raises(InteractiveAgentError) as error:
         role(tmp_path, declaration=declaration)
     begin, _, end = told.partition("*")
     assert str(error.value).startswith(begin.rstrip()), str(error.value)
     assert end.strip() in str(error.value), str(error.value)
 
 
-@pytest.mark.parametrize("made", [lambda: Online(""), lambda: Online("person", ("cup",)), lambda: Online(None)])  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    "made", [lambda: InteractiveAgent(""), lambda: InteractiveAgent("person", ("cup",)), lambda: InteractiveAgent(None)]
+)  # type: ignore[arg-type]
 def test_values_that_make_no_sense_are_refused(made) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(OnlineError, match=r"^Online: (agent|hears) is .*; expected "):
+    with pytest.raises(InteractiveAgentError, match=r"^InteractiveAgent: (agent|hears) is .*; expected "):
         made()
 
 
 def test_an_agent_that_cannot_go_on_is_an_error_with_its_time(tmp_path: Path) -> None:
     life = Life(role(tmp_path, "@a +!fetch <- press; !spin. +!spin <- .print(x); !spin."), Wish())
     assert life.commands(1) == ["press"]
-    with pytest.raises(OnlineError, match=r"Online: person at 1\.000 s: .* does not come to rest"):
+    with pytest.raises(InteractiveAgentError, match=r"InteractiveAgent: person at 1\.000 s: .* does not come to rest"):
         life.commands()
 
 
 def test_an_action_that_is_no_command_is_an_error(tmp_path: Path) -> None:
     life = Life(role(tmp_path, "@a +!fetch <- press(a, b, c)."), Wish())
-    with pytest.raises(OnlineError, match="has no text form"):
+    with pytest.raises(InteractiveAgentError, match="has no text form"):
         life.commands()
 
 
 def test_what_it_hears_needs_a_value(tmp_path: Path) -> None:
-    hears = (Hears("cup(Smoke)", "on(offer)"),)
-    life = Life(role(tmp_path, declaration=Online("person", hears)), Wish())
+    hears = (PerceptMapping("cup(Smoke)", "on(offer)"),)
+    life = Life(role(tmp_path, declaration=InteractiveAgent("person", hears)), Wish())
     assert life.commands() == ["press"]
     life.said("offer", size="small")
-    with pytest.raises(OnlineError, match=r"Hears\('cup\(Smoke\)'\): smoke has no value yet"):
+    with pytest.raises(InteractiveAgentError, match=r"PerceptMapping\('cup\(Smoke\)'\): smoke has no value yet"):
         life.commands()
 
 
@@ -227,8 +237,8 @@ NOSE = """
     [pytest.param("likes_hot", ["leave"], id="taken back"), pytest.param("likes_cold", [], id="kept")],
 )
 def test_what_is_heard_is_believed_until_a_plan_takes_it_back(tmp_path: Path, taste: str, again: list[str]) -> None:
-    hears = (Hears("alarm", "rise(smoke)"), Hears("clear", "fall(smoke)"))
-    life = Life(role(tmp_path, NOSE, Online("person", hears)), Wish(taste=[taste]))
+    hears = (PerceptMapping("alarm", "rise(smoke)"), PerceptMapping("clear", "fall(smoke)"))
+    life = Life(role(tmp_path, NOSE, InteractiveAgent("person", hears)), Wish(taste=[taste]))
     done = []
     for smoke in (False, True, False, True):
         life.agent.signal(life.time_s, "smoke", smoke)

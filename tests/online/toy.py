@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv.coupling.hears import Hears
+from pytest_hricdv.coupling.hears import PerceptMapping
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Vocabulary
 from pytest_hricdv.online.chooser import NONE, Decision
-from pytest_hricdv.online.declaration import Online
+from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.online.online_agent import OnlineAgent
 from pytest_hricdv.online.role import Role, load_role
 
@@ -32,13 +32,13 @@ PERSON = """
 """
 VOCABULARY = Vocabulary(messages={"offer": {"size": str}, "state": {"name": str}}, signals={"smoke": bool})
 HEARS = (
-    Hears("cup(Size)", "on(offer)", source="robot"),
-    Hears("alarm", "rise(smoke)"),
+    PerceptMapping("cup(Size)", "on(offer)", source="robot"),
+    PerceptMapping("alarm", "rise(smoke)"),
 )
 SPACE = BeliefSpace(
     start=("thirsty", "curious"),
     groups={"taste": ("likes_hot", "likes_cold"), "voice": ("loud", "quiet")},
-    neutral=("quiet",),
+    default_beliefs=("quiet",),
 )
 
 
@@ -51,11 +51,11 @@ def model(folder: Path, person: str = PERSON) -> Model:
 
 
 def role(
-    folder: Path, person: str = PERSON, declaration: Online | None = None, disturbances: Sequence[str] = ()
+    folder: Path, person: str = PERSON, declaration: InteractiveAgent | None = None, disturbances: Sequence[str] = ()
 ) -> Role:
     """The role of the person; another person need not care for what it hears."""
     person += "" if person == PERSON else " +cup(_). +alarm."
-    declaration = declaration or Online("person", HEARS)
+    declaration = declaration or InteractiveAgent("person", HEARS)
     return load_role(declaration, model(folder, person), SPACE, VOCABULARY, disturbances, "state.name", [planned])
 
 

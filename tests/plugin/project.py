@@ -66,9 +66,9 @@ LIMIT_S = 60.0
 
 def pytest_hricdv_testbench(config):
     from lamps.messages import Answer, Greeting, Switched, Wish
-    from pytest_hricdv.testbench import BeliefSpace, Concretization, CrossProduct, Model, Range, Testbench
+    from pytest_hricdv.testbench import BeliefSpace, Concretization, CrossProduct, Model, Testbench, Uniform
 
-    pause = {"pause_s": Range(0.5, 1.0, "s")}
+    pause = {"pause_s": Uniform(0.5, 1.0, "s")}
     levels = ("0", "10", "100", "none")
     return Testbench(
         name="lamps",
@@ -78,7 +78,7 @@ def pytest_hricdv_testbench(config):
         beliefs=BeliefSpace(
             start=("hall", "cellar"),
             groups={"mood": ("polite", "curt"), "wish": ("bright", "dim", "dark")},
-            naming=("mood",),
+            id_groups=("mood",),
         ),
         concretization=Concretization(
             commands={
@@ -90,7 +90,7 @@ def pytest_hricdv_testbench(config):
                 "set_lamp level = 0": pause,
                 "leave": {},
             },
-            run={"patience_s": Range(5.0, 8.0, "s")},
+            run={"patience_s": Uniform(5.0, 8.0, "s")},
         ),
         requirements=HERE / "requirements.toml",
         messages=(Answer, Greeting, Switched, Wish),

@@ -237,8 +237,8 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
             "GenerateError: group 'start' of beliefs is empty; expected at least o",
         ),
         (
-            "Range(0.5, 1.0",
-            "Range(0.5, -1.0",
+            "Uniform(0.5, 1.0",
+            "Uniform(0.5, -1.0",
             "conftest.py:13: pytest_hricdv_testbench: GenerateError: range [0.5, -1]",
         ),
         ('HERE / "by_hand.toml"', 'HERE / "by_head.toml"', "by_head.toml, and there is no such file"),

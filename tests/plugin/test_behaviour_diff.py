@@ -132,7 +132,7 @@ def test_a_signal_that_differs_alone_is_a_change_and_is_named(kept: pytest.Pytes
 
 @pytest.mark.slow
 def test_what_changed_beside_the_code_under_test_is_said_to_be_elsewhere(kept: pytest.Pytester) -> None:
-    change(kept.path, "conftest.py", '"pause_s": Range(0.5, 1.0, "s")', '"pause_s": Range(0.5, 1.5, "s")')
+    change(kept.path, "conftest.py", '"pause_s": Uniform(0.5, 1.0, "s")', '"pause_s": Uniform(0.5, 1.5, "s")')
     result = kept.runpytest_inprocess(*BY_HAND)
     result.stdout.fnmatch_lines(
         [

@@ -25,9 +25,9 @@ def debugged(lamps: pytest.Pytester, commands: str, *options: str) -> str:
 
 @pytest.mark.slow
 def test_it_stops_in_the_line_that_acted_while_time_stands_still(lamps: pytest.Pytester) -> None:
-    asked = "p hri_now.time_s, hri_now.requirement\np hri_now.signals, hri_now.messages['wish']\np level\nc\n"
+    asked = "p hri_state.time_s, hri_state.requirement\np hri_state.signals, hri_state.messages['wish']\np level\nc\n"
     said = debugged(lamps, f"where\n{asked}", "--hri-break=R2")
-    assert ">>> R2 is violated at 1.71556 s: see hri_now; c goes on, q ends the session" in said
+    assert ">>> R2 is violated at 1.71556 s: see hri_state; c goes on, q ends the session" in said
     assert f"> {lamps.path}/lamps/guide.py(19)serve()\n-> lamp.set(level)" in said
     assert "(1.715564, 'R2')" in said
     assert "({'lamp_level': 100.0}, {'level': 100.0, 'cellar': False})" in said
@@ -42,7 +42,7 @@ def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: py
     project.change(lamps.path, "conftest.py", '    run.kernel.spawn("visitor", visitor)\n', "")
     both = '    run.kernel.spawn("guide", run.measured(robot))\n'
     project.change(lamps.path, "conftest.py", both, f'{both}    run.kernel.spawn("visitor", visitor)\n')
-    said = debugged(lamps, "p hri_now.nodes\nc\n", "--hri-break=R2")
+    said = debugged(lamps, "p hri_state.nodes\nc\n", "--hri-break=R2")
     assert "-> wish = wishes.wait(patience_s)" in said
     assert "('guide',)" in said
 
@@ -51,7 +51,7 @@ def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: py
 def test_a_test_that_violates_nothing_of_it_runs_once(lamps: pytest.Pytester) -> None:
     said = debugged(lamps, "", "--hri-break=R1,R3")
     assert "PDB" not in said
-    assert "see hri_now" not in said
+    assert "see hri_state" not in said
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_an_ides_debugger_stops_in_the_code_under_test_also_where_it_shows_nothi
                 case "stackTrace":
                     frames = [(frame["name"], Path(frame["source"]["path"]).name) for frame in body["stackFrames"]]
                     seen.extend(frames[:2])
-                    client.ask("evaluate", expression="hri_now.time_s", frameId=body["stackFrames"][0]["id"])
+                    client.ask("evaluate", expression="hri_state.time_s", frameId=body["stackFrames"][0]["id"])
                 case "evaluate":
                     seen.append(body["result"])
                     client.ask("continue", threadId=1)

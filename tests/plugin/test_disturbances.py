@@ -8,11 +8,11 @@ from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 
 DECLARED = """code=("lamps",),
         disturbances={
-            "brownout": Disturbance({"level": Range(1.0, 2.0, "%")}, lambda lamp, given: lamp.set(given["level"])),
-            "lost_wish": Lost("wish"),
-            "late_wish": Late("wish", delay_s=Range(1.5, 2.0, "s")),
-            "doubled_wish": Doubled("wish", delay_s=Range(0.5, 0.6, "s")),
-            "late_switched": Late("switched", delay_s=Range(1.5, 2.0, "s")),
+            "brownout": Disturbance({"level": Uniform(1.0, 2.0, "%")}, lambda lamp, given: lamp.set(given["level"])),
+            "lost_wish": Drop("wish"),
+            "late_wish": Delay("wish", delay_s=Uniform(1.5, 2.0, "s")),
+            "doubled_wish": Duplicate("wish", delay_s=Uniform(0.5, 0.6, "s")),
+            "late_switched": Delay("switched", delay_s=Uniform(1.5, 2.0, "s")),
         },"""
 
 
@@ -20,8 +20,10 @@ DECLARED = """code=("lamps",),
 def disturbed(lamps: pytest.Pytester) -> pytest.Pytester:
     """The lamps project with disturbances."""
     change(lamps.path, "conftest.py", 'code=("lamps",),', DECLARED)
-    change(lamps.path, "conftest.py", "Model, Range, Testbench", "Model, Range, Testbench\n    " + IMPORT)
-    change(lamps.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(0.0)\n    run.disturbs(lamp)\n")
+    change(lamps.path, "conftest.py", "Model, Testbench, Uniform", "Model, Testbench, Uniform\n    " + IMPORT)
+    change(
+        lamps.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(0.0)\n    run.set_disturbance_target(lamp)\n"
+    )
     change(
         lamps.path,
         "conftest.py",
@@ -33,7 +35,7 @@ def disturbed(lamps: pytest.Pytester) -> pytest.Pytester:
     return lamps
 
 
-IMPORT = "from pytest_hricdv.testbench import Disturbance, Doubled, Late, Lost"
+IMPORT = "from pytest_hricdv.testbench import Disturbance, Duplicate, Delay, Drop"
 
 OWN = """
 def events(result):
@@ -140,7 +142,7 @@ def test_a_test_of_a_file_is_run_exported_replayed_and_shrunk(
 
 def test_a_disturbance_that_a_failure_needs_is_kept_and_simplified(disturbed: pytest.Pytester) -> None:
     change(disturbed.path, "requirements.toml", "lamp_level <= 80", "lamp_level <= 80 & lamp_level >= 1.8")
-    change(disturbed.path, "conftest.py", "Range(1.0, 2.0", "Range(1.0, 1.4")
+    change(disturbed.path, "conftest.py", "Uniform(1.0, 2.0", "Uniform(1.0, 1.4")
     lines = ["disturb lost_wish", *LINES[:3], "greet"]
     (disturbed.path / "mine.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
     result = disturbed.runpytest_inprocess("--hri-suite=mine.txt", "--hri-strict", "--hri-shrink")
@@ -160,12 +162,16 @@ def test_a_search_varies_the_parameters_of_a_disturbance(disturbed: pytest.Pytes
 
 
 BAD = [
-    ('"lost_wish": Lost("wish")', '"lost_wish": Lost("wih")', "disturbance 'lost_wish': topic 'wih' is none of the "),
-    ('"lost_wish": Lost("wish")', '"lost wish": Lost("wish")', "disturbance 'lost wish': expected a name of one word"),
-    ('"lost_wish": Lost("wish")', '"lost_wish": "wish"', "'wish'; expected a Disturbance, Lost, Late or Doubled"),
-    ("Range(1.5, 2.0", "Range(-1.5, 2.0", "expected a Range or Constant of at least 0 s"),
+    ('"lost_wish": Drop("wish")', '"lost_wish": Drop("wih")', "disturbance 'lost_wish': topic 'wih' is none of the "),
+    ('"lost_wish": Drop("wish")', '"lost wish": Drop("wish")', "disturbance 'lost wish': expected a name of one word"),
+    ('"lost_wish": Drop("wish")', '"lost_wish": "wish"', "'wish'; expected a Disturbance, Delay, Drop or Duplicate"),
+    ("Uniform(1.5, 2.0", "Uniform(-1.5, 2.0", "expected a Uniform or Constant of at least 0 s"),
     (', lambda lamp, given: lamp.set(given["level"])', "", "disturbance 'brownout': handler is None; expected a func"),
-    ('Range(1.0, 2.0, "%")', "1.0", "'disturb brownout': parameter 'level' is 1.0; expected a Range, Chance or "),
+    (
+        'Uniform(1.0, 2.0, "%")',
+        "1.0",
+        "'disturb brownout': parameter 'level' is 1.0; expected a Uniform, Sometimes",
+    ),
     ('"leave": {},', '"leave": {}, "disturb lost_wish": {},', "has the command 'disturb lost_wish', too; rename one"),
     ("disturbances={", 'state="wish.level", disturbances={', "state is 'wish.level', which is no text field of a mess"),
     (
@@ -206,8 +212,10 @@ def test_an_unknown_line_is_refused_with_the_known_ones(disturbed: pytest.Pytest
 
 
 def test_a_run_that_hands_no_world_over_is_told_when_the_line_begins(disturbed: pytest.Pytester) -> None:
-    change(disturbed.path, "conftest.py", "    run.disturbs(lamp)\n", "")
+    change(disturbed.path, "conftest.py", "    run.set_disturbance_target(lamp)\n", "")
     (disturbed.path / "mine.txt").write_text("enter hall\ndisturb brownout\n", encoding="utf-8")
     result = disturbed.runpytest_inprocess("--hri-suite=mine.txt")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
-    assert "no world to disturb; the testbench's run has to call run.disturbs(world)" in result.stdout.str()
+    assert (
+        "no world to disturb; the testbench's run has to call run.set_disturbance_target(world)" in result.stdout.str()
+    )

@@ -28,7 +28,7 @@ def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lam
         "        code=",
         "        learning=QLearning(gamma=0.3, alpha0=0.2, candidates=2),\n        code=",
     )
-    change(lamps.path, "conftest.py", "Range, Testbench", "QLearning, Range, Testbench")
+    change(lamps.path, "conftest.py", "Testbench, Uniform", "QLearning, Testbench, Uniform")
     lines = [
         "hri_rl =",
         "    alpha0 = 0.4",

@@ -248,7 +248,7 @@ def test_other_bad_input(failed: pytest.Pytester) -> None:
     [
         ('"set_lamp level = 100": pause,', "", "unknown command 'set_lamp level = 100'"),
         ('"set_lamp level = 100": pause', '"set_lamp level = 100": {}', "'set_lamp level = 100' has the parameters"),
-        ('{"patience_s": Range(5.0, 8.0, "s")}', "{}", "the run has the parameters patience_s; the testbench declar"),
+        ('{"patience_s": Uniform(5.0, 8.0, "s")}', "{}", "the run has the parameters patience_s; the testbench declar"),
     ],
 )
 def test_a_test_of_another_testbench_is_refused(failed: pytest.Pytester, old: str, new: str, told: str) -> None:

@@ -69,5 +69,5 @@ def test_a_belief_that_no_agent_tests_is_named(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["no agent tests dark of the belief space, in no trigger, context or condition, so *"])
-    change(lamps.path, "conftest.py", 'naming=("mood",),', 'naming=("mood",), neutral=("dark",),')
+    change(lamps.path, "conftest.py", 'id_groups=("mood",),', 'id_groups=("mood",), default_beliefs=("dark",),')
     lamps.runpytest_inprocess("--hri-suite=by-hand").stdout.no_fnmatch_line(said)

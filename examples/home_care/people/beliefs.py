@@ -31,8 +31,8 @@ BELIEFS = BeliefSpace(
         "dog": ("dog_lies", "dog_follows"),
         "end": ("stays", "leaves"),
     },
-    naming=("manner",),
-    neutral=("patient", "says_whatever", "dog_lies", "stays"),
+    id_groups=("manner",),
+    default_beliefs=("patient", "says_whatever", "dog_lies", "stays"),
 )
 """Three orders, of which any may come twice; a manner; what an unknown order is; the dog; and how it ends."""
 

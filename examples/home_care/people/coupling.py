@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from carebot.orders import ENDING, FULL, UNKNOWN
 
-from pytest_hricdv.testbench import Conformance, Does, Hears, Online
+from pytest_hricdv.testbench import ActionMapping, InteractiveAgent, ModelOracle, PerceptMapping
 
 AT_ONCE_S = (0.0, 0.3)
 """The robot's own pace: a period of its loop, and a bit."""
@@ -22,17 +22,17 @@ GIVEN_UP = "on(refused) & " + " & ".join(f'refused.reason != "{reason}"' for rea
 
 KEPT_FROM_CHARGER = 'on(state) & state == "Ready" & previously(state == "Recharge") & !on(docked) & !on(accepted)'
 
-CONFORMANCE = Conformance(
+CONFORMANCE = ModelOracle(
     agent="robot",
-    hears=(Hears("order(Kind)", "on(order)", source="person"),),
+    hears=(PerceptMapping("order(Kind)", "on(order)", source="person"),),
     does=(
-        Does("accept(Order)", "on(accepted)", within_s=AT_ONCE_S),
-        Does("refuse(Order)", "on(refused)", within_s=AT_ONCE_S),
-        Does("enter(Name)", "on(state)", within_s=DRIVES_S),
-        Does("food(Held)", "on(food)", within_s=GRIPS_S),
-        Does("complete(Order)", "on(completed)", within_s=DRIVES_S),
-        Does("report_idle", "on(idle)", within_s=AT_ONCE_S),
-        Does("dock", "on(docked)", within_s=DRIVES_S),
+        ActionMapping("accept(Order)", "on(accepted)", within_s=AT_ONCE_S),
+        ActionMapping("refuse(Order)", "on(refused)", within_s=AT_ONCE_S),
+        ActionMapping("enter(Name)", "on(state)", within_s=DRIVES_S),
+        ActionMapping("food(Held)", "on(food)", within_s=GRIPS_S),
+        ActionMapping("complete(Order)", "on(completed)", within_s=DRIVES_S),
+        ActionMapping("report_idle", "on(idle)", within_s=AT_ONCE_S),
+        ActionMapping("dock", "on(docked)", within_s=DRIVES_S),
     ),
     # How long drives and grips take is seen, and not modelled; when it is idle is its specification.
     limits={"travel_time": 0.001, "detour_time": 0.001, "grip_time": 0.001, "idle_after": 30.0},
@@ -40,12 +40,12 @@ CONFORMANCE = Conformance(
     until=f"{GIVEN_UP} | {KEPT_FROM_CHARGER} | on(state) & battery < 0.2",
 )
 
-ONLINE = Online(
+ONLINE = InteractiveAgent(
     agent="person",
     hears=(
-        Hears("refused(Order)", f'on(refused) & refused.reason == "{UNKNOWN}"', source="robot"),
-        Hears("given_up(Order)", GIVEN_UP, source="robot"),
-        Hears("idle", "on(idle)", source="robot"),
-        Hears("held_up", 'fall(acts) & state != "Ready" & state != "Off"', source="robot"),
+        PerceptMapping("refused(Order)", f'on(refused) & refused.reason == "{UNKNOWN}"', source="robot"),
+        PerceptMapping("given_up(Order)", GIVEN_UP, source="robot"),
+        PerceptMapping("idle", "on(idle)", source="robot"),
+        PerceptMapping("held_up", 'fall(acts) & state != "Ready" & state != "Off"', source="robot"),
     ),
 )

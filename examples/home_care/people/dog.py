@@ -10,12 +10,12 @@ from house.flat import DOG_AREA, STANDS
 from house.house import House
 
 from people.published_dog import PublishedDog
-from pytest_hricdv.testbench import Bystander, Range, Run
+from pytest_hricdv.testbench import Bystander, Run, Uniform
 
 REST_OF_RUN_S = 10_000.0
 """Longer than any run."""
 
-_TROTS = {"speed_m_s": Range(0.3, 1.0, "m/s")}  # chosen: a dog indoors, slower and faster than the robot
+_TROTS = {"speed_m_s": Uniform(0.3, 1.0, "m/s")}  # chosen: a dog indoors, slower and faster than the robot
 
 DOG = Bystander(
     "dog",
@@ -23,15 +23,15 @@ DOG = Bystander(
         "lie_down": {},
         "roam": {
             # Its area as published, without the robot's way through the opening of the wall: there it comes by itself.
-            "x_m": Range(DOG_AREA.x1, DOG_AREA.x2, "m"),
-            "y_m": Range(DOG_AREA.y1, -1.2, "m"),
+            "x_m": Uniform(DOG_AREA.x1, DOG_AREA.x2, "m"),
+            "y_m": Uniform(DOG_AREA.y1, -1.2, "m"),
             **_TROTS,
         },
         # From middle to middle: the robot's hull and the dog's length leave about 0.1 m of 0.6 m.
-        "follow": {"near_m": Range(0.6, 1.2, "m"), "for_s": Range(10.0, 120.0, "s"), **_TROTS},
+        "follow": {"near_m": Uniform(0.6, 1.2, "m"), "for_s": Uniform(10.0, 120.0, "s"), **_TROTS},
     },
     most=4,
-    pause_s=Range(0.0, 60.0, "s"),
+    pause_s=Uniform(0.0, 60.0, "s"),
 )
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from random import Random
 
-from pytest_hricdv.testbench import Concretization, Range, Sampler
+from pytest_hricdv.testbench import Concretization, Sampler, Uniform
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ PLACES = ("table", "tv", "doorway", "fridge", "kitchen", "sink", "charger")
 """Where the person may walk to; where they are, the world says."""
 
 # Chosen: those of people between slow and normal indoors; fast enough to come before the robot, at 0.25 m/s.
-_WALKS = {"speed_m_s": Range(0.6, 1.2, "m/s")}
+_WALKS = {"speed_m_s": Uniform(0.6, 1.2, "m/s")}
 _MOMENT = {"wait_s": WholeSeconds(1, 10)}  # chosen: it is an order given while the robot is at another one
 
 COMMANDS: Mapping[str, Mapping[str, Sampler]] = {
@@ -80,7 +80,7 @@ COMMANDS: Mapping[str, Mapping[str, Sampler]] = {
 
 RUN: Mapping[str, Sampler] = {
     # Published: about 5 s after the nodes start.
-    "first_order_s": Range(4.5, 5.5, "s"),
+    "first_order_s": Uniform(4.5, 5.5, "s"),
 }
 
 CONCRETIZATION = Concretization(COMMANDS, RUN)

@@ -127,4 +127,4 @@ def test_what_the_person_does_are_commands_with_ranges() -> None:
 
 def test_each_belief_of_the_space_is_in_a_set_or_means_nothing() -> None:
     used = {belief for beliefs in SETS for belief in beliefs.split()}
-    assert set(BELIEFS.beliefs) - used == set(BELIEFS.neutral)
+    assert set(BELIEFS.beliefs) - used == set(BELIEFS.default_beliefs)

@@ -50,7 +50,7 @@ from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.model import Exploration
 from pytest_hricdv.generate.rng import digest
 from pytest_hricdv.generate.suite import Generation, Suite
-from pytest_hricdv.online.declaration import OnlineError
+from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.results.report_builder import GeneratedSuite
 from pytest_hricdv.session.collection import Collection
 from pytest_hricdv.session.identity import identity
@@ -99,7 +99,7 @@ class Closing:
                 self._signals.hold()  # up to where a report can be made
         except (ProcessError, LoopError) as error:
             raise usage_error(f"--hri-suite={NAME}: no run came to its end: {error}") from None
-        except (GenerateError, CoverageError, OnlineError) as error:
+        except (GenerateError, CoverageError, InteractiveAgentError) as error:
             raise usage_error(f"--hri-suite={NAME}: {error}") from None
         except ClusterError as error:
             raise usage_error(f"--hri-cluster: {error}") from None

@@ -24,7 +24,7 @@ def roles_of(testbench: Testbench) -> tuple[Role, ...]:
     """The roles of those who decide during runs, in the order of the actors; empty where the testbench declares none.
 
     Raises:
-        OnlineError: a declaration names what the model or the run does not have.
+        InteractiveAgentError: a declaration names what the model or the run does not have.
     """
     planned = [product.planned for product in testbench.cross.values() if product.planned is not None]
     lines, model = disturbance.lines(testbench.disturbances), testbench.model

@@ -159,7 +159,7 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
     parameters = [one.parameter for one in drift if one.parameter is not None]
     if parameters and concretization is not None:
         entries = [
-            f'"{parameter.name}": Range({_ends(parameter.default)}, "{parameter.unit}")' for parameter in parameters
+            f'"{parameter.name}": Uniform({_ends(parameter.default)}, "{parameter.unit}")' for parameter in parameters
         ]
         yield from _add(concretization, "run", entries, "{", "}")
 

@@ -9,7 +9,7 @@ from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
 from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
-from pytest_hricdv.declarations.conformance import MODEL, ConformanceError
+from pytest_hricdv.declarations.conformance import MODEL, ModelOracleError
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, ObservedEvent, Product
 from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation
@@ -64,13 +64,13 @@ class ConformanceMonitor:
         """The run ended at `time_s` (s): the verdict.
 
         Raises:
-            ConformanceError: the agent could not go on, or a value that it hears is not known yet.
+            ModelOracleError: the agent could not go on, or a value that it hears is not known yet.
         """
         self._observe(self._events.advance(time_s))
         if not self._ended:
             self._go_on(partial(Product.finish, time_s=time_s))
         if self._error is not None:
-            raise ConformanceError(f"Conformance: {self._error}") from self._error
+            raise ModelOracleError(f"ModelOracle: {self._error}") from self._error
         return self._verdict(time_s if self._left_s is None else self._left_s)
 
     @property

@@ -21,7 +21,7 @@ class OracleExecution(ExecutionFeature):
         """The agent, ready for runs; none if the testbench declares none.
 
         Raises:
-            ConformanceError: a correspondence names what the model, or the run, does not have.
+            ModelOracleError: a correspondence names what the model, or the run, does not have.
             RequirementError: a condition of it does not parse.
         """
         if testbench.conformance is None:

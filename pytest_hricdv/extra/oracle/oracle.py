@@ -16,7 +16,7 @@ from pytest_hricdv.coupling.agent_names import AgentNames
 from pytest_hricdv.coupling.agents import read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
 from pytest_hricdv.coupling.hears import CouplingError
-from pytest_hricdv.declarations.conformance import MODEL, Conformance, ConformanceError
+from pytest_hricdv.declarations.conformance import MODEL, ModelOracle, ModelOracleError
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Vocabulary
 
@@ -35,7 +35,7 @@ class Oracle:
         until: the event up to which a run is followed; None for the whole run.
     """
 
-    declaration: Conformance
+    declaration: ModelOracle
     agent: AgentTemplate
     others: tuple[str, ...]
     hears: tuple[EventPattern, ...]
@@ -81,7 +81,7 @@ class Oracle:
         return {key: tuple(number for number, of in keys if of == key) for _, key in keys}
 
 
-def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, parameters: Iterable[str]) -> Oracle:
+def load_oracle(declaration: ModelOracle, model: Model, vocabulary: Vocabulary, parameters: Iterable[str]) -> Oracle:
     """Check a declaration, and make it ready.
 
     Args:
@@ -91,13 +91,13 @@ def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, 
         parameters: the names of the run's parameters, which limits may name.
 
     Raises:
-        ConformanceError: a name that the agent, the model or the run does not have, or a model that cannot be read.
+        ModelOracleError: a name that the agent, the model or the run does not have, or a model that cannot be read.
         RequirementError: a condition that does not parse, located in its text.
     """
     try:
         [agent], others = read_agents([declaration.agent], model)
     except CouplingError as error:
-        raise ConformanceError(f"Conformance: {error}") from error
+        raise ModelOracleError(f"ModelOracle: {error}") from error
     _check_limits(declaration, agent.program, frozenset(parameters))
     names = AgentNames(agent.name, agent.program.plans)
     try:
@@ -111,14 +111,14 @@ def load_oracle(declaration: Conformance, model: Model, vocabulary: Vocabulary, 
                 for does in declaration.does
             ),
             fails=dict(_failures(declaration, names, vocabulary)),
-            until=parse_event("Conformance, until", None, declaration.until, vocabulary) if declaration.until else None,
+            until=parse_event("ModelOracle, until", None, declaration.until, vocabulary) if declaration.until else None,
         )
     except CouplingError as error:
-        raise ConformanceError(str(error)) from error
+        raise ModelOracleError(str(error)) from error
 
 
 def _failures(
-    declaration: Conformance, names: AgentNames, vocabulary: Vocabulary
+    declaration: ModelOracle, names: AgentNames, vocabulary: Vocabulary
 ) -> Iterator[tuple[int, EventPattern]]:
     for number, does in enumerate(declaration.does):
         if does.fails:
@@ -131,20 +131,20 @@ def window_text(first_s: float, last_s: float) -> str:
     return f"within {last_s:g} s" if first_s == 0 else f"after {first_s:g} to {last_s:g} s"
 
 
-def _check_limits(declaration: Conformance, program: Program, parameters: frozenset[str]) -> None:
+def _check_limits(declaration: ModelOracle, program: Program, parameters: frozenset[str]) -> None:
     beliefs = [belief for belief in program.beliefs if not isinstance(belief, Rule)]
     numeric = [belief.functor for belief in beliefs if len(belief.args) == 1 and isinstance(belief.args[0], Number)]
     for name, limit in declaration.limits.items():
         if name not in numeric:
-            raise ConformanceError(
-                f"Conformance: limits: {declaration.agent} has no initial belief {name}(number){nearest(name, numeric)}"
+            raise ModelOracleError(
+                f"ModelOracle: limits: {declaration.agent} has no initial belief {name}(number){nearest(name, numeric)}"
             )
         if isinstance(limit, str):
             if limit not in parameters:
-                raise ConformanceError(
-                    f"Conformance: limits[{name!r}]: the run has no parameter {limit!r}{nearest(limit, parameters)}"
+                raise ModelOracleError(
+                    f"ModelOracle: limits[{name!r}]: the run has no parameter {limit!r}{nearest(limit, parameters)}"
                 )
         elif isinstance(limit, bool) or not isinstance(limit, int | float):
-            raise ConformanceError(
-                f"Conformance: limits[{name!r}] is {limit!r}; expected a number, or the name of a parameter of the run"
+            raise ModelOracleError(
+                f"ModelOracle: limits[{name!r}] is {limit!r}; expected a number, or the name of a parameter of the run"
             )

@@ -14,7 +14,7 @@ from fnmatch import fnmatchcase
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -42,21 +42,21 @@ def check_timing(declared: Ros2) -> None:
     """
     for pattern, delay_s in declared.delay_s.items():
         low_s, high_s = _bounds_s(delay_s)
-        is_of_s = not isinstance(delay_s, Range) or delay_s.unit in ("", "s")
+        is_of_s = not isinstance(delay_s, Uniform) or delay_s.unit in ("", "s")
         if not (0.0 <= low_s <= high_s < math.inf and is_of_s):
             raise Ros2Error(
-                f"ros2: delay_s of {pattern!r} is {delay_s}; expected seconds, as 0.01 or Range(0.0, 0.05, 's')"
+                f"ros2: delay_s of {pattern!r} is {delay_s}; expected seconds, as 0.01 or Uniform(0.0, 0.05, 's')"
             )
     for pattern, share in declared.drop.items():
         if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 <= share <= 1.0:
             raise Ros2Error(f"ros2: drop of {pattern!r} is {share!r}; expected the share of messages, from 0 to 1")
     for pattern in declared.reorder:
         if not any(pattern == other or fnmatchcase(pattern, other) for other in declared.delay_s):
-            raise Ros2Error(f"ros2: reorder of {pattern!r}: its messages take no time; give it a delay_s, a Range")
+            raise Ros2Error(f"ros2: reorder of {pattern!r}: its messages take no time; give it a delay_s, a Uniform")
 
 
-def _bounds_s(delay_s: Range | float) -> tuple[float, float]:
-    if isinstance(delay_s, Range):
+def _bounds_s(delay_s: Uniform | float) -> tuple[float, float]:
+    if isinstance(delay_s, Uniform):
         return delay_s.low, delay_s.high
     is_number = isinstance(delay_s, int | float) and not isinstance(delay_s, bool)
     return (float(delay_s), float(delay_s)) if is_number else (math.nan, math.nan)
@@ -112,7 +112,7 @@ class Delivery:
         return Arrival(arrives_s - self._now_s(), is_lost)
 
     @staticmethod
-    def _drawn_s(delay_s: Range | float, draw: random.Random) -> float:
+    def _drawn_s(delay_s: Uniform | float, draw: random.Random) -> float:
         low_s, high_s = _bounds_s(delay_s)
         return draw.uniform(low_s, high_s)
 
@@ -138,7 +138,7 @@ class Delivery:
         if between and _WILD.isdisjoint(pattern):
             raise Ros2Error(
                 f"ros2: {word} of {name}: {between}, so {because}; let one side be best effort, use the disturbances "
-                "Lost and Late, or delay_s"
+                "Drop and Delay, or delay_s"
             )
         return bool(between)
 
@@ -160,6 +160,6 @@ def _pattern(name: str, patterns: Iterable[str]) -> str:
     return name if name in every else next((pattern for pattern in every if fnmatchcase(name, pattern)), "")
 
 
-def _of(name: str, values: Mapping[str, Range | float], default: float) -> Range | float:
+def _of(name: str, values: Mapping[str, Uniform | float], default: float) -> Uniform | float:
     pattern = _pattern(name, values)
     return values[pattern] if pattern else default

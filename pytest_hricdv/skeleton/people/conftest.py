@@ -10,9 +10,9 @@ from pytest_hricdv.testbench import (
     Concretization,
     Model,
     Outcome,
-    Range,
     Run,
     Testbench,
+    Uniform,
 )
 
 HERE = Path(__file__).parent
@@ -20,9 +20,9 @@ PEOPLE = ("my_person", "my_other")
 
 # What each of them can do, with the ranges of the parameters.
 ACTS = {
-    "ask": {"after_s": Range(0.2, 2.0, "s")},
-    "come_near": {"after_s": Range(0.2, 1.5, "s")},
-    "go_away": {"after_s": Range(0.5, 3.0, "s")},
+    "ask": {"after_s": Uniform(0.2, 2.0, "s")},
+    "come_near": {"after_s": Uniform(0.2, 1.5, "s")},
+    "go_away": {"after_s": Uniform(0.5, 3.0, "s")},
     "wait_done": {},
 }
 
@@ -42,7 +42,7 @@ def pytest_hricdv_testbench(config: object) -> Testbench:
         # The people's commands say who acts.
         concretization=Concretization(
             commands={f"{name}: {act}": ranges for name in PEOPLE for act, ranges in ACTS.items()},
-            run={"patience_s": Range(10.0, 15.0, "s")},
+            run={"patience_s": Uniform(10.0, 15.0, "s")},
         ),
         requirements=HERE / "requirements.toml",
         messages=(Done, Request),

@@ -9,9 +9,9 @@ from pytest_hricdv.testbench import (
     Concretization,
     Model,
     Outcome,
-    Range,
     Run,
     Testbench,
+    Uniform,
 )
 
 HERE = Path(__file__).parent
@@ -36,12 +36,12 @@ def pytest_hricdv_testbench(config: object) -> Testbench:
         # The person's commands, with the ranges of their parameters.
         concretization=Concretization(
             commands={
-                "ask": {"after_s": Range(0.2, 2.0, "s")},
-                "come_near": {"after_s": Range(0.2, 1.5, "s")},
-                "go_away": {"after_s": Range(0.5, 3.0, "s")},
+                "ask": {"after_s": Uniform(0.2, 2.0, "s")},
+                "come_near": {"after_s": Uniform(0.2, 1.5, "s")},
+                "go_away": {"after_s": Uniform(0.5, 3.0, "s")},
                 "wait_done": {},
             },
-            run={"patience_s": Range(10.0, 15.0, "s")},
+            run={"patience_s": Uniform(10.0, 15.0, "s")},
         ),
         requirements=HERE / "requirements.toml",
         messages=(Done, Request),

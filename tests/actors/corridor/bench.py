@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.testbench import (
+    ActionMapping,
     BeliefSpace,
     Concretization,
-    Conformance,
     CrossProduct,
-    Does,
     Film,
-    Hears,
     Model,
+    ModelOracle,
     Outcome,
-    Range,
+    PerceptMapping,
     Run,
     Testbench,
+    Uniform,
 )
 from tests.actors.corridor.cart import Arrived, Near, SendOn, deliver
 
@@ -32,12 +32,12 @@ IN_FRONT_M = 1.5
 LIMIT_S = 200.0
 
 COMMANDS = {
-    "nurse: send_on": {"takes_s": Range(0.2, 2.0, "s")},
-    "nurse: call_out": {"takes_s": Range(0.2, 2.0, "s")},
-    "nurse: rest": {"takes_s": Range(0.5, 4.0, "s")},
-    "child: step_in": {"takes_s": Range(0.5, 3.0, "s")},
-    "child: step_out": {"takes_s": Range(0.2, 1.0, "s")},
-    "child: wait": {"takes_s": Range(0.5, 6.0, "s")},
+    "nurse: send_on": {"takes_s": Uniform(0.2, 2.0, "s")},
+    "nurse: call_out": {"takes_s": Uniform(0.2, 2.0, "s")},
+    "nurse: rest": {"takes_s": Uniform(0.5, 4.0, "s")},
+    "child: step_in": {"takes_s": Uniform(0.5, 3.0, "s")},
+    "child: step_out": {"takes_s": Uniform(0.2, 1.0, "s")},
+    "child: wait": {"takes_s": Uniform(0.5, 6.0, "s")},
 }
 
 
@@ -126,8 +126,11 @@ CROSS = {
 
 def crossed(run: Run) -> Hits:
     """The bins of `CROSS` that a run has hit."""
-    met = [(child, nurse) for child, nurse in run.meanwhile("child", "nurse") if child != "step_in"]
-    return {"orders": run.orders("nurse", "child"), "meanwhile": tuple(pair for pair in met if pair[1] != "send_on")}
+    met = [(child, nurse) for child, nurse in run.overlap_bins("child", "nurse") if child != "step_in"]
+    return {
+        "orders": run.order_bins("nurse", "child"),
+        "meanwhile": tuple(pair for pair in met if pair[1] != "send_on"),
+    }
 
 
 def running(
@@ -138,7 +141,7 @@ def running(
     def run(run: Run) -> Outcome:
         corridor = Corridor(run)
         run.kernel.world = corridor
-        run.disturbs(corridor)
+        run.set_disturbance_target(corridor)
 
         def cart() -> None:
             deliver(run.bus.port("cart"), corridor, obeys)
@@ -159,7 +162,7 @@ def ward(people: People = (nurse, child), obeys: bool = True) -> Testbench:
         name="corridor",
         model=Model(HERE / "models" / "ward.mas2j", actors=("nurse", "child"), covered=("nurse", "child")),
         beliefs=BeliefSpace(
-            start=("playful", "shy"), groups={"nurse": ("hurried", "watchful", "patient")}, neutral=("patient",)
+            start=("playful", "shy"), groups={"nurse": ("hurried", "watchful", "patient")}, default_beliefs=("patient",)
         ),
         concretization=Concretization(commands=COMMANDS),
         requirements=HERE / "requirements.toml",
@@ -197,13 +200,13 @@ class Camera:
 def followed_ward(obeys: bool = True) -> Testbench:
     """The testbench with a film, and with the model's robot as an oracle."""
     made = ward(obeys=obeys)
-    oracle = Conformance(
+    oracle = ModelOracle(
         agent="robot",
         hears=(
-            Hears("in_the_way", "on(near) & near.somebody"),
-            Hears("free_again", "on(near) & !near.somebody"),
+            PerceptMapping("in_the_way", "on(near) & near.somebody"),
+            PerceptMapping("free_again", "on(near) & !near.somebody"),
         ),
-        does=(Does("arrive", "on(arrived)", within_s=(0.0, 60.0)),),
+        does=(ActionMapping("arrive", "on(arrived)", within_s=(0.0, 60.0)),),
     )
     film = Film(camera=Camera, moments={"steps in": "near", "sent on": "send_on"}, period_s=0.1)
     model = replace(made.model, path=HERE / "models" / "ward_with_robot.mas2j")

@@ -10,13 +10,13 @@ from pytest_hricdv.testbench import (
     Concretization,
     CrossProduct,
     Disturbance,
-    Lost,
+    Drop,
+    InteractiveAgent,
     Model,
-    Online,
     Outcome,
-    Range,
     Run,
     Testbench,
+    Uniform,
 )
 from tests.actors.hospital.robot import Answered, Door, Loaded, Seen, Sent, bring
 
@@ -24,7 +24,7 @@ HERE = Path(__file__).parent
 STEP_US = 50_000
 DOOR_M, LENGTH_M, SPEED_M_S = 2.0, 4.0, 0.5
 LIMIT_S = 90.0
-TAKES = {"takes_s": Range(0.2, 3.0, "s")}
+TAKES = {"takes_s": Uniform(0.2, 3.0, "s")}
 ACTS = {
     "nurse": ("load", "send", "rest"),
     "porter": ("open", "close", "rest"),
@@ -40,9 +40,9 @@ CROSS = {
 }
 
 
-DISTURBANCES: dict[str, Disturbance | Lost] = {
+DISTURBANCES: dict[str, Disturbance | Drop] = {
     "draught": Disturbance({}, lambda ward, values: ward.door(False)),
-    "unseen": Lost("seen"),
+    "unseen": Drop("seen"),
 }
 """The door falls to; the sensor misses what comes next."""
 
@@ -109,7 +109,7 @@ def running(looks_late: bool, actors: tuple[str, ...] = tuple(ACTS)) -> Callable
 
     def run(run: Run) -> Outcome:
         ward = run.kernel.world = Ward(run)
-        run.disturbs(ward)
+        run.set_disturbance_target(ward)
         does = people(run, ward)
 
         def robot() -> None:
@@ -133,9 +133,9 @@ def running(looks_late: bool, actors: tuple[str, ...] = tuple(ACTS)) -> Callable
 def crossed(run: Run) -> dict[str, tuple[tuple[str, ...], ...]]:
     """The bins of `CROSS` that a run has hit."""
     hits = {
-        "nurse and porter": run.orders("nurse", "porter"),
-        "nurse and child": run.orders("nurse", "child"),
-        "child waits": run.meanwhile("child", "porter"),
+        "nurse and porter": run.order_bins("nurse", "porter"),
+        "nurse and child": run.order_bins("nurse", "child"),
+        "child waits": run.overlap_bins("child", "porter"),
     }
     bins = {name: set(product.bins()) for name, product in CROSS.items()}
     return {name: tuple(hit for hit in reported if hit in bins[name]) for name, reported in hits.items()}
@@ -152,7 +152,7 @@ def hospital(looks_late: bool = False, online: bool = False) -> Testbench:
                 "porter": ("tidy", "lazy"),
                 "child": ("curious", "calm"),
             },
-            neutral=("lazy", "calm"),
+            default_beliefs=("lazy", "calm"),
         ),
         concretization=Concretization(commands=COMMANDS),
         requirements=HERE / "requirements.toml",
@@ -163,6 +163,6 @@ def hospital(looks_late: bool = False, online: bool = False) -> Testbench:
         code=("tests.actors.hospital.robot",),
         virtual=("asyncio", "threading"),
         may_end=("limit", "cycle"),
-        online=tuple(Online(actor, patience_s=5.0) for actor in ACTS) if online else None,
+        online=tuple(InteractiveAgent(actor, patience_s=5.0) for actor in ACTS) if online else None,
         run=running(looks_late),
     )

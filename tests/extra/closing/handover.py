@@ -18,7 +18,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun
 from pytest_hricdv.generate.rng import make_rng
-from pytest_hricdv.generate.sampler import Range, Sampler
+from pytest_hricdv.generate.sampler import Sampler, Uniform
 
 POSES = tuple("".join(bits) for bits in product("01", repeat=2))
 OUTCOMES = ("given", "kept", "silent", "late")
@@ -30,12 +30,12 @@ SPACE = BeliefSpace(
 )
 
 DISTURBANCES: Mapping[str, Mapping[str, Sampler]] = {
-    "flip": {"sensor": Range(0.0, 2.0, open_high=True), "for_s": Range(0.0, 10.0)},
+    "flip": {"sensor": Uniform(0.0, 2.0, open_high=True), "for_s": Uniform(0.0, 10.0)},
     "ready_lost": {},
-    "mute": {"for_s": Range(0.0, 20.0)},
-    "noise": {"level": Range(0.0, 1.0)},
+    "mute": {"for_s": Uniform(0.0, 20.0)},
+    "noise": {"level": Uniform(0.0, 1.0)},
     "shake": {},
-    "light": {"lux": Range(0.0, 1.0)},
+    "light": {"lux": Uniform(0.0, 1.0)},
 }
 
 ERROR = 0.05

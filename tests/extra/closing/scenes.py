@@ -28,12 +28,12 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Exploration, ExploredRun
 from pytest_hricdv.generate.rng import make_rng, pick, random_index
-from pytest_hricdv.generate.sampler import Range, Sampler
+from pytest_hricdv.generate.sampler import Sampler, Uniform
 
 PARTS = {2: 3, 3: 2}
 """Sensors -> how many parts are asked for at most: so that there are some 80 abstract tests."""
 
-STRENGTH: dict[str, Sampler] = {"strength": Range(0.0, 1.0)}
+STRENGTH: dict[str, Sampler] = {"strength": Uniform(0.0, 1.0)}
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def _with_online(lamps: pytest.Pytester, declared: str) -> None:
     path = lamps.path / "conftest.py"
     text = path.read_text(encoding="utf-8")
     for old, new in (
-        ("Model, Range, Testbench", "Hears, Model, Online, Range, Testbench"),
+        ("Model, Testbench, Uniform", "InteractiveAgent, Model, PerceptMapping, Testbench, Uniform"),
         ("        by_hand=HERE", f"        online={declared},\n        by_hand=HERE"),
         ('cross={"light": Cross', 'cross={"wishes": CrossProduct({"count": ("0", "1", "2")}), "light": Cross'),
         ('cross={"light": [', 'cross={"wishes": [(str(min(len(levels), 2)),)], "light": ['),
@@ -51,7 +51,7 @@ def _with_online(lamps: pytest.Pytester, declared: str) -> None:
 
 @pytest.mark.slow
 def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lamps: pytest.Pytester) -> None:
-    _with_online(lamps, 'Online("visitor", (Hears("hall", "on(answer)"),))')
+    _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hall", "on(answer)"),))')
     lamps.runpytest_inprocess(SUITE, "--hri-close-runs=64")
     (suite,) = report(lamps.path)["suites"]
     assert "wishes: 2" not in suite["cross"]["missing"], "its tests are not online, and hit it again"
@@ -59,11 +59,11 @@ def test_a_person_who_decides_during_the_run_reaches_what_no_beliefs_lead_to(lam
 
 
 def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest.Pytester) -> None:
-    _with_online(lamps, 'Online("visitor", (Hears("hal", "on(answer)"),))')
+    _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hal", "on(answer)"),))')
     result = lamps.runpytest_inprocess(SUITE)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(
-        ["ERROR: --hri-suite=closure: Online: Hears('hal'): visitor has no belief hal; nearest: hall*"]
+        ["ERROR: --hri-suite=closure: InteractiveAgent: PerceptMapping('hal'): visitor has no belief hal; *: hall*"]
     )
 
 
@@ -71,7 +71,7 @@ def test_a_person_who_cannot_decide_is_an_error_of_the_declaration(lamps: pytest
 def test_what_a_person_decided_during_the_run_is_done_again_by_the_test_that_it_became(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _with_online(lamps, 'Online("visitor", (Hears("hall", "on(answer)"),))')
+    _with_online(lamps, 'InteractiveAgent("visitor", (PerceptMapping("hall", "on(answer)"),))')
     found: list[tuple[Observation, Observation]] = []
 
     def comparing(archive: Archive, ways: Collection[str], runner: Runner) -> object:

@@ -13,7 +13,7 @@ from tests.plugin.test_bad_input import refused
 
 SUITE = ("--hri-suite=closure", "--hri-close-runs=40")
 
-DOUBLED = '        disturbances={"wish_doubled": Doubled("wish", Range(0.4, 0.8, "s"))},\n'
+DOUBLED = '        disturbances={"wish_doubled": Duplicate("wish", Uniform(0.4, 0.8, "s"))},\n'
 BEFORE = "        level = level_for(wish)\n"
 REPEATED = "        if level == before:\n            repeated()\n        before = level\n"
 
@@ -21,7 +21,7 @@ REPEATED = "        if level == before:\n            repeated()\n        before 
 def disturb(project: pytest.Pytester) -> None:
     """The guide does something that only a doubled wish leads to; without one, nobody wishes twice."""
     change(project.path, "conftest.py", "        by_hand=", f"{DOUBLED}        by_hand=")
-    change(project.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Doubled,")
+    change(project.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Duplicate,")
     change(project.path, "lamps/guide.py", BEFORE, BEFORE + REPEATED)
     change(project.path, "lamps/guide.py", "    while True:\n", "    before = None\n    while True:\n")
     change(project.path, "lamps/guide.py", "def serviced", "def repeated():\n    return None\n\n\ndef serviced")
@@ -177,9 +177,9 @@ def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_se
     visitor = lamps.path / "models" / "visitor.asl"
     mentioned = "".join(f"+!never : hat{number} <- true.\n" for number in range(10))
     visitor.write_text(f"{visitor.read_text(encoding='utf-8')}\n{mentioned}", encoding="utf-8")
-    lost = '        disturbances={"wish_lost": Lost("wish")},\n'
+    lost = '        disturbances={"wish_lost": Drop("wish")},\n'
     change(lamps.path, "conftest.py", "        by_hand=", f"{lost}        by_hand=")
-    change(lamps.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Lost,")
+    change(lamps.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Drop,")
     result = lamps.runpytest_inprocess(*SUITE)
     result.stdout.fnmatch_lines(
         ["hricdv: too large: 15 beliefs beside the start *agent 'usher' does other things *; so 264 sets of beliefs *"]
@@ -234,7 +234,7 @@ def add_lift(project: pytest.Pytester) -> None:
         "import Answer, Greeting, Left, Switched, Wish\n",
     )
     change(project.path, "conftest.py", "messages=(Answer,", "messages=(Left, Answer,")
-    change(project.path, "conftest.py", "run={", 'run={"called_s": Range(0.0, 4.0, "s"), ')
+    change(project.path, "conftest.py", "run={", 'run={"called_s": Uniform(0.0, 4.0, "s"), ')
     change(project.path, "lamps/guide.py", '\n\ndef serviced():\n    return "by hand"\n', "")
     spawned = '    run.kernel.spawn("guide",'
     lift = (

@@ -20,9 +20,9 @@ from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.concrete import Concretization, concretize
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 
-SPACE = Concretization(commands={"enter": {"at_s": Range(0.0, 60.0, "s")}, "wait": {}}, run={})
+SPACE = Concretization(commands={"enter": {"at_s": Uniform(0.0, 60.0, "s")}, "wait": {}}, run={})
 LEAVES_S, DOOR_S = 41.0, 0.5
 """The lift leaves then, and a robot is in its door for so long before and after it has entered."""
 
@@ -197,7 +197,9 @@ def test_a_quarter_of_the_runs_searches_while_nothing_pays() -> None:
 
 
 def test_a_parameter_that_changed_no_margin_is_thought_to_matter_less() -> None:
-    space = Concretization(commands={"enter": {"at_s": Range(0.0, 60.0, "s"), "voice_s": Range(1.0, 2.0, "s")}}, run={})
+    space = Concretization(
+        commands={"enter": {"at_s": Uniform(0.0, 60.0, "s"), "voice_s": Uniform(1.0, 2.0, "s")}}, run={}
+    )
     archive = Archive([])
 
     def add(way: str, at_s: float, voice_s: float, margin: float) -> None:

@@ -12,7 +12,7 @@ from tests.plugin.project import change, command, plain_and_slowly_in_other_mode
 IMPORT = "\n    from pytest_hricdv.testbench import Disturbance"
 SURGE = """code=("lamps",),
         disturbances={
-            "surge": Disturbance({"level": Range(90.0, 95.0, "%")}, lambda lamp, given: lamp.set(given["level"])),
+            "surge": Disturbance({"level": Uniform(90.0, 95.0, "%")}, lambda lamp, given: lamp.set(given["level"])),
             "flicker": Disturbance({}, lambda lamp, given: lamp.set(0.0)),
         },"""
 
@@ -34,10 +34,11 @@ def surging(lamps: pytest.Pytester) -> pytest.Pytester:
     change(
         lamps.path,
         "conftest.py",
-        "Model, Range, Testbench",
-        "Model, Range, Testbench\n    from pytest_hricdv.testbench import Disturbance",
+        "Model, Testbench, Uniform",
+        "Model, Testbench, Uniform\n    from pytest_hricdv.testbench import Disturbance",
     )
-    change(lamps.path, "conftest.py", "    lamp.set(0.0)\n", "    lamp.set(0.0)\n    run.disturbs(lamp)\n")
+    target = "    lamp.set(0.0)\n    run.set_disturbance_target(lamp)\n"
+    change(lamps.path, "conftest.py", "    lamp.set(0.0)\n", target)
     (lamps.path / "surges.txt").write_text("\n\n".join("\n".join(test) for test in TESTS) + "\n", encoding="utf-8")
     return lamps
 
@@ -112,7 +113,7 @@ def test_a_merged_report_has_the_causes_of_all_shards(surging: pytest.Pytester) 
 
 
 KILLED = """    lamp.set(0.0)
-    run.disturbs(lamp)
+    run.set_disturbance_target(lamp)
     if "-experiment-" in run.test.id:
         with (HERE / "experiments").open("a") as log:
             log.write(f"{run.test.id}\\n")
@@ -125,7 +126,7 @@ KILLED = """    lamp.set(0.0)
 
 @pytest.mark.slow
 def test_a_diagnosis_that_is_killed_goes_on_and_is_in_a_rebuilt_report(surging: pytest.Pytester) -> None:
-    change(surging.path, "conftest.py", "    lamp.set(0.0)\n    run.disturbs(lamp)\n", KILLED)
+    change(surging.path, "conftest.py", "    lamp.set(0.0)\n    run.set_disturbance_target(lamp)\n", KILLED)
     arguments = (*SUITE, BUDGET)
     killed = surging.runpytest_subprocess(*arguments)
     assert killed.ret == -9

@@ -7,10 +7,10 @@ import pytest
 from pytest_hricdv.extra.diagnosis.pair_search import shrunk
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 
 SPACE = Concretization(
-    commands={"ask": {"pause_s": Range(0.0, 4.0, "s")}, "go": {}, "disturb noise": {"level": Range(0.0, 1.0)}}
+    commands={"ask": {"pause_s": Uniform(0.0, 4.0, "s")}, "go": {}, "disturb noise": {"level": Uniform(0.0, 1.0)}}
 )
 
 

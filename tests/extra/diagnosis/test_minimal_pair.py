@@ -13,18 +13,18 @@ from pytest_hricdv.extra.diagnosis.records import Decision
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
 from pytest_hricdv.extra.diagnosis.variations import variations
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 
-PAUSE = {"pause_s": Range(0.0, 4.0, "s")}
+PAUSE = {"pause_s": Uniform(0.0, 4.0, "s")}
 SPACE = Concretization(
     commands={
         "ask": PAUSE,
         "look left": {},
         "look right": {},
         "go": {},
-        "disturb step_in": {"gap_m": Range(0.0, 2.0, "m")},
+        "disturb step_in": {"gap_m": Uniform(0.0, 2.0, "m")},
     },
-    run={"patience_s": Range(1.0, 9.0, "s")},
+    run={"patience_s": Uniform(1.0, 9.0, "s")},
 )
 PEOPLE = Concretization(commands={"child: ask": {}, "nurse: call": {}}).with_turns(("child", "nurse"))
 

@@ -53,7 +53,7 @@ def test_what_is_in_a_draft_has_the_place_that_it_comes_from(tmp_path: Path) -> 
     _, texts = drafted(tmp_path, robots.MATCH)
     conftest = texts["conftest.py"]
     assert 'return Command(kind="fetch")  # robot_code.py:17' in conftest
-    assert '"command_lost": Lost("command")' in conftest
+    assert '"command_lost": Drop("command")' in conftest
     for manner in ("in_time", "too_early", "too_late", "twice", "never"):
         assert f"@command_{manner} " in texts["models/person.asl"]
     assert "`gripper`" in texts["README.md"]
@@ -98,7 +98,7 @@ def test_states_that_the_code_publishes_are_covered_and_no_disturbance_takes_one
     assert 'cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})}' in conftest
     assert "@be_open +!be_open" in texts["models/robot.asl"]
     assert "status_lost" not in conftest
-    assert conftest.count(": Lost(") == len(draft.code.messages) - 1
+    assert conftest.count(": Drop(") == len(draft.code.messages) - 1
 
 
 ENDS = """

@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.feature import FEATURE
 from pytest_hricdv.extra.draft.update import add_lines, difference
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.option import OptionReader
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Range, Run, Testbench
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Run, Testbench, Uniform
 from tests.docs.page import blocks, write_files
 from tests.report import sample
 
@@ -94,7 +94,7 @@ def _run(run: Run) -> Outcome:
     return Outcome("nothing")
 
 
-def bench(folder: Path, *messages: type, **run: Range) -> Testbench:
+def bench(folder: Path, *messages: type, **run: Uniform) -> Testbench:
     (folder / "lift.mas2j").write_text("MAS lift { agents: meta; human; }", encoding="utf-8")
     return Testbench(
         name="lift",
@@ -139,7 +139,7 @@ def test_transitions_are_compared_both_ways(of_lift: list[Drift]) -> None:
 def test_what_the_testbench_has_is_no_drift(tmp_path: Path) -> None:
     (tmp_path / "lift.py").write_text(CODE, encoding="utf-8")
     model, _ = models_of(["lift"], [tmp_path])
-    made = drifts(model, bench(tmp_path, Call, State, Alarm, patience_s=Range(1.0, 9.0, "s")), None)
+    made = drifts(model, bench(tmp_path, Call, State, Alarm, patience_s=Uniform(1.0, 9.0, "s")), None)
     assert {drift.kind for drift in made} == {"transition", "gone"}
 
 
@@ -172,7 +172,7 @@ def test_the_lines_to_add_are_a_diff_of_the_conftest_file(of_lift: list[Drift]) 
     after = add_lines(CONFTEST, of_lift)
     assert "messages=(Call, State, Alarm)," in after
     assert "    from lift import Alarm\n    return Testbench(" in after
-    assert 'run={"patience_s": Range(2.5, 10, "s")}' in after
+    assert 'run={"patience_s": Uniform(2.5, 10, "s")}' in after
     compile(after, "conftest.py", "exec")
     shown = difference(CONFTEST, after, "conftest.py").splitlines()
     assert shown[0] == "--- a/conftest.py"

@@ -237,7 +237,7 @@ def test_a_person_stays_with_a_node_that_hears_nothing_and_no_requirement_is_alw
     model, start = analyse_node(find_executable("beacon.py", workspace))
     texts = dict(files(Draft(model, "beacon", "person", workspace / "hri", ros=start)))
     assert "stays_long <- stay(long)." in texts["models/person.asl"]
-    assert '"stay long": {"after_s": Range(20.0, 60.0, "s")}' in texts["conftest.py"]
+    assert '"stay long": {"after_s": Uniform(20.0, 60.0, "s")}' in texts["conftest.py"]
     formulas = [entry["formula"] for entry in tomllib.loads(texts["requirements.toml"]).values()]
     assert formulas[0] == "always(person_is_there -> eventually[0:60](on(light) | not person_is_there))"
     assert not [formula for formula in formulas if "once(" in formula]
@@ -248,8 +248,8 @@ def test_whole_numbers_of_which_nothing_is_known_are_more_than_0_and_1(workspace
     (workspace / "counter.py").write_text(counter, encoding="utf-8")
     model, start = analyse_node(find_executable("counter.py", workspace))
     text = dict(files(Draft(model, "counter", "person", workspace / "hri", ros=start)))["conftest.py"]
-    assert '"count": Range(0, 10, "")' in text
-    assert '"low": Range(0.0, 1.0, "")' in text
+    assert '"count": Uniform(0, 10, "")' in text
+    assert '"low": Uniform(0.0, 1.0, "")' in text
 
 
 def test_the_code_of_a_node_is_what_it_imports_and_not_the_other_nodes_of_its_package(workspace: Path) -> None:

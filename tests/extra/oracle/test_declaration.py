@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coupling.hears import Hears
-from pytest_hricdv.declarations.conformance import Conformance, ConformanceError, Does
+from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.monitor import RequirementError
 from tests.extra.oracle.toy import TOY, Toy
 
-OFFERED = Does("offered", "on(offer)")
+OFFERED = ActionMapping("offered", "on(offer)")
 
 
 def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
@@ -25,47 +25,53 @@ def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"agent": "robto"}, "Conformance: no agent 'robto' in * nearest: robot"),
-        ({"does": (Does("@ofer", "on(offer)"),)}, "Does('@ofer'): robot has no plan @ofer; nearest: @offer"),
+        ({"agent": "robto"}, "ModelOracle: no agent 'robto' in * nearest: robot"),
         (
-            {"does": (Does("ofered", "on(offer)"),)},
-            "Does('ofered'): robot has no action or message ofered; nearest: offered",
+            {"does": (ActionMapping("@ofer", "on(offer)"),)},
+            "ActionMapping('@ofer'): robot has no plan @ofer; nearest: @offer",
         ),
         (
-            {"does": (Does("take", "on(taken)"),)},
-            "Does('take'): robot has no action or message take with 0 arguments; it has 1",
-        ),
-        ({"does": (Does("take(", "on(taken)"),)}, "Does('take('): *"),
-        (
-            {"does": (Does("take(Thign)", "on(taken)"),)},
-            "Does('take(Thign)'): Thign is no field of its message and no signal; nearest: thing",
+            {"does": (ActionMapping("ofered", "on(offer)"),)},
+            "ActionMapping('ofered'): robot has no action or message ofered; nearest: offered",
         ),
         (
-            {"does": (Does("offered", "on(offer)", fails="rise(gripping)"),)},
-            "Does('offered'), fails: only an external action can fail; offered is none of robot",
+            {"does": (ActionMapping("take", "on(taken)"),)},
+            "ActionMapping('take'): robot has no action or message take with 0 arguments; it has 1",
+        ),
+        ({"does": (ActionMapping("take(", "on(taken)"),)}, "ActionMapping('take('): *"),
+        (
+            {"does": (ActionMapping("take(Thign)", "on(taken)"),)},
+            "ActionMapping('take(Thign)'): Thign is no field of its message and no signal; nearest: thing",
         ),
         (
-            {"hears": (Hears("wnated(Thing)", "on(order)"),)},
-            "Hears('wnated(Thing)'): robot has no belief wnated; nearest: wanted",
+            {"does": (ActionMapping("offered", "on(offer)", fails="rise(gripping)"),)},
+            "ActionMapping('offered'), fails: only an external action can fail; offered is none of robot",
         ),
-        ({"hears": (Hears("!ofer", "on(order)"),)}, "Hears('!ofer'): robot has no goal ofer; nearest: offer"),
         (
-            {"hears": (Hears("thanks", "on(thank)", source="persn"),)},
-            "Hears('thanks'): no agent 'persn'; nearest: person",
+            {"hears": (PerceptMapping("wnated(Thing)", "on(order)"),)},
+            "PerceptMapping('wnated(Thing)'): robot has no belief wnated; nearest: wanted",
+        ),
+        (
+            {"hears": (PerceptMapping("!ofer", "on(order)"),)},
+            "PerceptMapping('!ofer'): robot has no goal ofer; nearest: offer",
+        ),
+        (
+            {"hears": (PerceptMapping("thanks", "on(thank)", source="persn"),)},
+            "PerceptMapping('thanks'): no agent 'persn'; nearest: person",
         ),
         (
             {"limits": {"patence": 3.0}},
-            "Conformance: limits: robot has no initial belief patence(number); nearest: patience",
+            "ModelOracle: limits: robot has no initial belief patence(number); nearest: patience",
         ),
         (
             {"limits": {"patience": "patience"}},
-            "Conformance: limits['patience']: the run has no parameter 'patience'; nearest: patience_s",
+            "ModelOracle: limits['patience']: the run has no parameter 'patience'; nearest: patience_s",
         ),
-        ({"limits": {"patience": True}}, "Conformance: limits['patience'] is True; expected a number, or *"),
+        ({"limits": {"patience": True}}, "ModelOracle: limits['patience'] is True; expected a number, or *"),
     ],
 )
 def test_names_that_do_not_exist_are_refused(tmp_path: Path, changes: dict[str, object], told: str) -> None:
-    with pytest.raises(ConformanceError) as error:
+    with pytest.raises(ModelOracleError) as error:
         Toy(tmp_path, **changes)
     begin, _, end = told.partition("*")
     assert str(error.value).startswith(begin.rstrip()), str(error.value)
@@ -75,14 +81,23 @@ def test_names_that_do_not_exist_are_refused(tmp_path: Path, changes: dict[str, 
 @pytest.mark.parametrize(
     ("does", "told"),
     [
-        (Does("offered", "on(ofer)"), "Does('offered'), column 4: unknown topic 'ofer'; nearest: offer"),
-        (Does("offered", "on(offer) &"), "Does('offered'), column 12: "),
-        (Does("offered", "holding"), "Does('offered'), column 1: expected an event\n    holding\n    ^^^^^^^"),
-        (Does("let_go", "on(offer)", fails="holding"), "Does('let_go'), fails, column 1: expected an event"),
+        (
+            ActionMapping("offered", "on(ofer)"),
+            "ActionMapping('offered'), column 4: unknown topic 'ofer'; nearest: offer",
+        ),
+        (ActionMapping("offered", "on(offer) &"), "ActionMapping('offered'), column 12: "),
+        (
+            ActionMapping("offered", "holding"),
+            "ActionMapping('offered'), column 1: expected an event\n    holding\n    ^^^^^^^",
+        ),
+        (
+            ActionMapping("let_go", "on(offer)", fails="holding"),
+            "ActionMapping('let_go'), fails, column 1: expected an event",
+        ),
     ],
     ids=["an unknown topic", "no condition", "no event", "a failure that is no event"],
 )
-def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, does: Does, told: str) -> None:
+def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, does: ActionMapping, told: str) -> None:
     with pytest.raises(RequirementError) as error:
         Toy(tmp_path, does=(does,))
     assert str(error.value).startswith(told), str(error.value)
@@ -92,24 +107,27 @@ def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, d
     ("made", "told"),
     [
         (
-            lambda: Does("offered", "on(offer)", within_s=(3.0, 1.0)),
-            "Does('offered'): within_s is (3.0, 1.0); expected",
+            lambda: ActionMapping("offered", "on(offer)", within_s=(3.0, 1.0)),
+            "ActionMapping('offered'): within_s is (3.0, 1.0); expected",
         ),
-        (lambda: Does("offered", "on(offer)", within_s=3.0), "Does('offered'): within_s is 3.0; expected"),  # type: ignore[arg-type]
-        (lambda: Conformance("robot", ()), "Conformance: does is empty"),
-        (lambda: Conformance("robot", OFFERED), "Conformance: does is Does("),  # type: ignore[arg-type]
-        (lambda: Conformance("robot", (OFFERED,), hears=("wanted",)), "Conformance: hears is ('wanted',)"),  # type: ignore[arg-type]
-        (lambda: Conformance("robot", (OFFERED,), tolerance_s=-1.0), "Conformance: tolerance_s is -1.0"),
+        (
+            lambda: ActionMapping("offered", "on(offer)", within_s=3.0),
+            "ActionMapping('offered'): within_s is 3.0; expected",
+        ),  # type: ignore[arg-type]
+        (lambda: ModelOracle("robot", ()), "ModelOracle: does is empty"),
+        (lambda: ModelOracle("robot", OFFERED), "ModelOracle: does is ActionMapping("),  # type: ignore[arg-type]
+        (lambda: ModelOracle("robot", (OFFERED,), hears=("wanted",)), "ModelOracle: hears is ('wanted',)"),  # type: ignore[arg-type]
+        (lambda: ModelOracle("robot", (OFFERED,), tolerance_s=-1.0), "ModelOracle: tolerance_s is -1.0"),
     ],
 )
 def test_values_that_make_no_sense_are_refused(made: Callable[[], object], told: str) -> None:
-    with pytest.raises(ConformanceError) as error:
+    with pytest.raises(ModelOracleError) as error:
         made()
     assert str(error.value).startswith(told)
 
 
 def test_an_end_that_is_no_event_is_refused_with_its_place(tmp_path: Path) -> None:
-    with pytest.raises(RequirementError, match=r"Conformance, until, column 1: expected an event"):
+    with pytest.raises(RequirementError, match=r"ModelOracle, until, column 1: expected an event"):
         Toy(tmp_path, until="gripping")
 
 
@@ -121,25 +139,25 @@ def test_a_message_whose_content_is_a_variable_can_be_anything_that_the_agent_me
 
 def test_a_variable_can_be_a_signal_which_needs_a_value(tmp_path: Path) -> None:
     robot = "+heavy(Weight) : Weight > 2 <- offered."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=(Hears("heavy(Weight)", "on(order)"),), limits={})
+    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=(PerceptMapping("heavy(Weight)", "on(order)"),), limits={})
     order = (1.0, "order", {"thing": "cup"})
     assert toy.follow((0.0, "weight", 3.0), order, (1.5, "offer")).verdict == "Passed"
     assert toy.follow((0.0, "weight", 1.0), order, (1.5, "offer")).verdict == "Failed"
-    with pytest.raises(ConformanceError, match=r"Hears\('heavy\(Weight\)'\): weight has no value yet"):
+    with pytest.raises(ModelOracleError, match=r"PerceptMapping\('heavy\(Weight\)'\): weight has no value yet"):
         toy.follow(order)
 
 
 def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .print(x); !spin. +thanks <- offered."
     toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
-    with pytest.raises(ConformanceError, match=r"robot does not come to rest: it has to wait with \.wait, not busily"):
+    with pytest.raises(ModelOracleError, match=r"robot does not come to rest: it has to wait with \.wait, not busily"):
         toy.follow((1.0, "order", {"thing": "cup"}))
 
 
 def test_an_agent_that_waits_for_no_time_again_and_again_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .wait(0); !spin. +thanks <- offered."
     toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
-    with pytest.raises(ConformanceError, match=r"robot does not come to rest: .*@_plan2 \(.*robot\.asl:1:\d+\)"):
+    with pytest.raises(ModelOracleError, match=r"robot does not come to rest: .*@_plan2 \(.*robot\.asl:1:\d+\)"):
         toy.follow((1.0, "order", {"thing": "cup"}))
 
 

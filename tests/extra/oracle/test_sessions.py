@@ -8,10 +8,10 @@ from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 
 SUITE = "--hri-suite=rl"
 DECLARED = """
-        conformance=Conformance(
+        conformance=ModelOracle(
             agent="guide",
-            hears=(Hears("asked", "on(wish)", source="visitor"),),
-            does=(Does("switch", "on(switched)", within_s=(0.2, 0.4)),),
+            hears=(PerceptMapping("asked", "on(wish)", source="visitor"),),
+            does=(ActionMapping("switch", "on(switched)", within_s=(0.2, 0.4)),),
         ),
 """
 
@@ -23,7 +23,7 @@ def compared(lamps: pytest.Pytester) -> pytest.Pytester:
         lamps.path,
         "conftest.py",
         "Concretization, CrossProduct, ",
-        "Concretization, Conformance, CrossProduct, Does, Hears, ",
+        "ActionMapping, Concretization, CrossProduct, ModelOracle, PerceptMapping, ",
     )
     change(lamps.path, "conftest.py", "        run=run,\n", f"        run=run,{DECLARED}")
     return lamps
@@ -72,10 +72,10 @@ def test_a_deviation_can_be_known_and_shrunk(compared: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('"switch"', '"swich"', "Does('swich'): guide has no action or message swich; nearest: switch"),
-        ('"on(wish)"', '"on(whish)"', "Hears('asked'), column 4: unknown topic 'whish'; nearest: wish"),
-        ("(0.2, 0.4)", "(0.4, 0.2)", "conftest.py:*Does('switch'): within_s is (0.4, 0.2); expected *"),
-        ('"guide",\n', '"gide",\n', "Conformance: no agent 'gide' in *lamps.mas2j; nearest: guide"),
+        ('"switch"', '"swich"', "ActionMapping('swich'): guide has no action or message swich; nearest: switch"),
+        ('"on(wish)"', '"on(whish)"', "PerceptMapping('asked'), column 4: unknown topic 'whish'; nearest: wish"),
+        ("(0.2, 0.4)", "(0.4, 0.2)", "conftest.py:*ActionMapping('switch'): within_s is (0.4, 0.2); expected *"),
+        ('"guide",\n', '"gide",\n', "ModelOracle: no agent 'gide' in *lamps.mas2j; nearest: guide"),
     ],
 )
 def test_a_wrong_declaration_is_refused_before_any_test_runs(

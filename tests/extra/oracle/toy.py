@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.coupling.hears import Hears
-from pytest_hricdv.declarations.conformance import Conformance, Does
+from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle
 from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
 from pytest_hricdv.extra.oracle.oracle import load_oracle
 from pytest_hricdv.generate.model import Model
@@ -35,17 +35,17 @@ VOCABULARY = Vocabulary(
     },
     signals={"holding": bool, "gripping": bool, "weight": float},
 )
-TOY = Conformance(
+TOY = ModelOracle(
     agent="robot",
     hears=(
-        Hears("wanted(Thing)", "on(order)", source="person"),
-        Hears("thanks", "on(thank)", source="person"),
+        PerceptMapping("wanted(Thing)", "on(order)", source="person"),
+        PerceptMapping("thanks", "on(thank)", source="person"),
     ),
     does=(
-        Does("take(Thing)", "on(taken)", within_s=(1.0, 10.0)),
-        Does("offered", "on(offer)", within_s=(0.0, 2.0)),
-        Does("let_go", "fall(holding)", within_s=(0.0, 1.0)),
-        Does("put_back", "on(put_back)", within_s=(0.0, 2.0)),
+        ActionMapping("take(Thing)", "on(taken)", within_s=(1.0, 10.0)),
+        ActionMapping("offered", "on(offer)", within_s=(0.0, 2.0)),
+        ActionMapping("let_go", "fall(holding)", within_s=(0.0, 1.0)),
+        ActionMapping("put_back", "on(put_back)", within_s=(0.0, 2.0)),
     ),
     limits={"patience": "patience_s"},
     tolerance_s=0.5,

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.extra.ros2.world_client import wait_for
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.runtime.bus import MessageFault
 from pytest_hricdv.runtime.failure import NodeError
 from tests.extra.ros2.test_bridge import CELL, Cell, scan
@@ -60,7 +60,7 @@ def arrivals(run: Cell, count: int = 20, *, is_reliable: bool = False) -> list[t
 
 
 def test_messages_are_late_in_order_and_the_same_in_each_repeat() -> None:
-    timing: dict[str, Any] = {"delay_s": {SCAN: Range(0.0, 0.05, "s")}}
+    timing: dict[str, Any] = {"delay_s": {SCAN: Uniform(0.0, 0.05, "s")}}
     came = arrivals(timed(**timing))
     assert [number for number, _ in came] == list(range(20))
     delays_s = [time_s - number * 0.01 for number, time_s in came]
@@ -71,7 +71,7 @@ def test_messages_are_late_in_order_and_the_same_in_each_repeat() -> None:
 
 
 def test_messages_overtake_each_other_where_they_may() -> None:
-    came = arrivals(timed(delay_s={"/cell/*": Range(0.0, 0.05)}, reorder=(SCAN,)))
+    came = arrivals(timed(delay_s={"/cell/*": Uniform(0.0, 0.05)}, reorder=(SCAN,)))
     numbers = [number for number, _ in came]
     assert numbers != sorted(numbers)
     assert sorted(numbers) == list(range(20))
@@ -94,7 +94,7 @@ def test_a_share_of_the_messages_of_best_effort_is_lost() -> None:
             "drop of /cell/scan: /lidar publishes and /robot subscribes reliably, so the middleware sends",
         ),
         (
-            {"delay_s": {SCAN: Range(0.0, 0.1)}, "reorder": (SCAN,)},
+            {"delay_s": {SCAN: Uniform(0.0, 0.1)}, "reorder": (SCAN,)},
             "reorder of /cell/scan: /lidar publishes and /robot subscribes reliably, so the middleware keeps the order",
         ),
     ],
@@ -150,7 +150,7 @@ def test_a_disturbance_comes_in_the_place_of_the_timing() -> None:
 
 def test_when_a_message_arrives_does_not_depend_on_others() -> None:
     """So a test is shrunk without its other messages coming at other times."""
-    declared = Ros2(delay_s={"*": Range(0.0, 1.0)}, reorder=("*",))
+    declared = Ros2(delay_s={"*": Uniform(0.0, 1.0)}, reorder=("*",))
     both, single = (Delivery(declared, 3, lambda: 0.0) for _ in range(2))
     for number in range(10):
         both.arrival("other", f"/topic_{number}", "", lambda: "")
@@ -160,10 +160,10 @@ def test_when_a_message_arrives_does_not_depend_on_others() -> None:
 @pytest.mark.parametrize(
     ("timing", "problem"),
     [
-        ({"delay_s": {SCAN: -1.0}}, "delay_s of '/cell/scan' is -1.0; expected seconds, as 0.01 or Range"),
+        ({"delay_s": {SCAN: -1.0}}, "delay_s of '/cell/scan' is -1.0; expected seconds, as 0.01 or Uniform"),
         ({"delay_s": {SCAN: math.inf}}, "delay_s of '/cell/scan' is inf; expected seconds"),
         ({"delay_s": {SCAN: "fast"}}, "delay_s of '/cell/scan' is fast; expected seconds"),
-        ({"delay_s": {SCAN: Range(1.0, 5.0, "ms")}}, "delay_s of '/cell/scan' is range .* ms; expected seconds"),
+        ({"delay_s": {SCAN: Uniform(1.0, 5.0, "ms")}}, "delay_s of '/cell/scan' is range .* ms; expected seconds"),
         ({"drop": {SCAN: 1.5}}, "drop of '/cell/scan' is 1.5; expected the share of messages, from 0 to 1"),
         ({"drop": {SCAN: True}}, "drop of '/cell/scan' is True; expected the share"),
         ({"reorder": (SCAN,)}, "reorder of '/cell/scan': its messages take no time; give it a delay_s"),

@@ -74,7 +74,7 @@ pytestmark = pytest.mark.skipif(
 CONFTEST = """
 from pathlib import Path
 
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Range, Ros2, RosNode, Testbench
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench, Uniform
 
 HERE = Path(__file__).parent
 
@@ -86,7 +86,7 @@ def pytest_hricdv_testbench(config):
         beliefs=BeliefSpace(start=("one_wish", "two_wishes"), groups={{"manner": ("keeps_away", "comes_near")}}),
         concretization=Concretization(
             commands={{
-                each: {{"after_s": Range(0.2, 2.0, "s")}} for each in ("ask", "come_near", "go_away", "wait_done")
+                each: {{"after_s": Uniform(0.2, 2.0, "s")}} for each in ("ask", "come_near", "go_away", "wait_done")
             }}
         ),
         requirements=HERE / "requirements.toml",

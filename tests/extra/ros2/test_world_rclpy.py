@@ -14,7 +14,7 @@ import pytest
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.sampler import Range
+from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.ros2 import Navigation, PlanarBase
 from pytest_hricdv.run import Run
 from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench
@@ -181,7 +181,7 @@ def test_messages_reach_a_node_of_rclpy_late_and_in_order(tmp_path: Path, monkey
 
         run.kernel.spawn("talker", talker)
 
-    timing = {"/chatter": Range(0.0, 3.0, "s")}
+    timing = {"/chatter": Uniform(0.0, 3.0, "s")}
     play(tmp_path, LISTENER, world, monkeypatch, delay_s=timing)
     came = list(sys.modules["played_node"].log)
     assert [text for text, _ in came] == ["0", "1", "2", "3", "4"]

@@ -62,7 +62,7 @@ def _number_ranges(part: MessageField) -> list[tuple[str, str, str, Location]]:
     width = max(abs(low), abs(high), 3.0 if part.type == "int" else 0.0) or 1.0
     ranges = [("mid", low, high)] if low < high else []
     ranges += [("high", high + width / 4, high + width), ("low", low - width, low - width / 4)]
-    return [(f"{level}_{word(part.name)}", part.name, f'Range({a:g}, {b:g}, "{part.unit}")', part.location)
+    return [(f"{level}_{word(part.name)}", part.name, f'Uniform({a:g}, {b:g}, "{part.unit}")', part.location)
             for level, a, b in ranges]  # fmt: skip
 
 

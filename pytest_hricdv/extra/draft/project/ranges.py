@@ -40,12 +40,12 @@ def _range(part: MessageField, seen: Spread | None, of_code: str | None) -> tupl
     if seen is None:
         return _unknown(part), "TODO: between which numbers?"
     low, high = seen.ends(whole=whole)
-    return f'Range({low!r}, {high!r}, "{part.unit}")', comment
+    return f'Uniform({low!r}, {high!r}, "{part.unit}")', comment
 
 
 def _unknown(part: MessageField) -> str:
     """The range of a number of which nothing is known; whole ones are often counts, and 0 and 1 say little."""
-    return f'Range({"0, 10" if part.type == "int" else "0.0, 1.0"}, "{part.unit}")'
+    return f'Uniform({"0, 10" if part.type == "int" else "0.0, 1.0"}, "{part.unit}")'
 
 
 def _unit_of_count(part: MessageField) -> str:
@@ -66,7 +66,7 @@ def times_of_lines(draft: Draft) -> list[str]:
         entries = list(_times(topic)) if topic is not None else []
         if entries:
             name = f"{thing.name.upper()}_TIMES"
-            lines += [f"{name}: dict[str, dict[str, Range]] = {{", *entries, "}"]
+            lines += [f"{name}: dict[str, dict[str, Uniform]] = {{", *entries, "}"]
             commands += [(command, name) for command, _ in thing.commands]
     if not lines:
         return []
@@ -88,16 +88,16 @@ def _times(topic: ObservedTopic) -> Iterator[str]:
     if after is None:
         return
     low, high = _with_default(after, (0.5, 2.0))
-    in_time = f'"after_s": Range({low!r}, {high!r}, "s")'
+    in_time = f'"after_s": Uniform({low!r}, {high!r}, "s")'
     yield f"    # {why}: {after.comment('s', of)}"
     yield f'    "in_time": {{{in_time}}},'
     again = topic.gaps if topic.is_periodic else topic.repeats
     if again is None:
-        yield f'    "twice": {{{in_time}, "again_s": Range(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
+        yield f'    "twice": {{{in_time}, "again_s": Uniform(0.1, 1.0, "s")}},  # TODO: nothing was said twice'
         return
     least, most = _with_default(again, (0.1, 1.0))
     yield f"    # {topic.name} again: {again.comment('s', 'gaps')}"
-    yield f'    "twice": {{{in_time}, "again_s": Range({least!r}, {most!r}, "s")}},'
+    yield f'    "twice": {{{in_time}, "again_s": Uniform({least!r}, {most!r}, "s")}},'
 
 
 def _with_default(seen: Spread, default: tuple[float, float]) -> tuple[float, float]:

@@ -91,8 +91,8 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
         [*constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_said_function(draft)]
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
-    names = ("BeliefSpace", "Concretization", "Doubled", "Late", "Launch", "Lost", "Model", "Outcome", "Range", "Ros2",
-             "RosNode", "Run", "Testbench")  # fmt: skip
+    names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Launch", "Model", "Outcome", "Ros2",
+             "RosNode", "Run", "Testbench", "Uniform")  # fmt: skip
     head = [
         f'"""The testbench of {draft.robot}, a node of ROS 2, drafted from its code: values have their locations.',
         "",
@@ -205,10 +205,10 @@ def _disturbances(draft: Draft) -> list[str]:
     for message in draft.code.messages:
         if message.form == "topic":  # lost requests of services and actions leave their clients without an answer
             topic = message.topic
-            lines.append(f'            "{topic}_lost": Lost("{topic}"),')
+            lines.append(f'            "{topic}_lost": Drop("{topic}"),')
             if message.direction != "published":
                 ends, mark = lateness(draft, topic)
-                lines.append(f'            "{topic}_late": Late("{topic}", Range({ends}, "s")),  # {mark}')
+                lines.append(f'            "{topic}_late": Delay("{topic}", Uniform({ends}, "s")),  # {mark}')
     return lines
 
 

@@ -40,12 +40,12 @@ def conftest(draft: Draft) -> str:
         "BeliefSpace",
         "Concretization",
         "CrossProduct",
-        "Doubled",
-        "Late",
-        "Lost",
+        "Duplicate",
+        "Delay",
+        "Drop",
         "Model",
         "Outcome",
-        "Range",
+        "Uniform",
         "Run",
         "Testbench",
     ]
@@ -110,17 +110,17 @@ def constants(draft: Draft) -> list[str]:
         "",
         "# When a person does something, and how often. TODO: what is right for your people?",
         "TIMES = {",
-        '    "in_time": {"after_s": Range(0.5, 2.0, "s")},',
-        '    "too_early": {"after_s": Range(0.0, 0.05, "s")},',
-        f'    "too_late": {{"after_s": Range({late_s * 1.1:g}, {late_s * 1.5:g}, "s")}},  # {reason}',
-        '    "twice": {"after_s": Range(0.5, 2.0, "s"), "again_s": Range(0.1, 1.0, "s")},',
+        '    "in_time": {"after_s": Uniform(0.5, 2.0, "s")},',
+        '    "too_early": {"after_s": Uniform(0.0, 0.05, "s")},',
+        f'    "too_late": {{"after_s": Uniform({late_s * 1.1:g}, {late_s * 1.5:g}, "s")}},  # {reason}',
+        '    "twice": {"after_s": Uniform(0.5, 2.0, "s"), "again_s": Uniform(0.1, 1.0, "s")},',
         "}",
     ]
     if draft.inputs:
         lines += [
             "",
             "# What a person can say to the robot, with the numbers in it.",
-            "SAYS: dict[str, dict[str, Range]] = {",
+            "SAYS: dict[str, dict[str, Uniform]] = {",
         ]
         lines += [line for thing in draft.inputs for line in command_lines(draft, thing)]
         lines += ["}", *times_of_lines(draft)]
@@ -155,7 +155,7 @@ def model_lines(draft: Draft) -> list[str]:
             for name, beliefs in belief_groups(draft).items()
         ),
         "            },",
-        *([f"            neutral={tuple_text(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
+        *([f"            default_beliefs={tuple_text(neutral_beliefs(draft))},"] if neutral_beliefs(draft) else []),
         "        ),",
         "        concretization=Concretization(",
         "            commands={",
@@ -166,7 +166,7 @@ def command_table_lines(draft: Draft) -> list[str]:
     """The commands of what a person says, and of waiting."""
     waits = ['                "wait_answer": {},']
     if draft.is_alone:
-        return [f'                "stay {how}": {{"after_s": Range({low}, {high}, "s")}},  # TODO: how long?'
+        return [f'                "stay {how}": {{"after_s": Uniform({low}, {high}, "s")}},  # TODO: how long?'
                 for how, (low, high) in STAY_S.items()]  # fmt: skip
     if not draft.inputs:
         return waits
@@ -271,7 +271,7 @@ def _sensor_commands(sensor: Sensor) -> list[str]:
     if sensor.kind == "bool":
         return [f'                "set_{name} {level}": {{}},' for level in levels(sensor)]
     return [
-        f'                "set_{name} {level}": {{"value": Range({low}, {high})}},  # TODO: between which numbers?'
+        f'                "set_{name} {level}": {{"value": Uniform({low}, {high})}},  # TODO: between which numbers?'
         for level, (low, high) in zip(levels(sensor), ((0.0, 1.0), (1.0, 2.0)), strict=True)
     ]
 
@@ -279,7 +279,7 @@ def _sensor_commands(sensor: Sensor) -> list[str]:
 def _parameter(draft: Draft, port: Port) -> str:
     unit = unit_of(port.name)
     low, high = (20.0, 30.0) if unit == "s" else (1.0, 2.0)
-    return f'                "{port.name}": Range({low}, {high}, "{unit}"),  # {port.location}; TODO: which values?'
+    return f'                "{port.name}": Uniform({low}, {high}, "{unit}"),  # {port.location}; TODO: which values?'
 
 
 def _disturbances(draft: Draft) -> list[str]:
@@ -289,11 +289,11 @@ def _disturbances(draft: Draft) -> list[str]:
         topic = message.topic
         # Without the message that tells a state, the robot would seem to go from the one before to the one after.
         if topic != state_topic:
-            lines.append(f'            "{topic}_lost": Lost("{topic}"),')
+            lines.append(f'            "{topic}_lost": Drop("{topic}"),')
         if message.direction != "published":
             ends, mark = lateness(draft, topic)
-            lines.append(f'            "{topic}_late": Late("{topic}", Range({ends}, "s")),  # {mark}')
+            lines.append(f'            "{topic}_late": Delay("{topic}", Uniform({ends}, "s")),  # {mark}')
             lines.append(
-                f'            "{topic}_doubled": Doubled("{topic}", Range(0.1, 5.0, "s")),  # TODO: how much later?'
+                f'            "{topic}_doubled": Duplicate("{topic}", Uniform(0.1, 5.0, "s")),  # TODO: how much later?'
             )
     return lines

@@ -46,8 +46,8 @@ def run(run: Any) -> Any:
     with Workshop(
         *ports, script, seed=test.seed, outage_turn=outage_turn, fidelity=fidelity, engine=run.engine
     ) as shop:
-        run.disturbs(shop)
-        run.waits(shop.human.await_turn_end)
+        run.set_disturbance_target(shop)
+        run.set_idle_handler(shop.human.await_turn_end)
         tables = run.bus.subscribe(TableDone)
         shop.start(lambda: tables.wait(LIMIT_S))
         parameters = [{"sensing_timeout_s": float(test.run["sensing_timeout_s"])}]
