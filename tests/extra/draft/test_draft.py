@@ -18,6 +18,8 @@ from pytest_hricdv.extra.draft.first_runs import without
 from pytest_hricdv.extra.draft.project.draft import Draft
 from pytest_hricdv.extra.draft.project.files import files, write
 from pytest_hricdv.extra.draft.project.requirements import requirement_ids
+from pytest_hricdv.monitor.requirement import FormulaSource
+from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from tests.extra.draft import robots
 
 ROBOTS = ("MATCH", "TRANSITIONS", "TABLE")
@@ -235,3 +237,45 @@ def test_a_draft_of_long_names_is_sorted_as_ruff_sorts(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I,F", "."]
     checked = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert checked.returncode == 0, checked.stdout
+
+
+HOSTILE = (
+    'bus.publish(Done("don\'t know"))',
+    "bus.publish(Done('say \"yes\"'))",
+    'bus.publish(Done("a\'b\\"c"))',
+    'bus.publish(Done("line\\nbreak"))',
+    'bus.publish(Done("größe"))',
+    'bus.publish(Done("return"))',
+)
+ODD = """
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Order:
+    größe_m: str
+
+
+@dataclass(frozen=True)
+class Done:
+    text: str
+
+
+def run(bus):
+    orders = bus.subscribe(Order)
+    while (order := orders.wait(5.0)) is not None:
+        if order.größe_m in ("don't", "class", "not", "{published}"):
+            {published}
+"""
+
+
+@pytest.mark.parametrize("published", HOSTILE)
+def test_odd_texts_and_names_make_files_that_can_be_read(published: str, tmp_path: Path) -> None:
+    text = published.partition("Done(")[2][1:4].replace("'", "").replace('"', "")
+    source = ODD.replace('"{published}"', repr(text)).replace("{published}", published)
+    _, texts = drafted(tmp_path, source)
+    for file, content in texts.items():
+        if file.endswith(".py"):
+            ast.parse(content)
+    for requirement in tomllib.loads(texts["requirements.toml"]).values():
+        syntax_tree(FormulaSource(requirement["formula"]), "formula")

@@ -10,7 +10,7 @@ import pytest
 
 from pytest_hricdv.extra.draft.observed import Observation, observe
 from pytest_hricdv.extra.draft.recording import Recording, read_recordings
-from tests.extra.draft.bags import BEGAN_NS, STRING, clock, text, tray, write_mcap, write_sqlite
+from tests.extra.draft.bags import BEGAN_NS, STRING, Entry, clock, text, tray, write_mcap, write_sqlite
 
 SAID = {"/said": STRING}
 BEGAN_S = BEGAN_NS / 1e9
@@ -75,7 +75,7 @@ def test_of_long_arrays_the_extremes_are_seen(tmp_path: Path) -> None:
 
 
 def test_waits_repeats_and_reactions_are_times_between_topics(tmp_path: Path) -> None:
-    entries = [
+    entries: list[Entry] = [
         (0.0, "/order", {}),
         (2.0, "/served", {}),
         (5.0, "/order", {}),

@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 from pytest_hricdv.extra.draft.code_model import Message
 from pytest_hricdv.extra.draft.project.draft import Draft
+from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
+from pytest_hricdv.monitor.syntax_tree import syntax_tree
 
 ANSWER_S = STAY_S = 60.0
 """Within which the robot is to answer, and for which it may be in one state: a person who waits for longer has left."""
@@ -52,6 +55,11 @@ def requirements(draft: Draft) -> str:
 
 
 def _requirements(draft: Draft) -> Iterator[DraftedRequirement]:
+    """Those that the language can express."""
+    return (requirement for requirement in _candidates(draft) if _is_expressible(requirement.formula))
+
+
+def _candidates(draft: Draft) -> Iterator[DraftedRequirement]:
     yield from _answers(draft)
     yield from _states(draft)
     if draft.code.published:
@@ -196,7 +204,16 @@ def _words(topic: str) -> str:
     return topic.replace("_", " ")
 
 
+@cache
+def _is_expressible(formula: str) -> bool:
+    """Whether the language can say it: it has no escapes in texts, and names of ASCII only."""
+    try:
+        syntax_tree(FormulaSource(formula), "formula")
+    except RequirementError:
+        return False
+    return True
+
+
 def _quote(text: str) -> str:
     """A text in a formula."""
-    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
-    return f"'{escaped}'"
+    return f'"{text}"' if "'" in text else f"'{text}'"
