@@ -93,9 +93,9 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         entries = session.options.known_violations
         is_whole = session.is_whole and session.options.shard is None
         if is_whole and not session.options.strict and any(entry.causes for entry in entries.values()):
-            from pytest_hricdv.extra.diagnosis.causes import compared  # where somebody has named causes
+            from pytest_hricdv.extra.diagnosis.triage import compare_with_entries  # where somebody has named causes
 
-            for is_new, text in compared(report, entries):
+            for is_new, text in compare_with_entries(report, entries):
                 (session.problems if is_new else session.warnings).append(text)
         return report
 

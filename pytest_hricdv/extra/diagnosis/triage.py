@@ -15,9 +15,10 @@ from pytest_hricdv.extra.diagnosis.conditions import Examples, LearnedCondition,
 from pytest_hricdv.extra.diagnosis.experiments import evidence_of
 from pytest_hricdv.extra.diagnosis.failures import FAULT, Failure
 from pytest_hricdv.extra.diagnosis.grouping import ExperimentEvidence, Group
-from pytest_hricdv.extra.diagnosis.records import Diagnosis
+from pytest_hricdv.extra.diagnosis.records import DIAGNOSIS, Diagnosis
 from pytest_hricdv.monitor import Log, Vocabulary
 from pytest_hricdv.report.formatting import by_requirement, plural
+from pytest_hricdv.results.gates import Exemption
 from pytest_hricdv.results.model import Report, TestResult, Timeline
 
 _KINDS: Mapping[str, type[bool] | type[float] | type[str]] = {"bool": bool, "float": float, "str": str}
@@ -245,3 +246,48 @@ def _entry_lines(entry: TriageEntry) -> Iterator[str]:
             yield f"      instead of the entry {entry.requirement} while {entry.replaces}"
     if entry.note:
         yield f"    {entry.requirement}: {entry.note}"
+
+
+def compare_with_entries(report: Report, entries: Mapping[str, Exemption]) -> Iterator[tuple[bool, str]]:
+    """What the causes of known violations are otherwise than entries say: whether it is new, and a sentence.
+
+    Args:
+        report: of all tests: association over a part of them may come to other causes.
+        entries: requirement -> its entry; those that name no causes say nothing of them.
+    """
+    subject = Subject.of(report)
+    diagnosis = DIAGNOSIS.of(report)
+    evidence = ExperimentEvidence() if diagnosis is None else evidence_of(diagnosis.experiments)
+    groups = subject.groups(evidence)
+    # Experiments are made only while something is new: what is named by association alone is meant, too.
+    associated = groups if evidence == ExperimentEvidence() else subject.groups(ExperimentEvidence())
+    otherwise = {failure: id_of(group) for group in associated for failure in group.failures}
+    ids = {id_of(group) for group in groups} | {*otherwise.values()}
+    for requirement, entry in entries.items():
+        if not entry.causes:
+            continue
+        for group in groups:
+            failing = [
+                failure.nodeid
+                for failure in group.failures
+                if failure.requirement == requirement and failure.is_known and otherwise[failure] not in entry.causes
+            ]
+            if failing and id_of(group) not in entry.causes:
+                tests = f"{plural(len(failing), 'test')} {'violates' if len(failing) == 1 else 'violate'}"
+                yield (
+                    True,
+                    f"{requirement} is known of {_listed(entry)}, but {tests} it for cause {id_of(group)}, first "
+                    f"{subject.tests[failing[0]].id}: mend it, or name it in hri_known_violations",
+                )
+        for name in entry.causes:
+            if name not in ids:
+                yield (
+                    False,
+                    f"{requirement} is known of cause {name}, which is gone: no test fails for it; take it out of "
+                    "hri_known_violations",
+                )
+
+
+def _listed(entry: Exemption) -> str:
+    word = "cause" if len(entry.causes) == 1 else "causes"
+    return f"{word} {', '.join(entry.causes)}"

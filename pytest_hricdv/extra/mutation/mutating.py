@@ -21,7 +21,7 @@ from pytest_hricdv.execution.separate_process import LetThrough, LostError, Proc
 from pytest_hricdv.extra.mutation import process as mutant_process
 from pytest_hricdv.extra.mutation.mutants import Mutant, all_mutants, sample
 from pytest_hricdv.extra.mutation.options import MutationOptions
-from pytest_hricdv.extra.mutation.process import MutantRunEnded, MutationJob, Trial, TrialEnded, TrialEvent, TrialTest
+from pytest_hricdv.extra.mutation.process import MutantRunEnd, MutantTrial, MutationJob, TrialEnd, TrialEvent, TrialTest
 from pytest_hricdv.extra.mutation.records import (
     MutantResult,
     MutantRun,
@@ -105,14 +105,14 @@ class Mutating:
             requirements={name: text.group for name, text in self.context.texts.items()},
         )
 
-    def _job(self, trials: Sequence[Trial], tests: Mapping[str, TestResult]) -> MutationJob:
+    def _job(self, trials: Sequence[MutantTrial], tests: Mapping[str, TestResult]) -> MutationJob:
         options = self.options
         slowest_s = max(result.wall_s or 0.0 for result in tests.values())
         one_of_each = {result.nodeid.partition("[")[0]: result.id for result in tests.values()}
         return MutationJob(
             arguments=arguments_of(self.context.collection.config),
             tests={name: self._trial_test(result) for name, result in tests.items()},
-            control=Trial("", tuple(one_of_each.values())),
+            control=MutantTrial("", tuple(one_of_each.values())),
             trials=tuple(trials),
             processes=self.processes,
             run_s=max(LEAST_RUN_S, FACTOR * slowest_s),
@@ -144,11 +144,11 @@ class _Trials:
         self._began_s = time.monotonic()
         self._done: set[str] = set()
 
-    def planned(self, context: RunContext) -> list[Trial]:
+    def planned(self, context: RunContext) -> list[MutantTrial]:
         """What is to be tried: not the mutants whose statement no test executes."""
         paths = {file.name: str(file.path) for file in context.code.files}
         plans = [(mutant, self._order.tests(mutant.statement)) for mutant in self._mutants]
-        return [Trial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
+        return [MutantTrial(mutant.id, tests, paths[mutant.file], mutant.text) for mutant, tests in plans if tests]
 
     def follow(self, job: MutationJob, directory: Path, let_through: LetThrough) -> MutationEnd:
         """Have a job done in a process that starts in this directory; in another one, where it is lost.
@@ -206,11 +206,11 @@ class _Trials:
         )
 
     def _note(self, event: TrialEvent, total: int) -> None:
-        if isinstance(event, MutantRunEnded):
+        if isinstance(event, MutantRunEnd):
             self.runs[event.mutant].append(event.run)
             if event.behaviour is not None:
                 self._differences[event.mutant] = _difference(self._tests[event.run.test], event.behaviour)
-        elif isinstance(event, TrialEnded):
+        elif isinstance(event, TrialEnd):
             self._done.add(event.mutant)
             self._tell_progress(len(self._done), total)
         else:

@@ -49,7 +49,7 @@ class TrialTest:
 
 
 @dataclass(frozen=True)
-class Trial:
+class MutantTrial:
     """A mutant with the ids of the tests to try it on, in order.
 
     Args:
@@ -81,21 +81,21 @@ class MutationJob:
 
     arguments: tuple[str, ...]
     tests: dict[str, TrialTest]
-    control: Trial
-    trials: tuple[Trial, ...]
+    control: MutantTrial
+    trials: tuple[MutantTrial, ...]
     processes: int
     run_s: float
     seconds: float | None
     matrix: bool
 
-    def left(self, trial: Trial, runs: Sequence[MutantRun]) -> tuple[str, ...]:
+    def left(self, trial: MutantTrial, runs: Sequence[MutantRun]) -> tuple[str, ...]:
         """The tests of a trial that are still to be run after these runs."""
         done = {run.test for run in runs}
         over = set() if self.matrix else {run.suite for run in runs if run.oracles}
         return tuple(test for test in trial.tests if test not in done and self.tests[test].suite not in over)
 
 
-class MutantRunEnded(msgspec.Struct, frozen=True, tag=True):
+class MutantRunEnd(msgspec.Struct, frozen=True, tag=True):
     """A run of a mutant; the first one that changed and in which nothing failed has its whole behaviour."""
 
     mutant: str
@@ -103,7 +103,7 @@ class MutantRunEnded(msgspec.Struct, frozen=True, tag=True):
     behaviour: Behaviour | None = None
 
 
-class TrialEnded(msgspec.Struct, frozen=True, tag=True):
+class TrialEnd(msgspec.Struct, frozen=True, tag=True):
     """All runs of a mutant that were needed are done."""
 
     mutant: str
@@ -115,13 +115,13 @@ class ControlDiffers(msgspec.Struct, frozen=True, tag=True):
     reason: str
 
 
-TrialEvent = MutantRunEnded | TrialEnded | ControlDiffers
+TrialEvent = MutantRunEnd | TrialEnd | ControlDiffers
 
 
 def events(job: MutationJob) -> Iterator[TrialEvent]:
     """Do a job; what there is to tell, as soon as it is known."""
     for event in _tried(replace(job, seconds=None), [job.control]):
-        if isinstance(event, MutantRunEnded) and (event.run.oracles or event.run.changed):
+        if isinstance(event, MutantRunEnd) and (event.run.oracles or event.run.changed):
             failed = ", ".join(event.run.oracles)
             yield ControlDiffers(
                 f"{event.run.test}: {event.run.note or (failed and f'{failed} failed') or 'another record'}"
@@ -130,15 +130,17 @@ def events(job: MutationJob) -> Iterator[TrialEvent]:
     yield from _tried(job, job.trials)
 
 
-def _tried(job: MutationJob, trials: Sequence[Trial]) -> Iterator[MutantRunEnded | TrialEnded]:
+def _tried(job: MutationJob, trials: Sequence[MutantTrial]) -> Iterator[MutantRunEnd | TrialEnd]:
     began_s = time.monotonic()
     runs: dict[str, list[MutantRun]] = {trial.mutant: [] for trial in trials}
     queue, killed = deque(trials), Counter[str]()
-    pool = ProcessPool[Trial](lambda trial, send: _Trying(job, trial, send).run(), job.processes, SILENCE * job.run_s)
+    pool = ProcessPool[MutantTrial](
+        lambda trial, send: _Trier(job, trial, send).run(), job.processes, SILENCE * job.run_s
+    )
     for event in pool.run(queue):
         trial = event.item
         if isinstance(event, Line):
-            ended = msgspec.json.decode(event.text, type=MutantRunEnded)
+            ended = msgspec.json.decode(event.text, type=MutantRunEnd)
             runs[trial.mutant].append(ended.run)
             yield ended
             continue
@@ -146,12 +148,12 @@ def _tried(job: MutationJob, trials: Sequence[Trial]) -> Iterator[MutantRunEnded
         killed[trial.mutant] += event.problem == KILLED
         if left and not (event.problem == KILLED and killed[trial.mutant] < MAX_ATTEMPTS):  # it ended within a run
             runs[trial.mutant].append(_ended_run(job.tests[left[0]].suite, left[0], event.problem))
-            yield MutantRunEnded(trial.mutant, runs[trial.mutant][-1])
+            yield MutantRunEnd(trial.mutant, runs[trial.mutant][-1])
             left = job.left(trial, runs[trial.mutant])
         if left:
             queue.appendleft(replace(trial, tests=left))
         else:
-            yield TrialEnded(trial.mutant)
+            yield TrialEnd(trial.mutant)
         if job.seconds is not None and time.monotonic() - began_s > job.seconds:
             queue.clear()
 
@@ -164,10 +166,10 @@ def _ended_run(suite: str, test: str, problem: str) -> MutantRun:
     return MutantRun(test=test, suite=suite, oracles=(oracle,), changed=True, note=note)
 
 
-class _Trying:
+class _Trier:
     """Tries one mutant in its own process; a plugin of the pytest that is configured there."""
 
-    def __init__(self, job: MutationJob, trial: Trial, send: Send) -> None:
+    def __init__(self, job: MutationJob, trial: MutantTrial, send: Send) -> None:
         self._job = job
         self._trial = trial
         self._send = send
@@ -215,7 +217,7 @@ class _Trying:
     ) -> None:
         suite, note = self._job.tests[name].suite, _ADDRESS.sub("0x...", note)
         self._runs.append(MutantRun(test=name, suite=suite, oracles=oracles, changed=changed, note=note))
-        self._send(encode(MutantRunEnded(self._trial.mutant, self._runs[-1], behaviour)))
+        self._send(encode(MutantRunEnd(self._trial.mutant, self._runs[-1], behaviour)))
 
 
 def _failed(result: CaseResult, known_violations: Container[str]) -> Iterator[str]:

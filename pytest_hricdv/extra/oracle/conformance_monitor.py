@@ -11,7 +11,7 @@ from pytest_hricdv.coupling.events import Events, Happening
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.declarations.conformance import MODEL, ModelOracleError
 from pytest_hricdv.extra.oracle.oracle import Oracle
-from pytest_hricdv.extra.oracle.product import NOTHING, Deviation, Heard, ObservedEvent, Product
+from pytest_hricdv.extra.oracle.product import NOTHING, ModelDeviation, ModelPercept, ObservedEvent, Product
 from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation
 
 
@@ -45,7 +45,7 @@ class ConformanceMonitor:
         self._product = Product(oracle, self._limits)
         self._left_s: float | None = None
         """When the run left what the model knows."""
-        self._doubted: Deviation | None = None
+        self._doubted: ModelDeviation | None = None
         """The last deviation that was none for an agent that heard an input later."""
         self._error: BdiError | CouplingError | None = None
         """Raised at the end: when it occurs, a node runs, and it would be an error of this node."""
@@ -112,7 +112,7 @@ class ConformanceMonitor:
             self._error = error
 
     def _observed_event(self, happening: Happening) -> ObservedEvent:
-        heard: list[Heard] = []
+        heard: list[ModelPercept] = []
         does: dict[int, Bindings] = {}
         fails: dict[int, Bindings] = {}
         for index in happening.numbers:
@@ -120,12 +120,12 @@ class ConformanceMonitor:
             bindings = event.bindings(self._events.values)
             if kind == "heard":
                 declared = self._oracle.declaration.hears[number]
-                heard.append(Heard(event.literal(bindings), declared.source, declared.is_goal))
+                heard.append(ModelPercept(event.literal(bindings), declared.source, declared.is_goal))
             else:
                 (does if kind == "does" else fails)[number] = bindings
         return ObservedEvent(happening.time_s, happening.name, happening.text, tuple(heard), does, fails)
 
-    def _deviation(self) -> Deviation | None:
+    def _deviation(self) -> ModelDeviation | None:
         """The deviation: the doubted one, if a second one has come of the doubt."""
         deviation, doubted = self._product.deviation, self._doubted
         # The input was delayed by the tolerance, and what follows from it may come as much too late.
@@ -157,10 +157,10 @@ class ConformanceMonitor:
         )
 
 
-def _violation(deviation: Deviation) -> Violation:
+def _violation(deviation: ModelDeviation) -> Violation:
     text = f"expected {deviation.expected}; observed {deviation.observed}"
     return Violation(deviation.since_s, deviation.time_s, {}, None, text=text)
 
 
-def _signature(deviation: Deviation) -> tuple[str, ...]:
+def _signature(deviation: ModelDeviation) -> tuple[str, ...]:
     return (f"expected {' or '.join(deviation.acts) or NOTHING}", f"observed {deviation.event}")

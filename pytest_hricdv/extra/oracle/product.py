@@ -19,7 +19,7 @@ NOTHING = "nothing"
 
 
 @dataclass(frozen=True)
-class Heard:
+class ModelPercept:
     """What the agent hears: a literal, from whom, and whether it is a goal."""
 
     literal: Structure
@@ -43,13 +43,13 @@ class ObservedEvent:
     time_s: float
     source: str
     text: str
-    heard: tuple[Heard, ...] = ()
+    heard: tuple[ModelPercept, ...] = ()
     does: Mapping[int, Bindings] = field(default_factory=dict)
     fails: Mapping[int, Bindings] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Deviation:
+class ModelDeviation:
     """Where the run does not do what the agent does.
 
     Args:
@@ -86,10 +86,10 @@ class Product:
         self._count = 0
         self._early: deque[ObservedEvent] = deque()
         """Observed before the agent was ready for it, and not yet a deviation."""
-        self._hears_later: deque[tuple[float, Heard]] = deque()
+        self._hears_later: deque[tuple[float, ModelPercept]] = deque()
         self._end_s = math.inf
         self.follower = Follower(oracle, limits)
-        self.deviation: Deviation | None = None
+        self.deviation: ModelDeviation | None = None
         self.triggers: list[Trigger] = []
         """The acts that have been observed, in order."""
         self.races: list[int] = []
@@ -134,7 +134,7 @@ class Product:
         if self._early:  # one tolerance until it counts as early, another one for inputs that are heard late
             self.advance(time_s + 2 * self._tolerance_s)
 
-    def _hear(self, heard: Iterable[Heard]) -> None:
+    def _hear(self, heard: Iterable[ModelPercept]) -> None:
         for event in heard:
             self.follower.hear(event.literal, event.source, event.goal)
         self._match_early()
@@ -197,7 +197,7 @@ class Product:
         if self.follower.run.warnings:
             expected += f" ({self.follower.run.warnings[-1]})"
         since_s = min((act.ready_s for act in acts if act.ready_s <= time_s), default=time_s)
-        self.deviation = Deviation(since_s, time_s, expected, observed, tuple(act.text for act in acts), event)
+        self.deviation = ModelDeviation(since_s, time_s, expected, observed, tuple(act.text for act in acts), event)
 
     def _expected(self, act: ReadyAct) -> str:
         declared = [self._does[number] for number in act.acts]

@@ -70,7 +70,7 @@ class CandidateScore:
 
 
 @dataclass(frozen=True)
-class Pool:
+class CandidatePool:
     """The candidates that are left.
 
     Args:
@@ -94,14 +94,14 @@ class Pool:
         """In the order in which they are shown, without redundant ones."""
         return rank(self.scores, self.noticed)
 
-    def check(self, runs: Sequence[StoredRun]) -> Pool:
+    def check(self, runs: Sequence[StoredRun]) -> CandidatePool:
         """The candidates that these runs do not violate."""
         judge = _Judge()
         tallies = judge.tally([score.requirement for score in self.scores], ((run.test, run.log()) for run in runs))
         left = tuple(score for score in self.scores if (tally := tallies.get(_key(score))) and not tally.failed)
         return replace(self, scores=left, further={formula: tally.decisive for formula, tally in tallies.items()})
 
-    def drop(self, formulas: Collection[str]) -> Pool:
+    def drop(self, formulas: Collection[str]) -> CandidatePool:
         """Without these candidates."""
         return replace(self, scores=tuple(score for score in self.scores if _key(score) not in formulas))
 
@@ -116,7 +116,7 @@ def undecided_tests(shown: Sequence[CandidateScore], runs: Sequence[StoredRun]) 
     return [run.test for run in runs if any(verdict.pending for verdict in judge.judge(requirements, run.log()))]
 
 
-def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collection[str]) -> Pool:
+def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collection[str]) -> CandidatePool:
     """The candidates that all runs satisfy, with the seeded faults that violate them.
 
     Args:
@@ -146,7 +146,7 @@ def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collec
         for one in held
         if one.id not in judge.broken
     )
-    return Pool(scores, noticed, len(scores))
+    return CandidatePool(scores, noticed, len(scores))
 
 
 def find_candidates(runs: Runs) -> list[Candidate]:

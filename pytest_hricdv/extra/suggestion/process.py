@@ -34,7 +34,7 @@ MAX_CHANGED = 2
 
 
 @dataclass(frozen=True)
-class RunRequest:
+class RecordingRequest:
     """A test, the file that its run is stored in, and the hash of its record without a fault; empty if not known."""
 
     test: ConcreteTest
@@ -54,7 +54,7 @@ class Version:
     """
 
     name: str
-    runs: tuple[RunRequest, ...]
+    runs: tuple[RecordingRequest, ...]
     path: str = ""
     text: str = field(default="", repr=False)
 
@@ -115,7 +115,7 @@ def _words(problem: str) -> str:
     return "takes too much processor time" if signal.SIGXCPU.name in problem else problem
 
 
-def missing_runs(folder: Path, version: Version) -> Iterator[RunRequest]:
+def missing_runs(folder: Path, version: Version) -> Iterator[RecordingRequest]:
     """The runs of a version that are still to be made: of a fault, until enough of them differ or one fails."""
     changed = 0
     for planned in version.runs:

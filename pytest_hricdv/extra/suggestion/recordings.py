@@ -15,7 +15,7 @@ from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
 from pytest_hricdv.extra.suggestion import process as recording_process
-from pytest_hricdv.extra.suggestion.process import RecordingJob, RunRequest, Version, VersionEnd, missing_runs
+from pytest_hricdv.extra.suggestion.process import RecordingJob, RecordingRequest, Version, VersionEnd, missing_runs
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
@@ -69,10 +69,10 @@ class Recordings:
         fault: SeededFault | None = None,
         record_sha256: str = "",
         formulas: Sequence[str] = (),
-    ) -> RunRequest:
+    ) -> RecordingRequest:
         """A run to be made, with the file that it is stored in: another one where anything is different."""
         name = digest(self._key, test.to_json(), "" if fault is None else fault.path + fault.text, *formulas)
-        return RunRequest(test, f"{name[:32]}.run", record_sha256)
+        return RecordingRequest(test, f"{name[:32]}.run", record_sha256)
 
     def of_tests(self, tests: Sequence[ConcreteTest], what: str, formulas: Sequence[str] = ()) -> list[StoredRun]:
         """The runs of tests with the code as it is, in their order; those that came to no end are left out.
@@ -124,7 +124,7 @@ class Recordings:
             if not [*missing_runs(self.folder, version)]
         }
 
-    def _read(self, version: Version) -> Iterable[tuple[StoredRun, RunRequest]]:
+    def _read(self, version: Version) -> Iterable[tuple[StoredRun, RecordingRequest]]:
         for planned in version.runs:
             run = read(self.folder / planned.file)
             if run is not None:

@@ -14,7 +14,7 @@ from pytest_hricdv.execution.case import HriCase, formulas
 from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.suggestion.events import Runs
-from pytest_hricdv.extra.suggestion.mining import CandidateScore, Pool, mine, undecided_tests
+from pytest_hricdv.extra.suggestion.mining import CandidatePool, CandidateScore, mine, undecided_tests
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.extra.suggestion.recordings import RecordingError, Recordings, vary_tests
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionEnd, SuggestionResult
@@ -166,8 +166,8 @@ class Suggester:
         return None
 
     def _continue_runs(
-        self, pool: Pool, recordings: Recordings, own: Sequence[StoredRun], cases: Sequence[HriCase]
-    ) -> Pool:
+        self, pool: CandidatePool, recordings: Recordings, own: Sequence[StoredRun], cases: Sequence[HriCase]
+    ) -> CandidatePool:
         """Without what fails if a run continues until it is decided, as it does once a suggestion is accepted."""
         tests = {case.concrete.id: case.concrete for case in cases}
         for _ in range(MAX_ROUNDS):
@@ -193,7 +193,7 @@ class Suggester:
         rest = [case for case in cases if case not in first]
         return vary_tests([*first, *rest], count, start=self.settings.further)
 
-    def _describe(self, shown: Sequence[CandidateScore], pool: Pool) -> list[Suggestion]:
+    def _describe(self, shown: Sequence[CandidateScore], pool: CandidatePool) -> list[Suggestion]:
         names, noticed, suggestions = {*self.session.context.texts}, pool.noticed, []
         number = 0
         for score in shown:
