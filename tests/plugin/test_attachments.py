@@ -78,6 +78,7 @@ def test_pytest_html_gets_a_timeline_and_a_link_of_each_test(
         assert test["timeline"]["messages"][0].split("\t")[2] in text
 
 
+@pytest.mark.slow
 def test_without_their_options_nothing_is_written(bench: pytest.Pytester) -> None:
     bench.runpytest_subprocess(*SUITE, "-p", "no:cacheprovider")
     assert [str(page.relative_to(bench.path)) for page in bench.path.rglob("*.html")] == ["hri-report/index.html"]

@@ -124,6 +124,7 @@ QUICK = ("exclude_also",)
 """Each takes two sessions in processes of their own: this always, the others among the slow tests."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in INI])
 def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.Pytester, name: str) -> None:
     grow(lamps.path)

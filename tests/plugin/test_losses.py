@@ -231,6 +231,7 @@ def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -
         assert report(lamps.path)["not_run"] == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [(), A_WORKER, ("--hri-isolate",)], ids=["plain", "on a worker", "isolated"])
 def test_an_error_of_a_task_that_nobody_awaited_fails_its_test(
     lamps: pytest.Pytester, options: tuple[str, ...]
