@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pytest_hricdv.generate.actors import PAUSE_S, TURN, TURN_WAIT_S, act_of, actor_of, interleaving, stay_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.turns import Turns
+from pytest_hricdv.runtime.scheduling import Turns
 
 
 class Lanes:

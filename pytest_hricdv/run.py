@@ -18,7 +18,7 @@ from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.lanes import ActorTimes, Lanes, enacted
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
-from pytest_hricdv.runtime.repetition import LOOKS_EACH_S, Cycle, Repetition
+from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, Repetition
 from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ class Run:
     ending: Ending | None = None
     """How `go` ended; None before."""
     may_go_round: bool = True
-    """Whether it may repeat the same for as long as it likes; otherwise it is ended (see `runtime.repetition`)."""
+    """Whether it may repeat the same for as long as it likes; otherwise it is ended (see `runtime.livelock`)."""
     disturbances: Disturbances = field(default_factory=dict)
     """Those of the testbench."""
     middleware: Middleware | None = field(default=None, repr=False)

@@ -31,7 +31,7 @@ from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentE
 from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
-from pytest_hricdv.runtime.body import Body
+from pytest_hricdv.runtime.geometry import Body
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 

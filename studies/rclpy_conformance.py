@@ -20,8 +20,8 @@ import pytest
 from pytest_hricdv._base.message import InputError
 from pytest_hricdv._base.output import work_on_unread
 from pytest_hricdv.extra.ros2.overlay import virtual_rclpy
-from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import Kernel
+from pytest_hricdv.runtime.node_error import KernelError
 
 _LIMIT_S = 1e9
 """Simulated time for a file: some of the tests have timers with a period of months."""

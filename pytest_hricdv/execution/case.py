@@ -35,9 +35,9 @@ from pytest_hricdv.monitor import (
 )
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
-from pytest_hricdv.runtime.endings import refusal, word_of
-from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.runtime.random_numbers import seeded_by
+from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.runtime.virtual.outside import guarded
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError

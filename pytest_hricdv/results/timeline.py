@@ -14,7 +14,7 @@ from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv.monitor import Trigger, Verdict
 from pytest_hricdv.results.model import Timeline
 from pytest_hricdv.runtime import Record, RecordedMessage
-from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.json_value import Value
 
 SPANS = 80
 """A signal's run is cut into so many spans of time; of each span its least and its greatest value are kept."""

@@ -23,10 +23,10 @@ from greenlet import GreenletExit, greenlet
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.message import MAX_LINE, cut
-from pytest_hricdv.runtime.endings import word_of
-from pytest_hricdv.runtime.failure import KernelError, NodeError, TerminalInterrupt
-from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInterrupt
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
+from pytest_hricdv.runtime.termination import word_of
 from pytest_hricdv.runtime.timeouts import Timeouts
 from pytest_hricdv.runtime.world import World, advanced
 

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Set
 from enum import Enum
 
+from pytest_hricdv.runtime.json_value import Value, plain, text_of
 from pytest_hricdv.runtime.message_class import fields_of
-from pytest_hricdv.runtime.plain import Value, plain, text_of
 
 EXPECTED = "a number, a bool, a text, a message, or a list, tuple, set or dict of these"
 

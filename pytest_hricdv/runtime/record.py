@@ -10,7 +10,7 @@ from hashlib import sha256
 from typing import Protocol
 
 from pytest_hricdv._base import own_json as json
-from pytest_hricdv.runtime.plain import Value, plain
+from pytest_hricdv.runtime.json_value import Value, plain
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn, Protocol
 
-from pytest_hricdv.runtime.failure import KernelError, NodeError
-from pytest_hricdv.runtime.place import place_of
-from pytest_hricdv.runtime.waiting import real_wait
+from pytest_hricdv.runtime.blocking_calls import real_wait
+from pytest_hricdv.runtime.node_error import KernelError, NodeError
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.watchdog import Problem, Situation, Watch
 
 US_PER_S = 1_000_000

@@ -6,7 +6,7 @@ import operator
 from typing import Protocol, SupportsIndex
 
 from pytest_hricdv._base.message import quoted
-from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.node_error import KernelError
 
 __tracebackhide__ = True  # a failing test shows the frames of its author
 

@@ -21,7 +21,7 @@ from pytest_hricdv.coverage.own_coverage import debugger
 from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.json_value import Value
 
 NAME = "hri_state"
 

@@ -22,7 +22,7 @@ from pytest_hricdv.results.codec import encode_bounded
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import build_result
 from pytest_hricdv.runtime import KernelError
-from pytest_hricdv.runtime.endings import word_of
+from pytest_hricdv.runtime.termination import word_of
 from pytest_hricdv.session.collection import ATTRIBUTE, case_of
 from pytest_hricdv.session.feature import features
 from pytest_hricdv.session.following import IMPORTS

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.node_error import KernelError
 
 
 def _sleeping(kernel: Kernel, afterwards: Callable[[], None]) -> Callable[[], None]:

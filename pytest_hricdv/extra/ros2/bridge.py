@@ -11,7 +11,7 @@ from pytest_hricdv.extra.ros2.delivery import Arrival, Delivery, is_timed, timin
 from pytest_hricdv.extra.ros2.messages import RosMessage, fields_of
 from pytest_hricdv.extra.ros2.vocabulary import ROSOUT, requirement_name
 from pytest_hricdv.runtime import Bus
-from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.json_value import Value
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

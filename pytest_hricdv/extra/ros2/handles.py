@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from itertools import count
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.runtime.failure import KernelError
 from pytest_hricdv.runtime.kernel import Kernel, Node, running_node
+from pytest_hricdv.runtime.node_error import KernelError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -15,7 +15,7 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import LaunchError, RosNode
-from pytest_hricdv.runtime.place import raised_at
+from pytest_hricdv.runtime.source_location import raised_at
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from pytest_hricdv.runtime.plain import Value
+from pytest_hricdv.runtime.json_value import Value
 
 
 @dataclass(frozen=True)

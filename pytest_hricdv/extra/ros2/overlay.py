@@ -14,7 +14,7 @@ from pytest_hricdv.extra.ros2.clocks import whole_ns
 from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
 from pytest_hricdv.extra.ros2.extension import NAME, extension
 from pytest_hricdv.extra.ros2.tf2 import replace_tf2
-from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.virtual.modules import VirtualModules
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

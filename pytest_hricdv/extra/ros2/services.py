@@ -17,7 +17,7 @@ from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.qos import Profile, effective
 from pytest_hricdv.extra.ros2.topics import Publisher
 from pytest_hricdv.runtime.kernel import Node as KernelNode
-from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.source_location import place_of
 
 _NS_PER_S = 1_000_000_000
 

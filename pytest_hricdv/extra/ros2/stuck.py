@@ -15,7 +15,7 @@ from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.extra.ros2.services import Client
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import Node
-from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.source_location import place_of
 
 _WAITING_FOR_RESPONSES = {
     ("rclpy.client", "call"),

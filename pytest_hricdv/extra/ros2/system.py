@@ -24,7 +24,7 @@ from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.runtime import Bus, Kernel
-from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.virtual import VirtualModules
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

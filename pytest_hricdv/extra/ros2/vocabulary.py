@@ -12,7 +12,7 @@ from pytest_hricdv.extra.ros2.delivery import check_timing
 from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
 from pytest_hricdv.extra.ros2.messages import kinds_of
 from pytest_hricdv.monitor.names import Kind
-from pytest_hricdv.runtime.place import raised_at
+from pytest_hricdv.runtime.source_location import raised_at
 
 ROSOUT = "rosout"
 

@@ -7,10 +7,10 @@ import time as real_time
 from collections.abc import Callable
 from typing import Any
 
+from pytest_hricdv.runtime.blocking_calls import TIME
 from pytest_hricdv.runtime.kernel import running_node
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.real_time import check
-from pytest_hricdv.runtime.waiting import TIME
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -12,7 +12,7 @@ from types import BuiltinFunctionType, FunctionType, ModuleType
 from typing import Any
 
 from pytest_hricdv.runtime.kernel import running_node
-from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

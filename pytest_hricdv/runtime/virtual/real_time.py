@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.blocking_calls import KINDS
 from pytest_hricdv.runtime.kernel import Node, running_node
-from pytest_hricdv.runtime.place import place_of
-from pytest_hricdv.runtime.waiting import KINDS
+from pytest_hricdv.runtime.node_error import KernelError
+from pytest_hricdv.runtime.source_location import place_of
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

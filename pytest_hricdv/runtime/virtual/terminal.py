@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.runtime.failure import KernelError, TerminalInterrupt
 from pytest_hricdv.runtime.kernel import Kernel, Node, running_node
+from pytest_hricdv.runtime.node_error import KernelError, TerminalInterrupt
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -18,7 +18,7 @@ from functools import wraps
 from typing import Any, NoReturn
 
 from pytest_hricdv.runtime.kernel import Node, running_node
-from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 from pytest_hricdv.runtime.virtual.terminal import SIZE, Terminal, terminal_of, terminals_of
 

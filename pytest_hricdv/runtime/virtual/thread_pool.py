@@ -10,7 +10,7 @@ from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.kernel import running_node
-from pytest_hricdv.runtime.place import raised_at
+from pytest_hricdv.runtime.source_location import raised_at
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in

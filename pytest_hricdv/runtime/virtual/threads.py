@@ -13,12 +13,12 @@ from collections.abc import Callable, Iterable, Mapping
 from types import ModuleType
 from typing import Any
 
+from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, running_node
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import copy, stand_in
 from pytest_hricdv.runtime.virtual.real_time import waiting_node
-from pytest_hricdv.runtime.waiting import THREADING
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -18,7 +18,7 @@ from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.monitor import Vocabulary
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from pytest_hricdv.runtime.bus import MessageFault
-from pytest_hricdv.runtime.failure import NodeError
+from pytest_hricdv.runtime.node_error import NodeError
 
 pytestmark = pytest.mark.usefixtures("cell_msgs")
 

@@ -19,7 +19,7 @@ from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.extra.ros2.world_client import wait_for
 from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.runtime.bus import MessageFault
-from pytest_hricdv.runtime.failure import NodeError
+from pytest_hricdv.runtime.node_error import NodeError
 from tests.extra.ros2.test_bridge import CELL, Cell, scan
 
 pytestmark = pytest.mark.usefixtures("cell_msgs")

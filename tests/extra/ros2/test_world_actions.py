@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2
-from pytest_hricdv.runtime.failure import NodeError
+from pytest_hricdv.runtime.node_error import NodeError
 from tests.extra.ros2.test_bridge import Cell
 
 FETCH = "cell_io/action/Fetch"

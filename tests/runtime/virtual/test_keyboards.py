@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.failure import NodeError
+from pytest_hricdv.runtime.node_error import NodeError
 from pytest_hricdv.runtime.virtual import VirtualModules
 from pytest_hricdv.runtime.virtual.outside import guarded
 

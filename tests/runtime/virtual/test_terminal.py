@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.failure import KernelError, NodeError
+from pytest_hricdv.runtime.node_error import KernelError, NodeError
 from pytest_hricdv.runtime.virtual import event_loop
 from pytest_hricdv.runtime.virtual.outside import guarded
 from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_for

@@ -10,7 +10,7 @@ from __future__ import annotations
 from types import TracebackType
 
 from pytest_hricdv._base.message import quoted
-from pytest_hricdv.runtime.place import authors_frame
+from pytest_hricdv.runtime.source_location import authors_frame
 
 _WORDS = {
     ("builtins", "Skipped"): "pytest.skip",  # pytest says that it lives there

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.runtime import Kernel, KernelError
-from pytest_hricdv.runtime.place import place_of
+from pytest_hricdv.runtime.source_location import place_of
 
 HERE = Path(__file__).name
 

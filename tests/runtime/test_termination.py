@@ -8,8 +8,8 @@ import unittest
 import pytest
 
 from pytest_hricdv.runtime import Kernel, NodeError
-from pytest_hricdv.runtime.endings import refusal, word_of
-from pytest_hricdv.runtime.failure import KernelError
+from pytest_hricdv.runtime.node_error import KernelError
+from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual.outside import guarded
 
 
@@ -74,7 +74,7 @@ def test_the_refusal_says_where_and_what_to_do() -> None:
 def test_a_run_does_not_end_the_process() -> None:
     kernel = Kernel()
     kernel.spawn("robot", lambda: os._exit(0))
-    with guarded(kernel), pytest.raises(NodeError, match=r"os\._exit\(0\) at .*test_endings\.py:\d+: it would end"):
+    with guarded(kernel), pytest.raises(NodeError, match=r"os\._exit\(0\) at .*test_termination\.py:\d+: it would end"):
         kernel.run(1.0)
 
 

@@ -11,7 +11,7 @@ from contextlib import suppress
 from itertools import islice
 from types import FrameType
 
-from pytest_hricdv.runtime.place import UNKNOWN, authors_frame
+from pytest_hricdv.runtime.source_location import UNKNOWN, authors_frame
 
 TIME, THREADING, ASYNCIO = "time", "threading", "asyncio"
 

@@ -42,7 +42,7 @@ def wait_for_nobody() -> None:
 def test_it_is_ended_with_the_place(wait: Callable[[], object]) -> None:
     began_s = time.monotonic()
     said = waiting(wait)
-    assert "test_waiting.py:" in said
+    assert "test_blocking_calls.py:" in said
     assert ": node waiter waits in real time" in said
     assert time.monotonic() - began_s < 30
 
@@ -113,7 +113,8 @@ def refusing(wait: Callable[[], object]) -> str:
 )
 def test_waiting_for_a_signal_or_a_process_is_refused_at_once(wait: Callable[[], object], said: str) -> None:
     message = refusing(wait)
-    assert f"test_waiting.py:{wait.__code__.co_firstlineno}: node waiter waits in real time, in {said}," in message
+    place = f"test_blocking_calls.py:{wait.__code__.co_firstlineno}"
+    assert f"{place}: node waiter waits in real time, in {said}," in message
 
 
 def test_what_does_not_wait_and_what_is_no_node_is_let_through() -> None:
@@ -209,7 +210,8 @@ def test_a_node_that_does_not_end_is_said_and_the_others_end() -> None:
     kernel.spawn("first", lambda: cleaning("first", never))
     kernel.spawn("second", lambda: cleaning("second", lambda: None))
     assert kernel.run(10.0) == "limit"
-    with pytest.raises(KernelError, match=r"no time has passed for 0.1 s of work, at .*test_waiting.py:\d+; in first"):
+    stuck = r"no time has passed for 0.1 s of work, at .*test_blocking_calls.py:\d+; in first"
+    with pytest.raises(KernelError, match=stuck):
         kernel.close()
     assert ended == ["second"]
 
@@ -265,7 +267,7 @@ def test_a_loop_is_ended_within_10_s_of_processor_time() -> None:
     kernel = Kernel()
     kernel.spawn("spinning", spin)
     began_s = time.process_time()
-    with pytest.raises(NodeError, match=r"no time has passed for 8 s of work, at .*test_waiting.py:\d+"):
+    with pytest.raises(NodeError, match=r"no time has passed for 8 s of work, at .*test_blocking_calls.py:\d+"):
         kernel.run(10.0)
     assert time.process_time() - began_s < 10.0
 
