@@ -1,14 +1,8 @@
-"""The result of a test, and the report of a session, as typed records.
+"""The result of a test, and the report of a session, as typed records: their types are the contract of `report.json`.
 
-The records are msgspec structs. A struct is an immutable data class whose decoder checks every value against its type
-and says where a fault is (`$.tests[3].outcome`), so the types are the contract of `report.json`; no second description
-of it is needed in code. The rules:
-
-- A field without a default is always written, and has to be there when a report is read.
-- A field with a default is not written while it has this default. So keys that only some reports have (`film`,
-  `shrunk`, `shard`, ...) stay absent. `None` is such a default; where null is a value of its own, the default is UNSET,
-  which is false.
-- Sequences are tuples and mappings are read-only by type, so records can be shared.
+The records are msgspec structs, whose decoder checks every value and locates faults (`$.tests[3].outcome`). A field
+without a default is always written and required; a field with a default is left out while it has it, so keys that only
+some reports have stay absent. Sequences are tuples and mappings are read-only by type, so records can be shared.
 """
 
 from __future__ import annotations
@@ -42,9 +36,6 @@ SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
 """Files are named after suites."""
 Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
 """As in 2/3: at most `gates.MAX_SHARDS`; empty for all."""
-
-
-# Tests
 
 
 class ActionParameters(PlainRecord, frozen=True, kw_only=True):
@@ -183,9 +174,6 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
         return (self, *self.repeats)
 
 
-# Suites
-
-
 class SuiteResult(PlainRecord, frozen=True, kw_only=True):
     """A suite and what its tests covered. `size` counts its tests, selected or not; `tests` the selected ones."""
 
@@ -202,9 +190,6 @@ class SuiteResult(PlainRecord, frozen=True, kw_only=True):
     cross: CrossCoverage
     curve: tuple[CurvePoint, ...]
     closure: Closure
-
-
-# The report
 
 
 class RequirementLimit(PlainRecord, frozen=True, kw_only=True):
