@@ -17,18 +17,17 @@ from pytest_hricdv.coverage.reachability import explored, reachable
 from pytest_hricdv.execution.case import RunSettings, execute
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
+from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.fallback_way import FallbackWay
-from pytest_hricdv.extra.closing.interleaving_way import InterleavingWay
+from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
 from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
-from pytest_hricdv.extra.closing.model_way import ModelWay
+from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.observation import Observation, observe
 from pytest_hricdv.extra.closing.online_run import OnlineRun, roles_of
-from pytest_hricdv.extra.closing.online_way import OnlineWay
+from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy
 from pytest_hricdv.extra.closing.pool import Pool
+from pytest_hricdv.extra.closing.strategy import Strategy
 from pytest_hricdv.extra.closing.targets import target_points
-from pytest_hricdv.extra.closing.way import Way
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.actors import TURN_WAIT_S
 from pytest_hricdv.generate.concrete import concretize
@@ -60,7 +59,7 @@ class Closing:
         """A loop that has ended."""
         archive = Archive(point for point in self._targets() if point not in NEVER)
         ways = [way for way in self._ways() if way.name not in without]
-        Loop(archive, ways, self._run, seed, Budget(runs, None), fallback=FallbackWay(self._pool)).run()
+        Loop(archive, ways, self._run, seed, Budget(runs, None), fallback=FallbackStrategy(self._pool)).run()
         return archive
 
     def _targets(self) -> Iterator[tuple[str, ...]]:
@@ -70,16 +69,16 @@ class Closing:
         cross = self._bench.cross
         yield from target_points(None, plans, cross, reachable(self._exploration, cross), self._requirements)
 
-    def _ways(self) -> list[Way]:
+    def _ways(self) -> list[Strategy]:
         bench = self._bench
         experience = Experience(self._pool, lambda test: concretize(test, bench.commands).run)
         disturbances = {name: disturbance.parameters for name, disturbance in bench.disturbances.items()}
-        ways: list[Way] = [
-            ModelWay(self._pool, experience),
-            DisturbanceWay(self._pool, experience, disturbances),
-            InterleavingWay(self._pool, bench.commands.run[TURN_WAIT_S]),
+        ways: list[Strategy] = [
+            ModelStrategy(self._pool, experience),
+            DisturbanceStrategy(self._pool, experience, disturbances),
+            InterleavingStrategy(self._pool, bench.commands.run[TURN_WAIT_S]),
         ]
-        return [*ways, OnlineWay(self._roles, {})] if self._roles else ways
+        return [*ways, OnlineStrategy(self._roles, {})] if self._roles else ways
 
     def _run(self, tests: Sequence[AbstractTest], online: OnlineWeights, /) -> Iterator[tuple[int, Observation]]:
         bench = self._bench

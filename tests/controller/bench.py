@@ -31,7 +31,7 @@ SAY_S = 1.0
 
 
 @dataclass(frozen=True)
-class Way:
+class Strategy:
     """A planned way to `goal`."""
 
     goal: JointPose
@@ -49,16 +49,16 @@ class ScriptedArm:
     at: JointPose = HOME
     arrives: Callable[[JointPose], None] = lambda goal: None
 
-    def plan(self, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> Way:
+    def plan(self, waypoints: Sequence[JointPose], max_speed_rad_s: float) -> Strategy:
         """See `controller.ports.Arm`."""
         self.speeds.append(max_speed_rad_s)
         if waypoints[-1] in self.no_plan:
             raise PlanningError("a shelf is in the way")
-        return Way(waypoints[-1], 0.0 if waypoints[-1] == self.at else MOVE_S)
+        return Strategy(waypoints[-1], 0.0 if waypoints[-1] == self.at else MOVE_S)
 
     def follow(self, path: Path) -> bool:
         """See `controller.ports.Arm`."""
-        assert isinstance(path, Way)
+        assert isinstance(path, Strategy)
         self.kernel.sleep(path.duration_s)
         if path.goal in self.held_up:
             return False

@@ -5,10 +5,10 @@ Vocabulary
     target                a point that is to be hit; it is open until a run has hit it
     distance              how far a run was from a point that it did not hit (fitness); 0 is a hit
     archive               all runs so far: which targets are open, and of each point the best and the nearest run
-    way                   a search strategy; it proposes tests from the archive
-    proposal              a test that a way proposes to run, with the targets that it is for
+    strategy              proposes tests from the archive
+    proposal              a test that a strategy proposes to run, with the targets that it is for
     generation            the proposals that are run before anything new is learned
-    bandit                shares the tests of a generation among the ways, by what they have lately hit
+    bandit                shares the tests of a generation among the strategies, by what they have lately hit
     budget                how many runs, and how much time, a loop may use
     pool                  the abstract tests that exploring the model gives
     interaction           a part of a test: what a person and the robot do from one request to the next; a cross product
@@ -37,9 +37,9 @@ Constants
     seeds and 160 runs each, with another rule instead.
 
 Modules
-    loop, archive, way, bandit      the loop, independent of the ways
+    loop, archive, strategy         the loop with its bandit, independent of the strategies
     targets, open_points            the points that are to be hit; of those left open, what came nearest
-    observation, violations         what one run yields: points, distances, kinds of violations
+    observation, violations         what one run yields: points, distances, types of violations
     evidence, suite                 what the loop has shown; the smallest suite that hits as much
     distance                        how near runs came to a point that none has hit
     pool, interactions              abstract tests, and the interactions in them
@@ -47,13 +47,13 @@ Modules
     missing_conditions, intervention_effects, combination_synthesis     what is missing, what single interventions bring
                                     about, and combinations of them
     selection, guidance             which tests will probably hit most open bins, or come nearer to another open point
-    model_way                       undisturbed tests of the pool
-    disturbance_way                 tests of the pool with interventions
-    interleaving_way                tests of several actors, in which certain actions meet in a certain order
-    online_way, choice_statistics   people who decide during the run
-    violation_way, relevance, nearness   the search for violations after it: what it varies, and how near runs came
-    process, fork_runner, online_run, runs      the process that runs tests, each in a fork; the session's end of it
-    closing, options, records, view     the loop in a session, and in its report
+    model_strategy                  undisturbed tests of the pool; what runs when no strategy knows more
+    disturbance_strategy            tests of the pool with interventions
+    interleaving_strategy           tests of several actors, in which certain actions meet in a certain order
+    online_strategy, choice_statistics     people who decide during the run
+    violation_strategy              the search for violations after the loop
+    process, online_run, runs       the process that runs tests, each in a fork; the session's end of it
+    closing, feature, records, view the loop in a session, and in its report
 
 All but `process`, `runs` and `closing` are independent of pytest: a run is a function.
 """

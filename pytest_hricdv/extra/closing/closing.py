@@ -20,28 +20,25 @@ from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.coverage.reachability import Reachability, explored, reachable, sampled
 from pytest_hricdv.execution.separate_process import ProcessError
 from pytest_hricdv.experiments.budget import Budget
-from pytest_hricdv.extra.closing import online_way
+from pytest_hricdv.extra.closing import online_strategy
 from pytest_hricdv.extra.closing.archive import GIVEN, Archive
-from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
+from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.evidence import evidence
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.fallback_way import FallbackWay
-from pytest_hricdv.extra.closing.interleaving_way import InterleavingWay
+from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy
 from pytest_hricdv.extra.closing.loop import NAME, GivenUpError, Loop, LoopError, searched
-from pytest_hricdv.extra.closing.model_way import ModelWay
+from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.online_run import roles_of
-from pytest_hricdv.extra.closing.online_way import OnlineWay
+from pytest_hricdv.extra.closing.online_strategy import OnlineStrategy
 from pytest_hricdv.extra.closing.open_points import Surroundings
-from pytest_hricdv.extra.closing.options import ClosingOptions
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.progress import ClosingProgress, listed
-from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingResult
+from pytest_hricdv.extra.closing.records import CLOSING, ClosingEnd, ClosingOptions, ClosingResult
 from pytest_hricdv.extra.closing.runs import ClosingRuns, RunsHere, RunsOnCluster
+from pytest_hricdv.extra.closing.strategy import Strategy
 from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
-from pytest_hricdv.extra.closing.targets import impossible_points, target_points
-from pytest_hricdv.extra.closing.violation_way import ViolationWay
-from pytest_hricdv.extra.closing.way import Way
+from pytest_hricdv.extra.closing.targets import ClosingProgress, impossible_points, listed, target_points
+from pytest_hricdv.extra.closing.violation_strategy import ViolationStrategy
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import AbstractTest, Plans
 from pytest_hricdv.generate.actors import TURN_WAIT_S
@@ -126,7 +123,9 @@ class Closing:
         if ended is None:
             budget = Budget(self._options.runs, self._options.seconds)
             ways, let_through = self._used_ways(), self._signals.let_through
-            loop = Loop(archive, ways, runs.run, seed, budget, progress.show, FallbackWay(self._pool), self._searcher)
+            loop = Loop(
+                archive, ways, runs.run, seed, budget, progress.show, FallbackStrategy(self._pool), self._searcher
+            )
             loop.let_through, loop.faults = let_through, faults
             ended = searched(loop, loop.run(), self._options.search)
         suite, result = self._suite(archive, ended, runs, faults)
@@ -135,14 +134,16 @@ class Closing:
         return suite, result
 
     @property
-    def _searcher(self) -> Way | None:
+    def _searcher(self) -> Strategy | None:
         context = self._context
         # Known whatever violates them: those with a condition may be violated otherwise.
         excused = [name for name in context.known_violations if name not in context.known_while]
         requirements = [requirement.id for requirement in context.requirements if requirement.id not in excused]
-        return ViolationWay(requirements, self._collection.testbench.commands) if self._options.search != 0 else None
+        return (
+            ViolationStrategy(requirements, self._collection.testbench.commands) if self._options.search != 0 else None
+        )
 
-    def _used_ways(self) -> tuple[Way, ...]:
+    def _used_ways(self) -> tuple[Strategy, ...]:
         """The ways that are not left out."""
         ways, without = self._ways(), self._options.without
         names = [way.name for way in ways]
@@ -151,16 +152,16 @@ class Closing:
                 raise usage_error(f"--hri-close-without: no way {name!r}; there are: {', '.join(names)}")
         return tuple(way for way in ways if way.name not in without)
 
-    def _ways(self) -> tuple[Way, ...]:
+    def _ways(self) -> tuple[Strategy, ...]:
         testbench, pool = self._collection.testbench, self._pool
         experience = Experience(pool, lambda test: concretize(test, testbench.commands).run)
         disturbances = {name: disturbance.parameters for name, disturbance in testbench.disturbances.items()}
         roles = roles_of(testbench)
         return (
-            ModelWay(pool, experience),
-            DisturbanceWay(pool, experience, disturbances),
-            *([InterleavingWay(pool, testbench.commands.run[TURN_WAIT_S])] if testbench.model.actors else []),
-            *([OnlineWay(roles, pool.planned)] if roles else []),
+            ModelStrategy(pool, experience),
+            DisturbanceStrategy(pool, experience, disturbances),
+            *([InterleavingStrategy(pool, testbench.commands.run[TURN_WAIT_S])] if testbench.model.actors else []),
+            *([OnlineStrategy(roles, pool.planned)] if roles else []),
         )
 
     def _run_others(
@@ -192,7 +193,7 @@ class Closing:
     def _suite(
         self, archive: Archive, ended: ClosingEnd, runs_again: ClosingRuns, faults: Sequence[str]
     ) -> tuple[Suite, ClosingResult]:
-        online = (online_way.NAME,)
+        online = (online_strategy.NAME,)
         try:
             entries, left_out = repeatable_suite(archive, online, runs_again.run)
         except (ProcessError, GivenUpError, ClusterError, KeyboardInterrupt) as error:

@@ -22,7 +22,7 @@ from pytest_hricdv.extra.closing.missing_conditions import (
     missing_conditions,
 )
 from pytest_hricdv.extra.closing.outcome_model import PRIOR_TRIES, Candidate, OutcomeModel, fitted
-from pytest_hricdv.extra.closing.way import CHOICES, favoured
+from pytest_hricdv.extra.closing.strategy import CHOICES, favoured
 from pytest_hricdv.generate.rng import pick, shuffled, weighted
 
 TriedTogether = dict[frozenset[str], list[tuple[MissingCondition, ...]]]

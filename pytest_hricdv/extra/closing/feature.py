@@ -5,13 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.extra.closing.options import NAME, ClosingOptions
+from pytest_hricdv.extra.closing.records import CLOSING, ClosingOptions
+from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.results.report_builder import GeneratedSuite
     from pytest_hricdv.session.run_context import RunContext
+
+
+def merge(reports: Sequence[Report], merged: Report) -> Report:
+    """The merged report with the loop, where all sessions had the same one."""
+    first, *others = (CLOSING.of(report) for report in reports)
+    return CLOSING.put(merged, first) if all(other == first for other in others) else merged
+
+
+NAME = "closure"
+"""The method, and its suite."""
 
 
 class ClosingFeature(Feature[ClosingOptions]):

@@ -18,7 +18,7 @@ from pytest_hricdv.extra.closing.distance import elite_size
 from pytest_hricdv.extra.closing.experience import Experience
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Outcome, PlannedInteraction, is_disturbed
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.way import favoured
+from pytest_hricdv.extra.closing.strategy import favoured
 from pytest_hricdv.generate.rng import pick
 
 MIN_RUNS = 8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
@@ -224,3 +225,27 @@ def aimed_suite(report: Struct) -> str:
     """The suite that the loop generated to reach all there is; empty where there is none."""
     result = CLOSING.of(report)
     return result.suite if result is not None else ""
+
+
+@dataclass(frozen=True)
+class ClosingOptions:
+    """Whether there is a closing loop, and its budget.
+
+    Args:
+        asked: there is one.
+        given: it closes what these leave open, instead of everything.
+        runs: it ends after so many runs. At ten seeds all loops of the table closed after 240 to 376 (docs/closure.md).
+        search: so many runs search for violations after it, of those that are left; None: a tenth of the runs that the
+            loop made, and at least a generation. A loop that closes costs little more, and a fault that one run
+            in twenty shows near to what is known is met with five times out of six in thirty.
+        seconds: it ends after this time (s), so that a session is not endless: its result then depends on the machine.
+            The same loops took up to 3.1 minutes on two cores; three times this.
+        without: the names of strategies that are left out.
+    """
+
+    asked: bool = False
+    given: bool = False
+    runs: int = 400
+    search: int | None = None
+    seconds: int = 600
+    without: tuple[str, ...] = ()

@@ -17,7 +17,7 @@ from pytest_hricdv.extra.closing.interactions import (
     RunValues,
 )
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.way import favoured
+from pytest_hricdv.extra.closing.strategy import favoured
 from pytest_hricdv.generate.rng import random_index
 
 CANDIDATES = 48

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.closing.options import NAME
+from pytest_hricdv.extra.closing.feature import NAME
 from pytest_hricdv.extra.closing.records import (
     CLOSING,
     RULE_OF_THREE,

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pytest_hricdv.extra.search.options import BUDGET, SearchOptions
+from pytest_hricdv.extra.search.records import BUDGET, SEARCH, SearchOptions, SearchResult
+from pytest_hricdv.results.codec import canonical
+from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import Flag, OptionReader, Value
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.search.post_session import PostSession
-    from pytest_hricdv.extra.search.records import SearchResult
     from pytest_hricdv.results.model import TestResult
+
+
+def merge(reports: Sequence[Report], merged: Report) -> Report:
+    """The merged report with, for each requirement, the search that came nearest to violating it."""
+    results: dict[str, list[SearchResult]] = {}
+    for report in reports:
+        for requirement, result in SEARCH.of(report).items():
+            results.setdefault(requirement, []).append(result)
+    return SEARCH.put(merged, {requirement: min(searches, key=_nearness) for requirement, searches in results.items()})
+
+
+def _nearness(result: SearchResult) -> tuple[float, str]:
+    return (math.inf if result.margin is None else result.margin, canonical(result))
 
 
 class SearchFeature(Feature[SearchOptions]):

@@ -14,8 +14,7 @@ from pytest_hricdv.execution.case import CaseResult, HriCase
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.experiments.shrink import Shrunk, shrink
-from pytest_hricdv.extra.search.options import SearchOptions
-from pytest_hricdv.extra.search.records import SHRUNK, SearchResult, ShrunkTest
+from pytest_hricdv.extra.search.records import SHRUNK, SearchOptions, SearchResult, ShrunkTest
 from pytest_hricdv.extra.search.searching import Searching
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor import Criterion

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
 
 from msgspec.structs import replace
@@ -85,3 +86,24 @@ SHRUNK: TestSection[Mapping[str, ShrunkTest]] = TestSection(
 """Requirement -> the shortest test found that fails it."""
 
 SECTIONS, TEST_SECTIONS = (SEARCH,), (SHRUNK,)
+
+
+BUDGET = 60
+"""Twice the runs that it takes to drop each of 30 actions once; a test of the table has no more."""
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """How failing tests are shrunk and violations searched for.
+
+    Args:
+        shrink: whether tests are shrunk.
+        shrink_runs: at most so many runs for each of them.
+        shrink_seconds: at most so long (s) for each of them.
+        search: at most so many runs for each requirement; 0: there is no search.
+    """
+
+    shrink: bool = False
+    shrink_runs: int = BUDGET
+    shrink_seconds: int = BUDGET
+    search: int = 0

@@ -16,12 +16,11 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
+from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.interactions import Combination, combinations_of, commands_of, starts_of
 from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
-from pytest_hricdv.extra.closing.model_way import ModelWay
+from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -189,9 +188,9 @@ class Scene:
         """A loop as a session has it."""
         pool = Pool(self.exploration, self.space, {"handover": self.planned})
         experience = Experience(pool)
-        ways = ModelWay(pool, experience), DisturbanceWay(pool, experience, self.disturbances)
+        ways = ModelStrategy(pool, experience), DisturbanceStrategy(pool, experience, self.disturbances)
 
         def runner(tests: Sequence[AbstractTest], online: OnlineWeights) -> Iterable[tuple[int, Observation]]:
             return ((number, self.run(test)) for number, test in enumerate(tests))
 
-        return Loop(Archive(self.targets), ways, runner, seed, Budget(runs), fallback=FallbackWay(pool))
+        return Loop(Archive(self.targets), ways, runner, seed, Budget(runs), fallback=FallbackStrategy(pool))

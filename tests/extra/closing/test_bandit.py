@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytest_hricdv.extra.closing.bandit import Bandit, Reward
+from pytest_hricdv.extra.closing.loop import Bandit, Reward
 from pytest_hricdv.generate.rng import make_rng
 
 KINDS = ("bin", "statement", "branch", "plan")

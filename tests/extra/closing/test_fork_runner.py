@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.extra.closing.fork_runner import ForkRunner, may_fork
+from pytest_hricdv.extra.closing.process import ForkRunner, may_fork
 from pytest_hricdv.generate.concrete import ConcreteTest
 from tests.extra.closing import toy
 

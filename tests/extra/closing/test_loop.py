@@ -13,8 +13,8 @@ from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
+from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.suite import smallest_suite
-from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.rng import pick
 

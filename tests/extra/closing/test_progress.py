@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.progress import ClosingProgress, progress_texts
+from pytest_hricdv.extra.closing.targets import ClosingProgress, progress_texts
 from pytest_hricdv.report.formatting import fitting
 from pytest_hricdv.session.collection import Collection
 from tests.plugin.screen import Screen
@@ -30,7 +30,7 @@ def shown(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> An
 
     def run(*runs: tuple[int, int], columns: int, is_terminal: bool) -> str:
         monkeypatch.setenv("COLUMNS", str(columns))
-        monkeypatch.setattr("pytest_hricdv.extra.closing.progress.by_kind", lambda points: {p.kind: 3 for p in points})
+        monkeypatch.setattr("pytest_hricdv.extra.closing.targets.by_kind", lambda points: {p.kind: 3 for p in points})
         config = request.config
         file = io.StringIO()
         reporter = type(config.pluginmanager.get_plugin("terminalreporter"))(config, file)

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.interleaving_way import InterleavingWay, Meeting, Order, meetings_of
+from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrategy, Meeting, Order, meetings_of
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -74,11 +74,11 @@ def test_everything_else_comes_in_any_order() -> None:
 UP_TO_TEN = TurnWait(0.0, 10.0, "s")
 
 
-def way(turn_wait: TurnWait | Constant = UP_TO_TEN) -> InterleavingWay:
-    return InterleavingWay(Pool(POOL, SPACE, {}), turn_wait)
+def way(turn_wait: TurnWait | Constant = UP_TO_TEN) -> InterleavingStrategy:
+    return InterleavingStrategy(Pool(POOL, SPACE, {}), turn_wait)
 
 
-def wished(proposed: InterleavingWay, archive: Archive, count: int) -> list[tuple[Meeting, ...]]:
+def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list[tuple[Meeting, ...]]:
     """What the proposals make meet."""
     found = []
     for proposal in proposed.propose(archive, count, Random(1)):
@@ -143,7 +143,7 @@ def test_runs_count_by_what_began_and_not_by_what_was_wished() -> None:
     ("proposed", "targets"), [(way(Constant(0.0, "s")), [("statement", "cart.py", "1")]), (way(), [])]
 )
 def test_where_nobody_waits_for_a_turn_or_nothing_is_open_there_is_nothing_to_propose(
-    proposed: InterleavingWay, targets: list[tuple[str, ...]]
+    proposed: InterleavingStrategy, targets: list[tuple[str, ...]]
 ) -> None:
     assert proposed.propose(Archive(targets), 8, Random(1)) == []
 

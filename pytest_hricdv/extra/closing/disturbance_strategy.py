@@ -1,4 +1,4 @@
-"""The way `disturbances`: interventions in interactions, so that these probably end as no run has ended yet.
+"""The strategy `disturbances`: interventions in interactions, so that these probably end as no run has ended yet.
 
 A combination that has led to an outcome is used again where it may lead to an open bin (exploitation); so is one that
 can be put together from interventions that have brought about what is missing. Beside that, new interventions are tried
@@ -22,7 +22,7 @@ from pytest_hricdv.extra.closing.experience import AT_THE_START, Experience
 from pytest_hricdv.extra.closing.interactions import Combination, Intervention, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import CANDIDATES, Option, Selection
-from pytest_hricdv.extra.closing.way import Proposal, favoured
+from pytest_hricdv.extra.closing.strategy import Proposal, favoured
 from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler
 
@@ -80,7 +80,7 @@ Disturbances = Mapping[str, Mapping[str, Sampler]]
 """Name -> the ranges of its parameters."""
 
 
-class DisturbanceWay:
+class DisturbanceStrategy:
     """See the module.
 
     Args:
@@ -97,7 +97,7 @@ class DisturbanceWay:
         self._disturbances = disturbances
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         if not self._disturbances or not self._pool.tests:
             return []
         self._experience.learn(archive)

@@ -1,4 +1,4 @@
-"""The way `model`: undisturbed tests of the pool that, as exploring the model has shown, lead to open targets.
+"""The strategy `model`: undisturbed tests of the pool that, as exploring the model has shown, lead to open targets.
 
 Bins are reached by tests that plan them, plans by beliefs that trigger them. Where a requirement was nearly triggered,
 tests are tried that may come nearer; where bins are open of which it is unknown what plans them, tests that were not
@@ -11,13 +11,12 @@ from random import Random
 
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.fallback_way import untried
 from pytest_hricdv.extra.closing.guidance import Guidance
 from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, Outcome, PlannedInteraction
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import Option, Selection
-from pytest_hricdv.extra.closing.way import Proposal
-from pytest_hricdv.generate.rng import pick
+from pytest_hricdv.extra.closing.strategy import Proposal
+from pytest_hricdv.generate.rng import pick, shuffled
 
 MIN_CHANCE = 0.02
 """A bin is not aimed at with a smaller chance than this. Chosen (0.01: -0.9 +- 0.8, 0.04: -2.0 +- 2.9; see the
@@ -28,7 +27,7 @@ GUIDED = 0.5
 0.75: -5.3 +- 5.6; see the package)."""
 
 
-class ModelWay:
+class ModelStrategy:
     """See the module.
 
     Args:
@@ -43,7 +42,7 @@ class ModelWay:
         self._experience = experience
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         if not self._pool.tests:
             return []
         self._experience.learn(archive)
@@ -90,3 +89,49 @@ class ModelWay:
 
 def _undisturbed(commands: int, is_first: bool) -> Combination:
     return UNDISTURBED
+
+
+UNTRIED = "untried"
+REPEATED = "repeated"
+
+
+class FallbackStrategy:
+    """See the module.
+
+    Args:
+        pool: of abstract tests.
+    """
+
+    name = UNTRIED
+
+    def __init__(self, pool: Pool) -> None:
+        self._pool = pool
+
+    def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """See `Strategy`."""
+        proposals = untried(self._pool, archive, UNTRIED, count, rng)
+        if len(proposals) < count:
+            proposals += self._repeated(archive, count - len(proposals), rng)
+        return proposals
+
+    def _repeated(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
+        """Tests that were run, the least often run first; none that has done the same each time, to the bit."""
+        records: dict[tuple[str, ...], list[str]] = {}
+        for entry in archive.entries:
+            if not entry.observation.error:
+                records.setdefault(entry.test.lines, []).append(entry.observation.record_sha256)
+        runs = [records.get(test.lines, []) for test in self._pool.tests]
+        varying = [number for number, hashes in enumerate(runs) if len(hashes) == 1 or len(set(hashes)) > 1]
+        chosen = sorted(shuffled(rng, varying), key=lambda number: len(runs[number]))[:count]
+        return [Proposal(self._pool.draft(number), REPEATED) for number in chosen]
+
+
+def untried(pool: Pool, archive: Archive, way: str, count: int, rng: Random) -> list[Proposal]:
+    """Tests of the pool that were not run yet, of which nobody knows what they hit.
+
+    Args:
+        way: that they are proposed for.
+    """
+    tried = {entry.test.lines for entry in archive.entries}
+    numbers = [number for number, test in enumerate(pool.tests) if test.lines not in tried]
+    return [Proposal(pool.draft(number), way) for number in shuffled(rng, numbers)[:count]]

@@ -12,8 +12,8 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.cross_product import Bin
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.online_way import COMMANDS, LIKELIEST, SURPRISES, TARGETS, OnlineWay
-from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.extra.closing.online_strategy import COMMANDS, LIKELIEST, SURPRISES, TARGETS, OnlineStrategy
+from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.online.chooser import ANY_INTERACTION, DISTURBANCE, GOAL, NONE, Choice
 from tests.online import toy
@@ -25,9 +25,9 @@ TASTES = (NONE, "likes_hot", "likes_cold")
 
 
 @pytest.fixture
-def way(tmp_path: Path) -> OnlineWay:
+def way(tmp_path: Path) -> OnlineStrategy:
     role = toy.role(tmp_path, disturbances=("disturb wind", "disturb rain"))
-    return OnlineWay([role], {"cup": toy.planned})
+    return OnlineStrategy([role], {"cup": toy.planned})
 
 
 def archive_of(*wanted: Point) -> Archive:
@@ -46,7 +46,7 @@ def weights(proposal: Proposal) -> dict[tuple[str, int, str, str], float]:
     return {(state, turn, about, option): weight for state, turn, about, option, weight in proposal.weights}
 
 
-def test_a_proposal_has_no_commands_and_weights_for_all_that_can_be_chosen(way: OnlineWay) -> None:
+def test_a_proposal_has_no_commands_and_weights_for_all_that_can_be_chosen(way: OnlineStrategy) -> None:
     [proposal] = way.propose(archive_of(), 1, Random(1))
     assert (proposal.draft.lines, proposal.way) == ((), "online")
     known = weights(proposal)
@@ -59,7 +59,7 @@ def test_a_proposal_has_no_commands_and_weights_for_all_that_can_be_chosen(way: 
 
 @pytest.mark.parametrize("commands", [0, 1, 10])
 def test_ideas_of_their_own_and_disturbances_are_as_rare_in_long_runs_as_in_short_ones(
-    way: OnlineWay, commands: int
+    way: OnlineStrategy, commands: int
 ) -> None:
     archive = archive_of()
     if commands:
@@ -75,12 +75,12 @@ def test_ideas_of_their_own_and_disturbances_are_as_rare_in_long_runs_as_in_shor
     assert found == {round(each, 9) for each in expected}
 
 
-def test_what_nothing_is_known_about_is_equally_likely(way: OnlineWay) -> None:
+def test_what_nothing_is_known_about_is_equally_likely(way: OnlineStrategy) -> None:
     known = weights(way.propose(archive_of(), 1, Random(1))[0])
     assert len({weight for key, weight in known.items() if key[2] == "taste"}) == 1
 
 
-def test_what_makes_an_open_point_likelier_is_likelier(way: OnlineWay) -> None:
+def test_what_makes_an_open_point_likelier_is_likelier(way: OnlineStrategy) -> None:
     archive = archive_of()
     for taste, level in (("likes_hot", "hot"), ("likes_cold", "cold")):
         choices = [Choice(0, "", 0, "start", "thirsty"), Choice(1, "Pouring", 1, "taste", taste)]
@@ -92,7 +92,7 @@ def test_what_makes_an_open_point_likelier_is_likelier(way: OnlineWay) -> None:
         assert known[(*place, "taste", "likes_hot")] > known[(*place, "taste", "likes_cold")]
 
 
-def test_each_turn_has_an_aim_of_its_own(way: OnlineWay) -> None:
+def test_each_turn_has_an_aim_of_its_own(way: OnlineStrategy) -> None:
     aims: tuple[Point, ...] = (OPEN, ("bin", "cup", "cold", "nod"))
     archive = archive_of(*aims)
     for taste, level in (("likes_hot", "hot"), ("likes_cold", "cold")):
@@ -102,7 +102,7 @@ def test_each_turn_has_an_aim_of_its_own(way: OnlineWay) -> None:
     assert sorted(liked) == ["likes_cold", "likes_hot"]
 
 
-def test_a_choice_counts_for_its_own_interaction_only(way: OnlineWay) -> None:
+def test_a_choice_counts_for_its_own_interaction_only(way: OnlineStrategy) -> None:
     archive = archive_of()
     choices = [Choice(1, "A", 1, "taste", "likes_hot"), Choice(4, "B", 2, "taste", "likes_cold")]
     lines = ["press", "disturb wind", "nod", "press", "nod"]
@@ -111,7 +111,7 @@ def test_a_choice_counts_for_its_own_interaction_only(way: OnlineWay) -> None:
     assert known["A", 1, "taste", "likes_hot"] > known["B", 1, "taste", "likes_cold"]
 
 
-def test_what_was_tried_often_gives_way_to_what_was_not(way: OnlineWay) -> None:
+def test_what_was_tried_often_gives_way_to_what_was_not(way: OnlineStrategy) -> None:
     archive = archive_of()
     for _ in range(12):
         add(archive, ["press"], [Choice(1, "A", 1, "taste", "likes_hot")], ("hot", "shout"))
@@ -119,7 +119,7 @@ def test_what_was_tried_often_gives_way_to_what_was_not(way: OnlineWay) -> None:
     assert known["", 1, "taste", "likes_cold"] > known["", 1, "taste", "likes_hot"]
 
 
-def test_the_choices_of_the_run_that_came_nearest_to_an_open_point_are_likelier(way: OnlineWay) -> None:
+def test_the_choices_of_the_run_that_came_nearest_to_an_open_point_are_likelier(way: OnlineStrategy) -> None:
     checked: Point = ("verdict", "R5", "Passed")
     archive = archive_of(checked)
     for distance, taste, level in ((1.0, "likes_hot", "hot"), (3.0, "likes_cold", "cold")):
@@ -130,16 +130,16 @@ def test_the_choices_of_the_run_that_came_nearest_to_an_open_point_are_likelier(
     assert known["", 1, "taste", "likes_hot"] > known["", 1, "taste", "likes_cold"]
 
 
-def test_proposals_depend_on_archive_and_random_stream_only(way: OnlineWay, tmp_path: Path) -> None:
+def test_proposals_depend_on_archive_and_random_stream_only(way: OnlineStrategy, tmp_path: Path) -> None:
     archive = archive_of()
     add(archive, ["press"], [Choice(1, "A", 1, "taste", "likes_hot")], ("hot", "shout"))
     way.propose(archive, 3, Random(7))
-    another = OnlineWay([toy.role(tmp_path, disturbances=("disturb wind", "disturb rain"))], {"cup": toy.planned})
+    another = OnlineStrategy([toy.role(tmp_path, disturbances=("disturb wind", "disturb rain"))], {"cup": toy.planned})
     assert way.propose(archive, 5, Random(2)) == another.propose(archive, 5, Random(2))
     assert way.propose(archive, 5, Random(2)) != way.propose(archive, 5, Random(3))
 
 
-def test_runs_are_aimed_at_what_was_seldom_aimed_at_and_at_nothing_where_nothing_is_open(way: OnlineWay) -> None:
+def test_runs_are_aimed_at_what_was_seldom_aimed_at_and_at_nothing_where_nothing_is_open(way: OnlineStrategy) -> None:
     bins: tuple[Point, ...] = tuple(("bin", "cup", "hot", str(number)) for number in range(3 * TARGETS))
     archive = archive_of(*bins)
     archive.tries.update(dict.fromkeys(bins[TARGETS:], 100))

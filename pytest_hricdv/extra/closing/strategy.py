@@ -1,4 +1,4 @@
-"""A way to reach targets is a search strategy: it proposes tests, from the archive of all runs and nothing else."""
+"""Search strategies: each proposes tests, from the archive of all runs and nothing else."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ scenes)."""
 
 @dataclass(frozen=True)
 class Proposal:
-    """A test that a way proposes to run.
+    """A test that a strategy proposes to run.
 
     Args:
         draft: the test, with the values that are chosen for it.
-        way: the name of the way that proposes it.
+        way: the name of the strategy that proposes it.
         targets: the points that it is to hit.
         weights: where the person decides during the run: of what is chosen. The test is then what it became.
     """
@@ -38,15 +38,15 @@ class Proposal:
     weights: tuple[Weight, ...] | None = None
 
 
-class Way(Protocol):
+class Strategy(Protocol):
     """One search strategy."""
 
     @property
     def name(self) -> str:
-        """In progress lines, reports and the choice among ways."""
+        """In progress lines, reports and the choice among strategies."""
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """Up to `count` tests to run next; fewer, or none, where this way knows nothing else to try.
+        """Up to `count` tests to run next; fewer, or none, where this strategy knows nothing else to try.
 
         The same for the same archive and random stream, whatever was proposed before. Of `rng` only `random()` is
         used (see `pytest_hricdv.generate.rng`).

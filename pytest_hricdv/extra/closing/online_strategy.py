@@ -1,4 +1,4 @@
-"""The way `online`: the person decides during the run, as the agent of the model does, from what happens there.
+"""The strategy `online`: the person decides during the run, as the agent of the model does, from what happens there.
 
 What it decides is drawn by weights, with another target for each interaction: an option is likelier if it made such a
 target likelier in earlier runs, and if it was seldom chosen.
@@ -16,7 +16,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.choice_statistics import ChoiceStatistics
 from pytest_hricdv.extra.closing.interactions import Planned
-from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.rng import pick
@@ -54,7 +54,7 @@ TRIED_OFTEN = 8.0
 measured."""
 
 
-class OnlineWay:
+class OnlineStrategy:
     """See the module.
 
     Args:
@@ -74,7 +74,7 @@ class OnlineWay:
         self._learned = 0
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         for entry in archive.entries[self._learned :]:
             self._statistics.learn(entry)
         self._learned = len(archive.entries)

@@ -1,4 +1,4 @@
-"""The way `interleaving`: tests of several actors, with turns that make certain actions meet in a certain order.
+"""The strategy `interleaving`: tests of several actors, with turns that make certain actions meet in a certain order.
 
 Two actions of two actors meet if none of theirs begins between them. An open bin that names what two actors do, and
 perhaps who is first, is aimed at with tests in which these can meet. For all other open points, actions are made to
@@ -20,7 +20,7 @@ from typing import NamedTuple
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.pool import Pool
-from pytest_hricdv.extra.closing.way import Proposal
+from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, act_of, actor_of, actors_of
 from pytest_hricdv.generate.chosen_values import RUN
@@ -138,7 +138,7 @@ def meetings_of(lines: Iterable[str]) -> Iterator[Meeting]:
         yield from (Meeting(*met) for met in pairwise(theirs) if actor_of(met[0]) != actor_of(met[1]))
 
 
-class InterleavingWay:
+class InterleavingStrategy:
     """See the module.
 
     Args:
@@ -156,7 +156,7 @@ class InterleavingWay:
         self._learned = 0
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
-        """See `Way`."""
+        """See `Strategy`."""
         if not (self._pool.tests and self._waits_s and archive.open):
             return []
         for entry in archive.entries[self._learned :]:

@@ -7,14 +7,13 @@ from msgspec.structs import replace
 
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.disturbance_way import DisturbanceWay
+from pytest_hricdv.extra.closing.disturbance_strategy import DisturbanceStrategy
 from pytest_hricdv.extra.closing.experience import Experience
-from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.interactions import Intervention
 from pytest_hricdv.extra.closing.loop import Loop
-from pytest_hricdv.extra.closing.model_way import ModelWay
+from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy, ModelStrategy
 from pytest_hricdv.extra.closing.pool import PlannedInteraction, Pool
-from pytest_hricdv.extra.closing.way import Way
+from pytest_hricdv.extra.closing.strategy import Strategy
 from pytest_hricdv.generate.abstract import identify
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.rng import make_rng
@@ -26,10 +25,10 @@ def loop(seed: int, *, disturbing: bool = True) -> Loop:
     """A loop as a session has it."""
     pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
     experience = Experience(pool)
-    ways: tuple[Way, ...] = (ModelWay(pool, experience),)
+    ways: tuple[Strategy, ...] = (ModelStrategy(pool, experience),)
     if disturbing:
-        ways = (*ways, DisturbanceWay(pool, experience, handover.DISTURBANCES))
-    return Loop(Archive(handover.WANTED), ways, handover.runner, seed, Budget(400), fallback=FallbackWay(pool))
+        ways = (*ways, DisturbanceStrategy(pool, experience, handover.DISTURBANCES))
+    return Loop(Archive(handover.WANTED), ways, handover.runner, seed, Budget(400), fallback=FallbackStrategy(pool))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -70,7 +69,7 @@ def test_disturbances_are_tried_in_interactions_with_the_nominal_outcome_where_f
     ]
     for test in identify("closure", 0, drafts):
         archive.add(handover.run(test))
-    found = DisturbanceWay(pool, experience, {"shake": {}, "ready_lost": {}}).propose(archive, 4, make_rng("few"))
+    found = DisturbanceStrategy(pool, experience, {"shake": {}, "ready_lost": {}}).propose(archive, 4, make_rng("few"))
     assert all("set gaze = 1" in each.draft.lines and "set grip = 1" in each.draft.lines for each in found)
     assert all(any(line.startswith("disturb ") for line in each.draft.lines) for each in found)
 
@@ -88,7 +87,7 @@ def test_a_combination_that_worked_is_used_again_with_the_parameters_of_the_run_
         [pool.draft(pool.by_interaction[PlannedInteraction("handover", ("1", "00"))][0], "handover", mute)],
     )
     archive.add(handover.run(worked))
-    proposals = DisturbanceWay(pool, experience, handover.DISTURBANCES).propose(archive, 20, make_rng("again"))
+    proposals = DisturbanceStrategy(pool, experience, handover.DISTURBANCES).propose(archive, 20, make_rng("again"))
     again = [each.draft.values for each in proposals if {"for_s": 15.0} in each.draft.values.values()]
     assert again
     assert all(values[RUN] == {"patience_s": float(worked.seed % 7)} for values in again)
@@ -99,7 +98,7 @@ def test_where_a_bin_is_the_only_open_target_each_test_is_for_it() -> None:
     archive = Archive([("bin", "handover", "1", "00", "given")])
     for test in identify("closure", 0, [pool.draft(number) for number in range(20)]):
         archive.add(handover.run(test))
-    way = DisturbanceWay(pool, Experience(pool), handover.DISTURBANCES)
+    way = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES)
     for number in range(8):
         assert all(each.targets for each in way.propose(archive, 4, make_rng("all", number)))
 
@@ -107,7 +106,7 @@ def test_where_a_bin_is_the_only_open_target_each_test_is_for_it() -> None:
 def test_each_disturbance_is_soon_tried_at_the_start_of_a_run() -> None:
     pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
     archive = Archive([("statement", "robot.py", "7")])
-    way = DisturbanceWay(pool, Experience(pool), handover.DISTURBANCES)
+    way = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES)
     drafts = [each.draft for each in way.propose(archive, 2 * len(handover.DISTURBANCES), make_rng("starts"))]
     assert {each.lines[0] for each in drafts} >= {f"disturb {name}" for name in handover.DISTURBANCES}
 
@@ -119,7 +118,7 @@ def test_each_disturbance_is_soon_tried_under_each_nominal_outcome() -> None:
     undisturbed = [pool.draft(numbers[0]) for numbers in pool.by_interaction.values() for _ in range(3)]
     for test in identify("closure", 0, undisturbed):
         archive.add(handover.run(test))
-    proposals = DisturbanceWay(pool, experience, handover.DISTURBANCES).propose(archive, 8, make_rng("wherever"))
+    proposals = DisturbanceStrategy(pool, experience, handover.DISTURBANCES).propose(archive, 8, make_rng("wherever"))
     for test in identify("closure", 1, [each.draft for each in proposals]):
         archive.add(handover.run(test))
     experience.learn(archive)
@@ -135,7 +134,7 @@ def test_disturbances_are_tried_where_runs_came_near_to_what_is_open() -> None:
     for number, test in enumerate(identify("closure", 0, [pool.draft(number) for number in range(20)])):
         is_near = all(interaction.planned[1] == "11" for interaction in pool.interactions(number))
         archive.add(replace(handover.run(test), points=(before,) if is_near else ()))
-    way = DisturbanceWay(pool, Experience(pool), handover.DISTURBANCES)
+    way = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES)
     aimed = [each.draft.lines for each in way.propose(archive, 40, make_rng("near")) if each.targets]
     assert len(aimed) > 10
     assert all("set gaze = 1" in lines and "set grip = 1" in lines for lines in aimed)

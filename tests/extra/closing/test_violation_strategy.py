@@ -10,14 +10,13 @@ import pytest
 
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
+from pytest_hricdv.extra.closing.evidence import nearest_runs, violation_estimate
 from pytest_hricdv.extra.closing.loop import GENERATION, STALLED, Loop, OnlineWeights, searched
-from pytest_hricdv.extra.closing.nearness import nearest_runs, violation_estimate
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import NearestRun, ViolationEstimate
-from pytest_hricdv.extra.closing.relevance import Relevance
-from pytest_hricdv.extra.closing.violation_way import NAME, ViolationWay, never_decisive
+from pytest_hricdv.extra.closing.strategy import Proposal
+from pytest_hricdv.extra.closing.violation_strategy import NAME, Relevance, ViolationStrategy, never_decisive
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
-from pytest_hricdv.extra.closing.way import Proposal
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.concrete import Concretization, concretize
 from pytest_hricdv.generate.sampler import Uniform
@@ -74,7 +73,7 @@ class Runs:
 def closed(runs: int, search: int | None, runner: Runs | None = None, seed: int = 0) -> Archive:
     """The archive of a loop that is closed by its first generation, and of the search after it."""
     archive = Archive([("entered",)])
-    way = ViolationWay(("R1", "R2", "R3"), SPACE)
+    way = ViolationStrategy(("R1", "R2", "R3"), SPACE)
     whole = Loop(archive, [Enters()], runner or Runs(), seed, Budget(runs), searcher=way)
     assert searched(whole, whole.run(), search) == "closed"
     return archive
@@ -119,7 +118,7 @@ def test_a_tenth_of_many_runs_is_more_than_a_generation() -> None:
     budget.used = 300
     archive = Archive([])
     archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
-    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationWay(("R3",), SPACE))
+    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationStrategy(("R3",), SPACE))
     assert searched(loop, "closed", None) == "closed"
     assert budget.used == 330
 
@@ -128,7 +127,7 @@ def test_a_loop_that_ended_early_is_not_followed_by_a_search() -> None:
     budget = Budget(100)
     archive = Archive([("never",)])
     archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
-    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationWay(("R1",), SPACE))
+    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationStrategy(("R1",), SPACE))
     for ended in ("runs", "seconds", "interrupted", "error"):
         assert searched(loop, ended, 20) == ended  # type: ignore[arg-type]
     assert budget.used == 0
@@ -149,7 +148,7 @@ def test_a_run_that_violates_a_requirement_as_is_known_is_no_start() -> None:
     for number, (margin, points) in enumerate(((-1.0, [(KNOWN, "R1", "", "", "")]), (2.0, []), (9.0, []))):
         test = AbstractTest(f"t{number}", "s", "t", (), ("enter",), seed=number)
         archive.add(Observation(test.to_data(), points=tuple(points), margins={"R1": margin}, unused={"R1": ()}))
-    proposals = ViolationWay(("R1",), SPACE).propose(archive, 8, Random(0))
+    proposals = ViolationStrategy(("R1",), SPACE).propose(archive, 8, Random(0))
     assert {proposal.draft.seed for proposal in proposals} == {1}
 
 
@@ -178,7 +177,7 @@ def test_where_no_parameter_can_have_another_value_nothing_is_searched() -> None
             test.to_data(), points=(("entered",),), margins={"R1": 1.0}, unused={"R1": ("a",)}, sim_s=1.0
         )
 
-    loop = Loop(archive, [Enters(("wait",))], Runs(yields), 0, Budget(400), searcher=ViolationWay(("R1",), SPACE))
+    loop = Loop(archive, [Enters(("wait",))], Runs(yields), 0, Budget(400), searcher=ViolationStrategy(("R1",), SPACE))
     assert searched(loop, loop.run(), 50) == "closed"
     assert len(archive.entries) == GENERATION
 
@@ -186,7 +185,9 @@ def test_where_no_parameter_can_have_another_value_nothing_is_searched() -> None
 def test_a_quarter_of_the_runs_searches_while_nothing_pays() -> None:
     runner = Runs()
     archive = Archive([("entered",), ("never",)])
-    loop = Loop(archive, [Enters()], runner, 0, Budget(STALLED + 5 * GENERATION), searcher=ViolationWay(("R3",), SPACE))
+    loop = Loop(
+        archive, [Enters()], runner, 0, Budget(STALLED + 5 * GENERATION), searcher=ViolationStrategy(("R3",), SPACE)
+    )
     assert loop.run() == "runs"
     searching = [entry.number for entry in archive.entries if entry.way == NAME]
     assert min(searching) >= STALLED

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.fallback_way import FallbackWay
 from pytest_hricdv.extra.closing.loop import Loop, OnlineWeights
+from pytest_hricdv.extra.closing.model_strategy import FallbackStrategy
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
@@ -32,7 +32,7 @@ def loop(runs: int, record: str) -> tuple[Loop, list[tuple[str, ...]]]:
             ran.append(test.lines)
             yield number, observed(test, record.format(len(ran)))
 
-    return Loop(Archive(NOTHING), (), runner, 1, Budget(runs), fallback=FallbackWay(POOL)), ran
+    return Loop(Archive(NOTHING), (), runner, 1, Budget(runs), fallback=FallbackStrategy(POOL)), ran
 
 
 def test_all_tests_are_run_once_before_any_is_run_again_and_all_as_often() -> None:
