@@ -92,7 +92,7 @@ def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pyte
             "  ending *2 *2",
             "  group light *2 *2",
             "  2 survived: a record changed, and nothing failed: an oracle is missing",
-            "    lamps/guide.py:11  call repeated: bus.publish(Switched(wish.level)) -> *",
+            "    lamps/guide.py:11  call repeated: bus.publish(Switched(wish.level)) ->*",
             "      by-hand-cellar-polite-*: at * `switched(level=100)` is extra",
             "  1 unchanged: no record changed: a stimulus is missing, or it is equivalent",
             "  1 not executed: no test executes the statement",
