@@ -40,14 +40,14 @@ def conftest(draft: Draft) -> str:
         "BeliefSpace",
         "Concretization",
         "CrossProduct",
-        "Duplicate",
         "Delay",
         "Drop",
+        "Duplicate",
         "Model",
         "Outcome",
-        "Uniform",
         "Run",
         "Testbench",
+        "Uniform",
     ]
     used = [name for name in names if f"{name}(" in body or name in ("Outcome", "Run", "Testbench")]
     shadowed = [name for name in used if any(message.name == name for message in draft.messages)]
