@@ -1,17 +1,21 @@
-"""The names in an agent's source: what it can hear and do, for the checks of a declaration."""
+"""Agents of a model, and the names that declarations may use of them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.bdi import BdiError, Structure
 from pytest_hricdv.bdi.language.parser import parse_literal
+from pytest_hricdv.bdi.language.project import read_project
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Key
+from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
 from pytest_hricdv.coupling.hears import CouplingError, PerceptMapping
 from pytest_hricdv.coupling.terms import comparable
+from pytest_hricdv.generate.model import Model
 
 CONTENT = {".send": 2, ".broadcast": 1}
 """The place of the content among the arguments of the actions that send a message."""
@@ -103,3 +107,21 @@ def _parse(owner: str, text: str) -> Structure:
         return parse_literal(text)
     except BdiError as error:
         raise CouplingError(f"{owner}: {error}") from None
+
+
+def read_agents(wanted: Sequence[str], model: Model) -> tuple[tuple[AgentTemplate, ...], tuple[str, ...]]:
+    """The agents of these names, and the names of all others, whose sources are not read: they can be large.
+
+    Raises:
+        CouplingError: there is no such agent, or the model cannot be read.
+    """
+    try:
+        project = read_project(model.path)
+        entries = {entry.name: entry for entry in project.agents}
+        for name in wanted:
+            if name not in entries:
+                raise CouplingError(f"no agent {name!r} in {model.path}{nearest(name, entries)}")
+        agents = read_templates(replace(project, agents=tuple(entries[name] for name in wanted)))
+    except (BdiError, OSError) as error:
+        raise CouplingError(f"BDI model {model.path}: {error}") from error
+    return agents, tuple(name for name in entries if name not in wanted)

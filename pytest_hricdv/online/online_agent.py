@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import count
 
 from pytest_hricdv.bdi import BdiError, Structure
 from pytest_hricdv.bdi.agent.intentions import Intention
@@ -15,6 +16,7 @@ from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
 from pytest_hricdv.generate.beliefs import START
+from pytest_hricdv.generate.concrete import ConcreteAction, Concretization, draw_action
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.chooser import ACT, NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
@@ -22,6 +24,7 @@ from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.hearing import Hearing
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.role import Role
+from pytest_hricdv.run import Run
 
 MOST_WAITS = 1000
 """An agent that has waited so often without doing anything has nothing to do: it polls."""
@@ -189,3 +192,39 @@ class OnlineAgent:
         """The labels of the plans that it has executed, sorted, each once."""
         labelled = {plan.label for plan in self._role.agent.program.plans if plan.has_label}
         return tuple(sorted(labelled.intersection(self._agent.executed)))
+
+
+class OnlineActions:
+    """Produces the actions of one run (see `pytest_hricdv.run.Actions`); their parameters are drawn.
+
+    Args:
+        agent: of this run; it has to listen to it.
+        commands: with the ranges of their parameters.
+    """
+
+    def __init__(self, agent: OnlineAgent, commands: Concretization) -> None:
+        self._agent = agent
+        self._commands = commands
+
+    def __call__(self, run: Run, actor: str = "", /) -> Iterator[ConcreteAction]:
+        """The actions, up to when the agent has nothing to do and nothing more to expect.
+
+        Raises:
+            InteractiveAgentError: the agent cannot go on.
+            GenerateError: it does what is no command.
+        """
+        for place in count():
+            command = self._next(run)
+            if command is None:
+                return
+            yield draw_action(command, self._commands, run.test.seed, place)
+
+    def _next(self, run: Run) -> str | None:
+        command = self._agent.next_command(run.kernel.now_s)
+        while command is None and run.waiting is not None:
+            heard = self._agent.heard
+            run.waiting()
+            command = self._agent.next_command(run.kernel.now_s, waited=True)
+            if self._agent.heard == heard:
+                break
+        return self._agent.let_time_pass() if command is None else command

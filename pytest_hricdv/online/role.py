@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from pytest_hricdv.bdi.run.system import AgentTemplate
-from pytest_hricdv.coupling.agent_names import AgentNames
-from pytest_hricdv.coupling.agents import read_agents
+from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_heard
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.generate.beliefs import BeliefSpace

@@ -20,8 +20,7 @@ from pytest_hricdv.online.chooser import (
     Weight,
     WeightedChooser,
 )
-from pytest_hricdv.online.online_actions import OnlineActions
-from pytest_hricdv.online.online_agent import OnlineAgent
+from pytest_hricdv.online.online_agent import OnlineActions, OnlineAgent
 from pytest_hricdv.online.role import Role, load_role
 from pytest_hricdv.testbench import Testbench
 from tests.hri import bench

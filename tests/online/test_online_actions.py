@@ -8,7 +8,7 @@ from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize
 from pytest_hricdv.generate.sampler import Constant, Uniform
 from pytest_hricdv.monitor import MonitorSet
-from pytest_hricdv.online.online_actions import OnlineActions
+from pytest_hricdv.online.online_agent import OnlineActions
 from pytest_hricdv.run import Run
 from pytest_hricdv.runtime import Bus, Kernel, Recorder
 from tests.online.toy import Life, Wish, role

@@ -10,8 +10,7 @@ from pytest_hricdv.execution.case import CaseResult
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import Concretization, abstract_from
 from pytest_hricdv.online.chooser import Choice, Weight, WeightedChooser
-from pytest_hricdv.online.online_actions import OnlineActions
-from pytest_hricdv.online.online_agent import OnlineAgent
+from pytest_hricdv.online.online_agent import OnlineActions, OnlineAgent
 from pytest_hricdv.online.online_people import OnlinePeople
 from pytest_hricdv.online.role import Role, load_role
 from pytest_hricdv.run import Actions

@@ -12,8 +12,7 @@ from pytest_hricdv.bdi import Number
 from pytest_hricdv.bdi.language.syntax import Program, Rule
 from pytest_hricdv.bdi.language.terms import Key
 from pytest_hricdv.bdi.run.system import AgentTemplate
-from pytest_hricdv.coupling.agent_names import AgentNames
-from pytest_hricdv.coupling.agents import read_agents
+from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
 from pytest_hricdv.coupling.hears import CouplingError
 from pytest_hricdv.declarations.conformance import MODEL, ModelOracle, ModelOracleError
