@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import TypeVar
 
 from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action
@@ -10,12 +11,13 @@ from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.collection import Collection, MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import ITEMS, spend
-from pytest_hricdv.bdi.language.terms import ListTerm, Term, Variable, term_order
+from pytest_hricdv.bdi.language.terms import ListTerm, Term, term_order
 
-Kind = TypeVar("Kind", bound=Collection)
+AnyCollection = TypeVar("AnyCollection", bound=Collection)
+_collection_action = partial(internal_action, inspects=True)
 
 
-def _changed(invocation: Invocation) -> bool:
+def _note_change(invocation: Invocation) -> bool:
     """What waits for a condition may hold now."""
     invocation.agent.run.progress += 1
     invocation.agent.beliefs.version += 1
@@ -26,21 +28,12 @@ def _create(invocation: Invocation, collection: Collection) -> bool:
     return invocation.is_free(0) and invocation.unify(0, collection)
 
 
-def _collection(invocation: Invocation, kind: type[Kind], new: Callable[[], Kind] | None = None) -> Kind:
-    """The first argument; a variable without a value is bound to a new one, where there may be one.
-
-    Raises:
-        EvaluationError: it is something else.
-    """
-    value = invocation.value(0)
-    if isinstance(value, Variable) and new is not None:
-        value = new()
-        invocation.unify(0, value)
-    if not isinstance(value, kind):
-        name = kind.__name__.removesuffix("Term").lower()
-        # As in Jason, where nothing checks the kind: a failure of no kind of its own.
-        raise EvaluationError(f"{invocation.call}: argument 1 is not a {name} but {value}", "unknown")
-    return value
+def _collection(invocation: Invocation, expected: type[AnyCollection]) -> AnyCollection:
+    """The first argument; a variable without a value is bound to a new set or map, but not to a new queue."""
+    if expected is not QueueTerm and invocation.is_free(0):
+        invocation.unify(0, expected(term_order))
+    # As in Jason, where nothing checks the type: a failure of no kind of its own.
+    return invocation.argument(0, expected, f"a {expected.NAME}", "unknown")
 
 
 def _terms(invocation: Invocation, index: int) -> tuple[Term, ...]:
@@ -61,182 +54,148 @@ def _any_of(invocation: Invocation, index: int, terms: Iterable[Term]) -> Iterat
             yield term
 
 
-def _set(invocation: Invocation) -> SetTerm:
-    return _collection(invocation, SetTerm, lambda: SetTerm(term_order))
+# --- what there is for all of them
 
 
-def _map(invocation: Invocation) -> MapTerm:
-    return _collection(invocation, MapTerm, lambda: MapTerm(term_order))
+def _clear(invocation: Invocation, expected: type[Collection]) -> Outcome:
+    _collection(invocation, expected).content.clear()
+    return _note_change(invocation)
 
 
-def _queue(invocation: Invocation) -> QueueTerm:
-    return _collection(invocation, QueueTerm)
+def _copy(invocation: Invocation, expected: type[Collection]) -> Outcome:
+    return invocation.unify(1, _collection(invocation, expected).copy())
+
+
+def _to_list(invocation: Invocation, expected: type[Collection]) -> Outcome:
+    return invocation.unify(1, ListTerm(_collection(invocation, expected).items()))
+
+
+for _type in (SetTerm, MapTerm, QueueTerm):
+    _collection_action(f"{_type.NAME}.clear", 1)(partial(_clear, expected=_type))
+    _collection_action(f"{_type.NAME}.copy", 2)(partial(_copy, expected=_type))
+    if _type is not MapTerm:
+        _collection_action(f"{_type.NAME}.to_list", 2)(partial(_to_list, expected=_type))
 
 
 # --- sets
 
 
-@internal_action("set.create", 1, inspects=True)
+@_collection_action("set.create", 1)
 def _set_create(invocation: Invocation) -> Outcome:
     return _create(invocation, SetTerm(term_order))
 
 
-@internal_action("set.add", 2, inspects=True)
+@_collection_action("set.add", 2)
 def _set_add(invocation: Invocation) -> Outcome:
-    _set(invocation).add([invocation.value(1)])
-    return _changed(invocation)
+    _collection(invocation, SetTerm).add([invocation.value(1)])
+    return _note_change(invocation)
 
 
-@internal_action("set.add_all", 2, inspects=True)
+@_collection_action("set.add_all", 2)
+@_collection_action("set.union", 2)
 def _set_add_all(invocation: Invocation) -> Outcome:
-    _set(invocation).add(_terms(invocation, 1))
-    return _changed(invocation)
+    _collection(invocation, SetTerm).add(_terms(invocation, 1))
+    return _note_change(invocation)
 
 
-@internal_action("set.union", 2, inspects=True)
-def _set_union(invocation: Invocation) -> Outcome:
-    return _set_add_all(invocation)
-
-
-@internal_action("set.intersection", 2, inspects=True)
+@_collection_action("set.intersection", 2)
 def _set_intersection(invocation: Invocation) -> Outcome:
-    wanted = frozenset(_terms(invocation, 1))
-    _set(invocation).keep(lambda term: term in wanted)
-    return _changed(invocation)
+    return _keep(invocation, lambda term, terms: term in terms)
 
 
-@internal_action("set.difference", 2, inspects=True)
+@_collection_action("set.difference", 2)
 def _set_difference(invocation: Invocation) -> Outcome:
-    unwanted = frozenset(_terms(invocation, 1))
-    _set(invocation).keep(lambda term: term not in unwanted)
-    return _changed(invocation)
+    return _keep(invocation, lambda term, terms: term not in terms)
 
 
-@internal_action("set.remove", 2, inspects=True)
+def _keep(invocation: Invocation, is_wanted: Callable[[Term, frozenset[Term]], bool]) -> bool:
+    terms = frozenset(_terms(invocation, 1))
+    _collection(invocation, SetTerm).keep(lambda term: is_wanted(term, terms))
+    return _note_change(invocation)
+
+
+@_collection_action("set.remove", 2)
 def _set_remove(invocation: Invocation) -> Outcome:
-    _set(invocation).content.pop(invocation.value(1), None)
-    return _changed(invocation)
-
-
-@internal_action("set.clear", 1, inspects=True)
-def _set_clear(invocation: Invocation) -> Outcome:
-    _set(invocation).content.clear()
-    return _changed(invocation)
-
-
-@internal_action("set.copy", 2, inspects=True)
-def _set_copy(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, _set(invocation).copy())
-
-
-@internal_action("set.to_list", 2, inspects=True)
-def _set_to_list(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, ListTerm(_set(invocation).items()))
+    _collection(invocation, SetTerm).content.pop(invocation.value(1), None)
+    return _note_change(invocation)
 
 
 # --- maps
 
 
-@internal_action("map.create", 1, inspects=True)
+@_collection_action("map.create", 1)
 def _map_create(invocation: Invocation) -> Outcome:
     return _create(invocation, MapTerm(term_order))
 
 
-@internal_action("map.put", 3, inspects=True)
+@_collection_action("map.put", 3)
 def _map_put(invocation: Invocation) -> Outcome:
     spend(1)
-    _map(invocation).content[invocation.value(1)] = invocation.value(2)
-    return _changed(invocation)
+    _collection(invocation, MapTerm).content[invocation.value(1)] = invocation.value(2)
+    return _note_change(invocation)
 
 
-@internal_action("map.get", 3, 4, inspects=True)
+@_collection_action("map.get", 3, 4)
 def _map_get(invocation: Invocation) -> Outcome:
     """``.map.get(M, Key, Value)``; the fourth argument is the value where there is no such key."""
-    value: Term | None = _map(invocation).content.get(invocation.value(1))
+    value: Term | None = _collection(invocation, MapTerm).content.get(invocation.value(1))
     if value is None and len(invocation.args) == 4:
         value = invocation.value(3)
     return value is not None and invocation.unify(2, value)
 
 
-@internal_action("map.remove", 3, inspects=True)
+@_collection_action("map.remove", 3)
 def _map_remove(invocation: Invocation) -> Outcome:
-    value: Term | None = _map(invocation).content.pop(invocation.value(1), None)
-    _changed(invocation)
+    value: Term | None = _collection(invocation, MapTerm).content.pop(invocation.value(1), None)
+    _note_change(invocation)
     return value is not None and invocation.unify(2, value)
 
 
-@internal_action("map.key", 2, inspects=True)
+@_collection_action("map.key", 2)
 def _map_key(invocation: Invocation) -> Iterator[object]:
-    return _any_of(invocation, 1, _map(invocation).items())
+    return _any_of(invocation, 1, _collection(invocation, MapTerm).items())
 
 
-@internal_action("map.value", 2, inspects=True)
+@_collection_action("map.value", 2)
 def _map_value(invocation: Invocation) -> Iterator[object]:
-    entries = _map(invocation)
+    entries = _collection(invocation, MapTerm)
     return _any_of(invocation, 1, [entries.content[key] for key in entries.items()])
-
-
-@internal_action("map.clear", 1, inspects=True)
-def _map_clear(invocation: Invocation) -> Outcome:
-    _map(invocation).content.clear()
-    return _changed(invocation)
-
-
-@internal_action("map.copy", 2, inspects=True)
-def _map_copy(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, _map(invocation).copy())
 
 
 # --- queues
 
 
-@internal_action("queue.create", 1, 2, inspects=True)
+@_collection_action("queue.create", 1, 2)
 def _queue_create(invocation: Invocation) -> Outcome:
     """``.queue.create(Q)``, or ``.queue.create(Q, priority)`` for one in which the least term is the first."""
     priority = len(invocation.args) == 2 and invocation.text(1) == "priority"
     return _create(invocation, QueueTerm(term_order if priority else None))
 
 
-@internal_action("queue.add", 2, inspects=True)
+@_collection_action("queue.add", 2)
 def _queue_add(invocation: Invocation) -> Outcome:
-    _queue(invocation).add(invocation.value(1))
-    return _changed(invocation)
+    _collection(invocation, QueueTerm).add(invocation.value(1))
+    return _note_change(invocation)
 
 
-@internal_action("queue.add_all", 2, inspects=True)
+@_collection_action("queue.add_all", 2)
 def _queue_add_all(invocation: Invocation) -> Outcome:
     for item in invocation.items(1):
-        _queue(invocation).add(item)
-    return _changed(invocation)
+        _collection(invocation, QueueTerm).add(item)
+    return _note_change(invocation)
 
 
-@internal_action("queue.head", 2, inspects=True)
+@_collection_action("queue.head", 2)
 def _queue_head(invocation: Invocation) -> Outcome:
-    items = _queue(invocation).content
+    items = _collection(invocation, QueueTerm).content
     return bool(items) and invocation.unify(1, items[0])
 
 
-@internal_action("queue.remove", 2, inspects=True)
+@_collection_action("queue.remove", 2)
 def _queue_remove(invocation: Invocation) -> Outcome:
-    queue = _queue(invocation)
+    queue = _collection(invocation, QueueTerm)
     if not queue.content:
         return False
     first: Term = queue.remove()
-    _changed(invocation)
+    _note_change(invocation)
     return invocation.unify(1, first)
-
-
-@internal_action("queue.clear", 1, inspects=True)
-def _queue_clear(invocation: Invocation) -> Outcome:
-    _queue(invocation).content.clear()
-    return _changed(invocation)
-
-
-@internal_action("queue.copy", 2, inspects=True)
-def _queue_copy(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, _queue(invocation).copy())
-
-
-@internal_action("queue.to_list", 2, inspects=True)
-def _queue_to_list(invocation: Invocation) -> Outcome:
-    return invocation.unify(1, ListTerm(_queue(invocation).items()))

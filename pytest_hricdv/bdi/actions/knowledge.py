@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pytest_hricdv.bdi.actions.registry import MANY, Invocation, check_calls_of, internal_action
+from pytest_hricdv.bdi.actions.registry import MANY, Invocation, check_calls, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.limits import limited, spend
@@ -150,20 +150,10 @@ def _relevant_rules(invocation: Invocation) -> Outcome:
 
 
 @internal_action("save_agent", 1, 2)
-def _save_agent(invocation: Invocation) -> Outcome:
-    """It would write a file; runs write none."""
-    return _ignored(invocation)
-
-
 @internal_action("save_stats", 0, MANY)
-def _save_stats(invocation: Invocation) -> Outcome:
+def _save(invocation: Invocation) -> Outcome:
     """It would write a file; runs write none."""
-    return _ignored(invocation)
-
-
-def _ignored(invocation: Invocation) -> bool:
-    invocation.agent.run.warn(f"{invocation.agent.name}: {invocation.call.location}: ignored: {invocation.call}")
-    return True
+    return invocation.ignore()
 
 
 @internal_action("perceive", 0)
@@ -188,7 +178,7 @@ def _add_plan(invocation: Invocation) -> Outcome:
         spend(1 + len(agent.library.plans))
         plan = _plan(invocation, term)
         try:
-            check_calls_of(plan)
+            check_calls(plan)
         except BdiError as error:
             raise BdiError(f"{invocation.call.location}: in the plan that is added here: {error}") from None
         if not plan.has_label:

@@ -82,25 +82,27 @@ def _nth(invocation: Invocation) -> Iterator[object]:
         yield items[index]
 
 
+def _comparable(items: tuple[Term, ...]) -> tuple[Term, ...]:
+    """Count the work of comparing these terms."""
+    spend(sum(map(size_of, items), len(items)))
+    return items
+
+
 @internal_action("max", 2)
 def _max(invocation: Invocation) -> Outcome:
-    items = invocation.items(0)
-    spend(sum(map(size_of, items), len(items)))
+    items = _comparable(invocation.items(0))
     return bool(items) and invocation.unify(1, max(items, key=term_order))
 
 
 @internal_action("min", 2)
 def _min(invocation: Invocation) -> Outcome:
-    items = invocation.items(0)
-    spend(sum(map(size_of, items), len(items)))
+    items = _comparable(invocation.items(0))
     return bool(items) and invocation.unify(1, min(items, key=term_order))
 
 
 @internal_action("sort", 2)
 def _sort(invocation: Invocation) -> Outcome:
-    items = invocation.items(0)
-    spend(sum(map(size_of, items), len(items)))
-    return invocation.unify(1, ListTerm(tuple(sorted(items, key=term_order))))
+    return invocation.unify(1, ListTerm(tuple(sorted(_comparable(invocation.items(0)), key=term_order))))
 
 
 @internal_action("reverse", 2)
@@ -168,23 +170,24 @@ def _delete_range(invocation: Invocation) -> Outcome:
 
 @internal_action("union", 3)
 def _union(invocation: Invocation) -> Outcome:
-    items = invocation.items(0) + invocation.items(1)
-    spend(sum(map(size_of, items), len(items)))
-    return invocation.unify(2, ListTerm(sorted_terms(items)))
+    return invocation.unify(2, ListTerm(sorted_terms(_comparable(invocation.items(0) + invocation.items(1)))))
 
 
 @internal_action("intersection", 3)
 def _intersection(invocation: Invocation) -> Outcome:
-    other = invocation.items(1)
-    spend(len(invocation.items(0)) * (1 + len(other) // ITEMS))
-    return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in invocation.items(0) if item in other))))
+    return _select(invocation, in_other=True)
 
 
 @internal_action("difference", 3)
 def _difference(invocation: Invocation) -> Outcome:
-    other = invocation.items(1)
-    spend(len(invocation.items(0)) * (1 + len(other) // ITEMS))
-    return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in invocation.items(0) if item not in other))))
+    return _select(invocation, in_other=False)
+
+
+def _select(invocation: Invocation, *, in_other: bool) -> bool:
+    """The items of the first list that are in the second, or are not."""
+    other, items = invocation.items(1), invocation.items(0)
+    spend(len(items) * (1 + len(other) // ITEMS))
+    return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in items if (item in other) is in_other))))
 
 
 def _any_of(invocation: Invocation, lists: Iterable[tuple[Term, ...]]) -> Iterator[object]:
@@ -213,11 +216,6 @@ def _sublist(invocation: Invocation) -> Iterator[object]:
     # In Jason's order: those that begin with the first item come first, and of these the longest.
     places = ((start, end) for start in range(len(items)) for end in range(len(items), start, -1))
     return _any_of(invocation, chain((items[start:end] for start, end in places), [()]))
-
-
-@internal_action("list", 1)
-def _list(invocation: Invocation) -> Outcome:
-    return isinstance(invocation.value(0), ListTerm)
 
 
 @internal_action("all_names", 1)

@@ -80,21 +80,17 @@ def _shown(value: Term) -> str:
 
 
 @internal_action("print", 0, MANY)
+@internal_action("println", 0, MANY)
 def _print(invocation: Invocation) -> Outcome:
     invocation.agent.run.print(invocation.agent.name, _text(invocation))
     return True
 
 
 @internal_action("verbose", 1)
-def _verbose(invocation: Invocation) -> Outcome:
-    """It sets what Jason logs; nothing is logged here."""
-    invocation.agent.run.warn(f"{invocation.agent.name}: {invocation.call.location}: ignored: {invocation.call}")
-    return True
-
-
-@internal_action("println", 0, MANY)
-def _println(invocation: Invocation) -> Outcome:
-    return _print(invocation)
+@internal_action("set_random_seed", 1)
+def _configure(invocation: Invocation) -> Outcome:
+    """Nothing is logged here, and random numbers come from the run's own seed."""
+    return invocation.ignore()
 
 
 @internal_action("puts", 1, MANY)
@@ -149,12 +145,6 @@ def _print_unifier(invocation: Invocation) -> Outcome:
         agent.run.print(agent.name, f"{name}={agent.value(value, invocation.bindings)}")
     agent.run.print(agent.name, "done")
     return True
-
-
-@internal_action("set_random_seed", 1)
-def _set_random_seed(invocation: Invocation) -> Outcome:
-    """Random numbers come from the run's own seed."""
-    return _verbose(invocation)
 
 
 @internal_action("log", 2, MANY)

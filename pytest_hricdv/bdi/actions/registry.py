@@ -28,6 +28,7 @@ from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
 
 Parsed = TypeVar("Parsed")
+Expected = TypeVar("Expected")
 WRONG = "wrong_arguments"
 """The kind of failure of an action that cannot do with the arguments it is given."""
 INTERNAL = "internal_action"
@@ -37,14 +38,9 @@ MANY = 1_000
 
 
 class Invocation:
-    """One call of an internal action.
+    """One call of an internal action; unifying its arguments adds to `bindings` and to the `trail` for backtracking.
 
-    Args:
-        agent: who calls it.
-        call: the call as written.
-        bindings: the variables bound so far; unifying adds to them.
-        trail: what was bound, for backtracking.
-        intention: the intention it is a statement of; None in a context, a rule or a test.
+    The intention is the one it is a statement of; None in a context, a rule or a test.
     """
 
     __slots__ = ("agent", "args", "bindings", "call", "failure", "held", "intention", "trail")
@@ -69,38 +65,29 @@ class Invocation:
         # Most arguments are written out: they need no call.
         return term if type(term) is Structure and term.ground else self.agent.value(term, self.bindings)
 
-    def number(self, index: int) -> float:
-        """An argument that has to be a number.
-
-        Raises:
-            EvaluationError: it is none.
-        """
+    def argument(self, index: int, expected: type[Expected], noun: str, kind: str = WRONG) -> Expected:
+        """The value of an argument of a given class; raises EvaluationError (a failure of this `kind`) for others."""
         value = self.value(index)
-        if not isinstance(value, Number):
-            raise EvaluationError(f"{self.call}: argument {index + 1} is not a number but {value}", WRONG)
-        return float(value)
+        if not isinstance(value, expected):
+            raise EvaluationError(f"{self.call}: argument {index + 1} is not {noun} but {value}", kind)
+        return value
+
+    def number(self, index: int) -> float:
+        """An argument that has to be a number."""
+        return float(self.argument(index, Number, "a number"))
 
     def items(self, index: int) -> tuple[Term, ...]:
-        """The items of an argument that has to be a list.
-
-        Raises:
-            EvaluationError: it is none.
-        """
-        value = self.value(index)
-        if not isinstance(value, ListTerm):
-            raise EvaluationError(f"{self.call}: argument {index + 1} is not a list but {value}", WRONG)
-        return value.items
+        """The items of an argument that has to be a list."""
+        return self.argument(index, ListTerm, "a list").items
 
     def literal(self, index: int) -> Structure:
-        """An argument that has to be a literal.
+        """An argument that has to be a literal."""
+        return self.argument(index, Structure, "a literal")
 
-        Raises:
-            EvaluationError: it is none.
-        """
-        value = self.value(index)
-        if not isinstance(value, Structure):
-            raise EvaluationError(f"{self.call}: argument {index + 1} is not a literal but {value}", WRONG)
-        return value
+    def ignore(self) -> bool:
+        """Warn that this call has no effect here."""
+        self.agent.run.warn(f"{self.agent.name}: {self.call.location}: ignored: {self.call}")
+        return True
 
     def text(self, index: int) -> str:
         """An argument as text, a string without its quotes."""
@@ -108,16 +95,7 @@ class Invocation:
         return value.value if isinstance(value, String) else str(value)
 
     def read(self, text: str, parse: Callable[[str], Parsed], kind: str = WRONG) -> Parsed:
-        """What a text says.
-
-        Args:
-            text: the text.
-            parse: reads it.
-            kind: of the failure if it cannot be read.
-
-        Raises:
-            EvaluationError: it cannot be read.
-        """
+        """Parse a text; raises EvaluationError (a failure of this `kind`) if it cannot be parsed."""
         spend(len(text))
         try:
             return parse(text)
@@ -142,11 +120,7 @@ class Invocation:
         return False
 
     def own_intention(self) -> Intention:
-        """The intention the call is a statement of.
-
-        Raises:
-            BdiError: it is part of a condition, where this action makes no sense.
-        """
+        """The intention the call is a statement of; raises BdiError if it is part of a condition."""
         if self.intention is None:
             raise BdiError(f"{self.call.location}: {self.call.name} cannot be part of a condition")
         return self.intention
@@ -157,15 +131,8 @@ Body = Callable[[Invocation], Outcome]
 
 @dataclass(frozen=True, slots=True)
 class InternalAction:
-    """A standard internal action.
-
-    Args:
-        name: its name, with the dot.
-        least: the least number of arguments.
-        most: the greatest number of arguments.
-        inspects: whether it inspects or changes intentions or plans.
-        body: what it does.
-    """
+    """A standard internal action: its name with the dot, its numbers of arguments, whether it inspects or changes
+    intentions or plans, and what it does."""
 
     name: str
     least: int
@@ -182,13 +149,9 @@ FUNCTIONS: dict[str, tuple[int, int]] = {}
 def internal_action(
     name: str, least: int, most: int | None = None, *, inspects: bool = False
 ) -> Callable[[Body], Body]:
-    """Define the action ``.name``, which takes ``least`` to ``most`` arguments.
+    """Define the action ``.name``, which takes ``least`` to ``most`` arguments (see `InternalAction`).
 
-    Args:
-        name: its name, without the dot.
-        least: the least number of arguments.
-        most: the greatest number of arguments; ``least`` if not given.
-        inspects: whether it inspects or changes intentions or plans.
+    Decorators may be stacked: an action may have several names.
     """
 
     def define(body: Body) -> Body:
@@ -206,7 +169,7 @@ def call_action(invocation: Invocation) -> Outcome:
     """
     action = ACTIONS.get(invocation.call.name)
     if action is None:
-        see_that_it_is_here(invocation.call)
+        check_exists(invocation.call)
         raise BdiError(f"{invocation.call.location}: {invocation.call.name} is a function, not an action")
     if len(invocation.args) < action.least:
         # As a function it may have fewer arguments.
@@ -243,19 +206,12 @@ _HARMLESS = frozenset({"tell", "untell", "achieve", "askOne", "askAll"})
 _FORCE_AT = {".send": 1, ".broadcast": 0}
 
 
-def check_calls(program: Program) -> None:
-    """See that all internal actions and functions of a program exist and get as many arguments as they take.
+def check_calls(tree: object) -> None:
+    """Check that all internal actions and functions in a program, or in a part, exist and get as many arguments as they
+    take; raises BdiError for the first that does not, with its location and the nearest names known.
 
     Those that exist elsewhere, in Java or in Jason, are no error until they are called: see :func:`foreign_calls`.
-
-    Raises:
-        BdiError: with the place of the first that does not, and the nearest names known.
     """
-    check_calls_of(program)
-
-
-def check_calls_of(tree: object) -> None:
-    """As :func:`check_calls`, for any part of a program."""
     for call in _calls_of(tree):
         check_call(call)
 
@@ -266,7 +222,7 @@ def foreign_calls(tree: object) -> list[Call]:
 
 
 def wrong_calls(tree: object) -> list[str]:
-    """The errors of :func:`check_calls_of`, all of them."""
+    """All errors of :func:`check_calls`."""
     errors: list[str] = []
     for call in _calls_of(tree):
         try:
@@ -291,22 +247,14 @@ def missing(call: Call) -> str:
     return f"{call.location}: {unknown_action(call.name, {*ACTIONS, *FUNCTIONS} - {VALUE_BY_RULE})}"
 
 
-def see_that_it_is_here(call: Call) -> None:
-    """See that there is an internal action or function of this name.
-
-    Raises:
-        BdiError: there is none.
-    """
+def check_exists(call: Call) -> None:
+    """Raise BdiError unless there is an internal action or function of this name."""
     if _is_missing(call):
         raise BdiError(missing(call))
 
 
 def check_call(call: Call) -> None:
-    """See that an internal action or function exists, here or elsewhere, and gets as many arguments as it takes.
-
-    Raises:
-        BdiError: it does not.
-    """
+    """Raise BdiError unless the action or function exists, here or elsewhere, and takes as many arguments."""
     if _is_missing(call):
         if is_foreign(call.name):
             return

@@ -12,9 +12,9 @@ from pytest_hricdv.bdi.actions.registry import (
     FUNCTIONS,
     WRONG,
     Invocation,
+    check_exists,
     internal_action,
     is_function,
-    see_that_it_is_here,
 )
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.messages import text_of
@@ -41,47 +41,37 @@ from pytest_hricdv.bdi.logic.substitution import Bindings, free_variables, subst
 from pytest_hricdv.bdi.logic.unify import undo
 
 
-@internal_action("ground", 1)
-def _ground(invocation: Invocation) -> Outcome:
-    return is_ground(invocation.value(0))
-
-
-@internal_action("number", 1)
-def _number(invocation: Invocation) -> Outcome:
-    return isinstance(invocation.value(0), Number)
-
-
-@internal_action("string", 1)
-def _string(invocation: Invocation) -> Outcome:
-    return isinstance(invocation.value(0), String)
-
-
-@internal_action("var", 1)
-def _var(invocation: Invocation) -> Outcome:
-    return isinstance(invocation.value(0), Variable)
-
-
-@internal_action("atom", 1)
-def _atom(invocation: Invocation) -> Outcome:
-    return _is_atom(invocation.value(0))
-
-
 def _is_atom(value: Term) -> bool:
     return isinstance(value, Structure) and not value.args and not value.annots and not value.negated
-
-
-@internal_action("structure", 1)
-def _structure(invocation: Invocation) -> Outcome:
-    return _is_structure(invocation.value(0))
 
 
 def _is_structure(value: Term) -> bool:
     return isinstance(value, ListTerm) or (isinstance(value, Structure) and not _is_atom(value))
 
 
-@internal_action("literal", 1)
-def _literal(invocation: Invocation) -> Outcome:
-    return isinstance(invocation.value(0), Structure)
+def _is_a(expected: type[object]) -> Callable[[Term], bool]:
+    return lambda value: isinstance(value, expected)
+
+
+_TESTS: dict[str, Callable[[Term], bool]] = {
+    "ground": is_ground,
+    "number": _is_a(Number),
+    "string": _is_a(String),
+    "var": _is_a(Variable),
+    "atom": _is_atom,
+    "structure": _is_structure,
+    "literal": _is_a(Structure),
+    "list": _is_a(ListTerm),
+}
+"""The actions that test what a term is."""
+
+
+def _test(invocation: Invocation, holds: Callable[[Term], bool]) -> Outcome:
+    return holds(invocation.value(0))
+
+
+for _name, _holds in _TESTS.items():
+    internal_action(_name, 1)(partial(_test, holds=_holds))
 
 
 @internal_action("type", 2)
@@ -107,12 +97,8 @@ def _type(invocation: Invocation) -> Iterator[object]:
             yield kind
 
 
-@internal_action("rename_apart", 2)
-def _rename_apart(invocation: Invocation) -> Outcome:
-    return _copy_term(invocation)
-
-
 @internal_action("copy_term", 2)
+@internal_action("rename_apart", 2)
 def _copy_term(invocation: Invocation) -> Outcome:
     """A copy in which each variable without a value is another one."""
     term = invocation.value(0)
@@ -120,46 +106,42 @@ def _copy_term(invocation: Invocation) -> Outcome:
     return invocation.unify(1, substitute_only(term, fresh))
 
 
+def _annotate(term: Term, change: Callable[[Structure], Structure]) -> Term:
+    """A literal, or each literal of a list, with other annotations; other terms have none."""
+    if isinstance(term, ListTerm):
+        return ListTerm(tuple(_annotate(item, change) for item in term.items), term.tail)
+    return change(term) if isinstance(term, Structure) else term
+
+
 @internal_action("add_annot", 3)
 def _add_annot(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, _annotated(invocation.value(0), invocation.value(1)))
-
-
-def _annotated(term: Term, annot: Term) -> Term:
-    """A literal, or each literal of a list, with one more annotation; other terms have none."""
-    if isinstance(term, ListTerm):
-        return ListTerm(tuple(_annotated(item, annot) for item in term.items), term.tail)
-    return term.with_annotations((*term.annots, annot)) if isinstance(term, Structure) else term
+    term, annot = invocation.value(0), invocation.value(1)
+    return invocation.unify(2, _annotate(term, lambda literal: literal.with_annotations((*literal.annots, annot))))
 
 
 @internal_action("add_nested_source", 3)
 def _add_nested_source(invocation: Invocation) -> Outcome:
     """The sources so far become those of the new one: of ``a[source(b)]`` and c, ``a[source(c)[source(b)]]``."""
-    return invocation.unify(2, _nested(invocation.value(0), text_of(invocation.value(1))))
+    term, agent = invocation.value(0), text_of(invocation.value(1))
 
+    def nest(literal: Structure) -> Structure:
+        sources = tuple(annot for annot in literal.annots if _is_source(annot))
+        others = tuple(annot for annot in literal.annots if not _is_source(annot))
+        return literal.with_annotations((*others, source(agent).with_annotations(sources)), literal.annots_tail)
 
-def _nested(term: Term, agent: str) -> Term:
-    if isinstance(term, ListTerm):
-        return ListTerm(tuple(_nested(item, agent) for item in term.items), term.tail)
-    if not isinstance(term, Structure):
-        return term
-    sources = tuple(annot for annot in term.annots if _is_source(annot))
-    others = tuple(annot for annot in term.annots if not _is_source(annot))
-    return term.with_annotations((*others, source(agent).with_annotations(sources)), term.annots_tail)
+    return invocation.unify(2, _annotate(term, nest))
 
 
 @internal_action("remove_source_annot", 2)
 def _remove_source_annot(invocation: Invocation) -> Outcome:
     """A literal, or each of a list, without its sources."""
-    return invocation.unify(1, _without_sources(invocation.value(0)))
 
+    def strip(literal: Structure) -> Structure:
+        return literal.with_annotations(
+            tuple(annot for annot in literal.annots if not _is_source(annot)), literal.annots_tail
+        )
 
-def _without_sources(term: Term) -> Term:
-    if isinstance(term, ListTerm):
-        return ListTerm(tuple(map(_without_sources, term.items)), term.tail)
-    if not isinstance(term, Structure):
-        return term
-    return term.with_annotations(tuple(annot for annot in term.annots if not _is_source(annot)), term.annots_tail)
+    return invocation.unify(1, _annotate(invocation.value(0), strip))
 
 
 def _is_source(annot: Term) -> bool:
@@ -324,7 +306,7 @@ def function_value(agent: AgentState, call: Call, bindings: Bindings) -> Term:
         EvaluationError: it is not a function, or has no value for these arguments.
     """
     if not is_function(call):
-        see_that_it_is_here(call)
+        check_exists(call)
         # As in Jason, an action in the place of a term is handed over, and is a condition where its variable is one.
         return call_with_values(call, partial(agent.value, bindings=bindings))
     if call.name == ".count":

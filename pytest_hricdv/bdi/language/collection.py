@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, ClassVar, Self
 
 from pytest_hricdv.bdi.language.limits import CHARACTERS, check_text, spend
 
@@ -12,51 +11,49 @@ READING = 50
 """Units of work to read a collection of any size (chosen: 20 us for a small one): sets in sets can be read for ever."""
 
 
-class Collection(ABC):
+class Collection:
     """A set, map or queue of terms.
 
     Two of them are the same value only if they are the same object: what is in them changes while they are parts of
     beliefs and goals. Unification and ``==`` compare the content of sets, as in Jason: see :meth:`matches`.
-    """
-
-    __slots__ = ()
-
-    @abstractmethod
-    def __len__(self) -> int:
-        """How many terms are in it."""
-
-    @abstractmethod
-    def items(self) -> tuple[Any, ...]:
-        """The terms in it, in the order in which they are found; of a map, the keys."""
-
-    def matches(self, other: object) -> bool:
-        """Whether it unifies with another term."""
-        return self is other
-
-    @abstractmethod
-    def copy(self) -> Collection:
-        """Another one with the same terms."""
-
-
-class SetTerm(Collection):
-    """A set, in the order of terms.
 
     Args:
-        order: the order of terms.
+        order: the order of terms; of a queue, None unless it is one of priorities.
     """
 
     __slots__ = ("content", "order")
+    NAME: ClassVar[str]
+    content: Any
 
-    def __init__(self, order: Callable[[Any], Any]) -> None:
-        self.content: dict[Any, None] = {}
+    def __init__(self, order: Callable[[Any], Any] | None) -> None:
+        self.content = {}
         self.order = order
 
     def __len__(self) -> int:
         return len(self.content)
 
     def items(self) -> tuple[Any, ...]:
+        """The terms in it, in the order in which they are found; of a map, the keys."""
         spend(READING + len(self.content))
         return tuple(sorted(self.content, key=self.order))
+
+    def matches(self, other: object) -> bool:
+        """Whether it unifies with another term."""
+        return self is other
+
+    def copy(self) -> Self:
+        """Another one with the same terms."""
+        duplicate = type(self)(self.order)
+        duplicate.content = self.content.copy()
+        return duplicate
+
+
+class SetTerm(Collection):
+    """A set, in the order of terms."""
+
+    __slots__ = ()
+    NAME = "set"
+    content: dict[Any, None]
 
     def add(self, terms: Iterable[Any]) -> None:
         """Put terms in that are not yet."""
@@ -71,60 +68,32 @@ class SetTerm(Collection):
     def matches(self, other: object) -> bool:
         return isinstance(other, SetTerm) and self.content.keys() == other.content.keys()
 
-    def copy(self) -> SetTerm:
-        copied = SetTerm(self.order)
-        copied.content = dict(self.content)
-        return copied
-
     def __str__(self) -> str:
-        return f"{{{_listed(self.items(), ',')}}}"
+        return f"{{{_join(self.items(), ',')}}}"
 
 
 class MapTerm(Collection):
-    """A map from keys to values, in the order of its keys.
+    """A map from keys to values, in the order of its keys."""
 
-    Args:
-        order: the order of terms.
-    """
-
-    __slots__ = ("content", "order")
-
-    def __init__(self, order: Callable[[Any], Any]) -> None:
-        self.content: dict[Any, Any] = {}
-        self.order = order
-
-    def __len__(self) -> int:
-        return len(self.content)
-
-    def items(self) -> tuple[Any, ...]:
-        spend(READING + len(self.content))
-        return tuple(sorted(self.content, key=self.order))
-
-    def copy(self) -> MapTerm:
-        copied = MapTerm(self.order)
-        copied.content = dict(self.content)
-        return copied
+    __slots__ = ()
+    NAME = "map"
+    content: dict[Any, Any]
 
     def __str__(self) -> str:
-        return f"{{{_listed((f'{key}->{self.content[key]}' for key in self.items()), ',')}}}"
+        return f"{{{_join((f'{key}->{self.content[key]}' for key in self.items()), ',')}}}"
 
 
 class QueueTerm(Collection):
-    """A queue: first in, first out; with an order, the least first.
+    """A queue: first in, first out; with an order, the least first."""
 
-    Args:
-        order: the order of terms, for a queue of priorities.
-    """
-
-    __slots__ = ("content", "order")
+    __slots__ = ()
+    NAME = "queue"
+    content: list[Any]
+    """The terms as Java keeps them, which a list of them and its text show: of priorities, in a binary heap."""
 
     def __init__(self, order: Callable[[Any], Any] | None = None) -> None:
-        self.content: list[Any] = []
-        """The terms as Java keeps them, which a list of them and its text show: of priorities, in a binary heap."""
-        self.order = order
-
-    def __len__(self) -> int:
-        return len(self.content)
+        super().__init__(order)
+        self.content = []
 
     def items(self) -> tuple[Any, ...]:
         spend(READING + len(self.content))
@@ -143,11 +112,7 @@ class QueueTerm(Collection):
             place = parent
 
     def remove(self) -> Any:
-        """Take out the first term.
-
-        Raises:
-            IndexError: there is none.
-        """
+        """Take out the first term; raises IndexError if there is none."""
         spend(1 + len(self.content) // CHARACTERS)
         if self.order is None or len(self.content) < 2:
             return self.content.pop(0)
@@ -164,16 +129,11 @@ class QueueTerm(Collection):
     def _swap(self, place: int, other: int) -> None:
         self.content[place], self.content[other] = self.content[other], self.content[place]
 
-    def copy(self) -> QueueTerm:
-        copied = QueueTerm(self.order)
-        copied.content = list(self.content)
-        return copied
-
     def __str__(self) -> str:
-        return f"[{_listed(self.items(), ', ')}]"
+        return f"[{_join(self.items(), ', ')}]"
 
 
-def _listed(items: Iterable[Any], between: str) -> str:
+def _join(items: Iterable[Any], between: str) -> str:
     texts = [str(item) for item in items]
     check_text(sum(map(len, texts)))
     return between.join(texts)
