@@ -35,7 +35,7 @@ read.
 # - `formula_monitor` (the monitor of a condition), `requirement_monitor` (that of a requirement), `monitor_set` (the
 #   monitors of a run)
 # - `log` (logged runs), `antecedent` (why a requirement was not triggered, and outcomes of conjuncts),
-#   `masked_messages`, `logged` (verdicts on logged runs)
+#   `logged` (verdicts on logged runs)
 #
 # How to add an operator: CONTRIBUTING.md.
 

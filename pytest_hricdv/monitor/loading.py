@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
 from pytest_hricdv._base.message import quoted
@@ -15,6 +15,9 @@ from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import FormulaSource, Requirement, RequirementError
 from pytest_hricdv.monitor.vocabulary import Vocabulary
+
+if TYPE_CHECKING:
+    from pytest_hricdv.monitor.pattern_parser import RequirementParser
 
 _KEYS = ("title", "source", "formula", "pattern", "shows", "group", "suggested", "accepted_by", "accepted_on")
 _DEFINITIONS = "definitions"
@@ -38,7 +41,7 @@ def load_requirements(
     if not isinstance(source, str | PathLike):
         return _check_all(source, vocabulary)
     document, tables = _read(source)
-    vocabulary = _defined(str(source), document, tables.pop(_DEFINITIONS, {}), vocabulary)
+    vocabulary = _define(str(source), document, tables.pop(_DEFINITIONS, {}), vocabulary)
     if not tables:
         raise RequirementError(
             f'{source}: no requirement in this file\nexpected a table each: [R1], title = "...", formula = "..."'
@@ -59,7 +62,7 @@ def load_definitions(source: str | PathLike[str] | Sequence[Requirement], vocabu
     if not isinstance(source, str | PathLike):
         return vocabulary
     document, tables = _read(source)
-    return _defined(str(source), document, tables.get(_DEFINITIONS, {}), vocabulary)
+    return _define(str(source), document, tables.get(_DEFINITIONS, {}), vocabulary)
 
 
 def check_requirement(requirement: Requirement, vocabulary: Vocabulary) -> None:
@@ -89,10 +92,7 @@ def parse_formula(text: str, vocabulary: Vocabulary, source: FormulaSource | Non
     Raises:
         RequirementError: the text is not a formula over this vocabulary.
     """
-    # Imported here because it imports lark, and a test session without requirements should not load it (as below).
-    from pytest_hricdv.monitor.parser import parse
-
-    return parse(source or FormulaSource(text), vocabulary)[0]
+    return _parser()(source or FormulaSource(text), vocabulary).formula()
 
 
 def parse_condition(text: str, vocabulary: Vocabulary, source: FormulaSource | None = None) -> PastFormula:
@@ -113,9 +113,14 @@ def parse_condition(text: str, vocabulary: Vocabulary, source: FormulaSource | N
     >>> str(parse_condition("state == 'Move_hand'", vocabulary))
     'state.name == "Move_hand"'
     """
-    from pytest_hricdv.monitor.parser import parse_past
+    return _parser()(source or FormulaSource(text, owner="condition"), vocabulary).condition()
 
-    return parse_past(source or FormulaSource(text, owner="condition"), vocabulary)
+
+def _parser() -> type[RequirementParser]:
+    """The parser, imported with the first text: it needs lark, which sessions without requirements should not load."""
+    from pytest_hricdv.monitor.pattern_parser import RequirementParser
+
+    return RequirementParser
 
 
 def _check_all(built: Sequence[Requirement], vocabulary: Vocabulary) -> tuple[Requirement, ...]:
@@ -144,7 +149,7 @@ def _read(path: str | PathLike[str]) -> tuple[str, dict[str, Any]]:
     return document, tables
 
 
-def _defined(path: str, document: str, table: object, vocabulary: Vocabulary) -> Vocabulary:
+def _define(path: str, document: str, table: object, vocabulary: Vocabulary) -> Vocabulary:
     """The vocabulary with the definitions of a table: name -> text, or a number."""
     if not isinstance(table, dict):
         raise RequirementError(f'{path}: {_DEFINITIONS} is no table; expected [{_DEFINITIONS}] with lines name = "..."')
@@ -155,10 +160,8 @@ def _defined(path: str, document: str, table: object, vocabulary: Vocabulary) ->
         sources[name] = FormulaSource(str(text), path=path, document=document, definition=name)
     if not sources:
         return vocabulary
-    from pytest_hricdv.monitor.parser import parse_definitions
-
     try:
-        return parse_definitions(sources, vocabulary)
+        return _parser().define(sources, vocabulary)
     except RequirementError:
         raise
     except ValueError as error:
@@ -195,28 +198,24 @@ def _requirement(path: str, document: str, name: str, table: object, vocabulary:
         group=table.get("group", ""),
         suggested=table.get("suggested", ""),
         accepted_by=table.get("accepted_by", ""),
-        accepted_on=_date(table),
+        accepted_on=str(table.get("accepted_on", "")),  # in TOML, a date needs no quotation marks
         names=tuple((meaning, definition) for meaning, definition in meanings if isinstance(meaning, PastFormula)),
     )
 
 
 def _formula(source: FormulaSource, vocabulary: Vocabulary, has_source: bool) -> tuple[str, Formula, Sequence[str]]:
     """A formula or pattern for reports, with what it means; as data; and the definitions that explain the formula."""
-    text = source.formula.strip()
+    text, parser = source.formula.strip(), _parser()(source, vocabulary)
     if source.key == "pattern":
-        from pytest_hricdv.monitor.pattern_parser import parse_pattern
-
-        formula = parse_pattern(source, vocabulary, has_source=has_source)
+        formula = parser.pattern(has_source=has_source)
         return f"{text}\nmeans {formula}", formula, ()
-    from pytest_hricdv.monitor.parser import parse
-
-    formula, used = parse(source, vocabulary)
-    names = _needed(used, vocabulary)
+    formula = parser.formula()
+    names = _with_parts(parser.used, vocabulary)
     lines = [f"{name} = {vocabulary.definitions[name].text}" for name in names]
     return text + "\nwhere " + ";\n      ".join(lines) if lines else text, formula, names
 
 
-def _needed(used: Iterable[str], vocabulary: Vocabulary) -> list[str]:
+def _with_parts(used: Iterable[str], vocabulary: Vocabulary) -> list[str]:
     """The definitions that are used, and those that they are made of."""
     needed = set(used)
     while more := {use for name in needed for use in vocabulary.definitions[name].uses} - needed:
@@ -243,11 +242,6 @@ def _check_date(where: str, value: object) -> None:
         is_date = False
     if not is_date:
         raise RequirementError(f"{where}: 'accepted_on' has to be a date, as 2026-11-26, got {quoted(value)}")
-
-
-def _date(table: Mapping[str, object]) -> str:
-    """When a requirement was accepted; empty where nobody says so. In TOML, a date needs no quotation marks."""
-    return str(table.get("accepted_on", ""))
 
 
 def _check_shows(where: str, names: object, vocabulary: Vocabulary) -> None:

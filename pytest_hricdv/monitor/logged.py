@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
 from numbers import Real
 
 from msgspec.structs import replace
 
-from pytest_hricdv.monitor.analysis import names_of, names_read, topics_of, topics_read
+from pytest_hricdv.monitor.analysis import fields_read, names_of, names_read, topics_of, topics_read, walk
 from pytest_hricdv.monitor.antecedent import nearest_miss
-from pytest_hricdv.monitor.evaluation_state import Value, seconds
+from pytest_hricdv.monitor.evaluation_state import Value, nanoseconds, seconds
+from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
-from pytest_hricdv.monitor.log import Log
-from pytest_hricdv.monitor.masked_messages import crowded_instants, masked_messages
+from pytest_hricdv.monitor.log import Log, Message
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.monitor.node import PastFormula
+from pytest_hricdv.monitor.past_formula import On
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.verdict import Verdict
 
@@ -28,10 +30,10 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
         requirements: of the verdicts, in the same order.
         log: the run.
     """
-    instants, results = crowded_instants(log), []
+    instants, results = _crowded_instants(log), []
     for verdict, requirement in zip(verdicts, requirements, strict=True):
         miss = nearest_miss(requirement.formula.antecedent, log) if verdict.vacuous else verdict.nearest_miss
-        masked = masked_messages(requirement.formula, instants)
+        masked = _masked_messages(requirement.formula, instants)
         results.append(replace(verdict, nearest_miss=miss, overtaken=masked))
     return tuple(results)
 
@@ -99,3 +101,43 @@ def _as_type(time_s: float, name: str, value: Value, kind: Kind) -> Value:
             raise MonitorError(f"{name} at {time_s} s is {value!r}: not a bool")
         return bool(value)
     return float(value) if isinstance(value, Real) else value
+
+
+Crowded = Mapping[str, Sequence[Sequence[Message]]]
+"""Topic -> the messages of each instant at which it has several, in the order in which they came."""
+
+
+def _crowded_instants(log: Log) -> Crowded:
+    """The instants of a run at which a topic has several messages."""
+    instants: dict[str, list[list[Message]]] = {}
+    for _, group in groupby(log.messages, key=lambda message: nanoseconds(message.time_s)):
+        by_topic: dict[str, list[Message]] = {}
+        for message in group:
+            by_topic.setdefault(message.topic, []).append(message)
+        for topic, messages in by_topic.items():
+            if len(messages) > 1:
+                instants.setdefault(topic, []).append(messages)
+    return instants
+
+
+def _masked_messages(formula: Formula, instants: Crowded) -> dict[str, int]:
+    """Topic -> how many of its messages a requirement with `on(topic)` ignored.
+
+    An instant is judged once, after all its updates, and in virtual time code takes no time: a robot that publishes
+    "Failed" and then "Idle" without waiting does both at one instant, and `on(state) & state.name == "Failed"` is false
+    there. A message is counted if what the requirement reads differs in the last one of the instant; with
+    `last(topic.field)` it reads the one before, too.
+    """
+    parts = formula.conditions
+    kinds, counts = names_read(formula), {}
+    for topic in dict.fromkeys(node.topic for part in parts for node in walk(part) if isinstance(node, On)):
+        read = fields_read(kinds, topic)
+        seen = 2 if read and all(read.values()) else 1
+        names = [name.partition(".")[2] for name in read]
+        count = 0
+        for messages in instants.get(topic, ()):
+            final = messages[-1].fields
+            count += sum(any(message.fields[name] != final[name] for name in names) for message in messages[:-seen])
+        if count:
+            counts[topic] = count
+    return counts

@@ -37,62 +37,12 @@ from pytest_hricdv.monitor.units import Measured, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 
 
-def parse(source: FormulaSource, vocabulary: Vocabulary) -> tuple[Formula, tuple[str, ...]]:
-    """The formula that a text means, and the definitions that the text names.
-
-    Raises:
-        RequirementError: the text is not a formula (the caret marks the first unexpected token); an unknown name, a
-            type error, a window that ends before it starts, or a condition that can never hold where it stands.
-    """
-    parser = FormulaParser(source, vocabulary)
-    return parser.formula(syntax_tree(source, "formula")), tuple(parser.used)
-
-
-def parse_past(source: FormulaSource, vocabulary: Vocabulary) -> PastFormula:
-    """The past formula that a text means.
-
-    Raises:
-        RequirementError: as from `parse`.
-    """
-    return FormulaParser(source, vocabulary).condition(syntax_tree(source, "condition"))
-
-
-def parse_definitions(sources: Mapping[str, FormulaSource], vocabulary: Vocabulary) -> Vocabulary:
-    """The vocabulary with definitions, name -> text; they may use each other, in any order.
-
-    Raises:
-        RequirementError: as from `parse`; or definitions use each other in a circle.
-        ValueError: a name that no definition can have.
-    """
-    trees = {name: syntax_tree(source, "definition") for name, source in sources.items()}
-    pending: list[str] = []
-
-    def add(name: str, user: Token | None) -> None:
-        nonlocal vocabulary
-        if name in pending and user is not None:
-            circle = " -> ".join([*pending[pending.index(name) :], name])
-            advice = "each has to be explained by others, and in the end by signals and messages"
-            problem = f"definitions use each other in a circle: {circle}"
-            raise sources[pending[-1]].error(user.start_pos or 0, user.end_pos or 0, problem, advice)
-        if len(pending) > MAX_DEPTH:  # `add` calls itself for each
-            problem = f"more than {MAX_DEPTH} definitions that use each other"
-            raise sources[name].error(0, 1, problem, "explain it by signals and messages directly")
-        pending.append(name)
-        for node in trees[name].find_data("name"):
-            token = cast("Token", node.children[0])
-            if token in trees and token not in vocabulary.definitions:
-                add(str(token), token)
-        pending.pop()
-        vocabulary = vocabulary.define(name, FormulaParser(sources[name], vocabulary).definition(trees[name]))
-
-    for name in trees:
-        if name not in vocabulary.definitions:
-            add(name, None)
-    return vocabulary
-
-
 class FormulaParser(NumberParser):
-    """Makes the formula from the syntax tree, with the rule of the same name for each node."""
+    """Makes the formula of a text from its syntax tree, with the rule of the same name for each node.
+
+    Its methods raise RequirementError: the text has no such syntax tree (the caret marks the first unexpected token),
+    an unknown name, a type error, a window that ends before it starts, or a condition that can never hold in its place.
+    """
 
     def __init__(self, source: FormulaSource, vocabulary: Vocabulary) -> None:
         super().__init__(source, vocabulary)
@@ -108,10 +58,43 @@ class FormulaParser(NumberParser):
             "operator": self._operator,
         }
 
-    def condition(self, tree: Tree[Token]) -> PastFormula:
-        return self._past(tree.children[0])
+    @classmethod
+    def define(cls, sources: Mapping[str, FormulaSource], vocabulary: Vocabulary) -> Vocabulary:
+        """The vocabulary with definitions, name -> text; they may use each other, in any order, but not in a circle.
 
-    def definition(self, tree: Tree[Token]) -> Definition:
+        Raises ValueError for a name that no definition can have.
+        """
+        trees = {name: syntax_tree(source, "definition") for name, source in sources.items()}
+        pending: list[str] = []
+
+        def add(name: str, user: Token | None) -> None:
+            nonlocal vocabulary
+            if name in pending and user is not None:
+                circle = " -> ".join([*pending[pending.index(name) :], name])
+                advice = "each has to be explained by others, and in the end by signals and messages"
+                problem = f"definitions use each other in a circle: {circle}"
+                raise sources[pending[-1]].error(user.start_pos or 0, user.end_pos or 0, problem, advice)
+            if len(pending) > MAX_DEPTH:  # `add` calls itself for each
+                problem = f"more than {MAX_DEPTH} definitions that use each other"
+                raise sources[name].error(0, 1, problem, "explain it by signals and messages directly")
+            pending.append(name)
+            for node in trees[name].find_data("name"):
+                token = cast("Token", node.children[0])
+                if token in trees and token not in vocabulary.definitions:
+                    add(str(token), token)
+            pending.pop()
+            vocabulary = vocabulary.define(name, cls(sources[name], vocabulary)._definition(trees[name]))
+
+        for name in trees:
+            if name not in vocabulary.definitions:
+                add(name, None)
+        return vocabulary
+
+    def condition(self) -> PastFormula:
+        """The past formula that the text means."""
+        return self._past(syntax_tree(self._source, "condition").children[0])
+
+    def _definition(self, tree: Tree[Token]) -> Definition:
         node = tree.children[0]
         kind = self._kind(node)
         meaning = self._past(node) if kind is bool else self._measured(node) if kind is float else self._text(node)
@@ -123,8 +106,9 @@ class FormulaParser(NumberParser):
         text, uses = self._source.formula.strip(), frozenset(self.used)
         return Definition(text, kind, meaning, uses, len(sizes) + self._expanded, depth)
 
-    def formula(self, tree: Tree[Token]) -> Formula:
-        _, antecedent_node, response_node = tree.children
+    def formula(self) -> Formula:
+        """The formula of a requirement that the text means."""
+        _, antecedent_node, response_node = syntax_tree(self._source, "formula").children
         antecedent = self._past(antecedent_node)
         response = self._response(cast("Tree[Token]", response_node))
         if not isinstance(response, Holds) or antecedent.is_instantaneous:

@@ -48,13 +48,15 @@ def parse_pattern(source: FormulaSource, vocabulary: Vocabulary, *, has_source: 
         RequirementError: the text is no pattern, an argument is unknown, missing or wrong, or a limit has no source;
             the caret marks the place.
     """
-    return _PatternParser(source, vocabulary).formula_of(syntax_tree(source, "pattern"), has_source=has_source)
+    return RequirementParser(source, vocabulary).pattern(has_source=has_source)
 
 
-class _PatternParser(FormulaParser):
-    """Makes the arguments from the syntax tree, each as its parameter's type wants it."""
+class RequirementParser(FormulaParser):
+    """The parser of all texts in requirements, also of patterns: it makes their arguments as their parameters say."""
 
-    def formula_of(self, tree: Tree[Token], *, has_source: bool) -> Formula:
+    def pattern(self, *, has_source: bool) -> Formula:
+        """The formula of a pattern."""
+        tree = syntax_tree(self._source, "pattern")
         name = cast("Token", tree.children[0])
         if name not in PATTERNS:
             raise self._error(name, f"unknown pattern {quoted(str(name))}{nearest(name, PATTERNS)}")

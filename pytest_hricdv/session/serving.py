@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pytest_hricdv.session.run_context import RunContext
 
 PRELOADED = (
-    "pytest_hricdv.monitor.parser",
+    "pytest_hricdv.monitor.pattern_parser",
     *(f"pytest_hricdv.session.{name}" for name in ("aggregation", "exports", "preparation", "progress", "reporting")),
 )
 """What the plugin imports when pytest is configured: done once here, and not again in each fork. By name, because what

@@ -15,7 +15,7 @@ for _name in (
     "coverage",
     "pytest_hricdv.bdi.language.syntax_errors",
     "pytest_hricdv.generate.model_runner",
-    "pytest_hricdv.monitor.parser",
+    "pytest_hricdv.monitor.pattern_parser",
     "pytest_hricdv.report.html",
     "pytest_hricdv.session.reporting",
 ):
