@@ -18,8 +18,8 @@ from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.lanes import ActorTimes, Lanes, enacted
 from pytest_hricdv.monitor import MonitorError, MonitorSet
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Recorder
+from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
 from pytest_hricdv.runtime.livelock import LOOKS_EACH_S, Cycle, Repetition
-from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 
 if TYPE_CHECKING:
     from pytest_hricdv.declarations.ros2 import Launch, RosNode

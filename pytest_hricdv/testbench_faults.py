@@ -23,7 +23,7 @@ from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.registry import FEATURES, offers
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
-from pytest_hricdv.runtime.message_class import FORMS
+from pytest_hricdv.runtime.message_fields import FORMS
 from pytest_hricdv.runtime.virtual import KINDS
 from pytest_hricdv.testbench import ENDS, FIELD_PURPOSES, Testbench
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pytest_hricdv.bdi.language.terms import Key, Structure, source
-from pytest_hricdv.bdi.logic.beliefs import BeliefBase
-from pytest_hricdv.bdi.logic.tracked_buckets import TrackedBuckets
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase, TrackedBuckets
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.online.chooser import NONE
 

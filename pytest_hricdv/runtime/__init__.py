@@ -4,7 +4,7 @@ from pytest_hricdv.runtime.bus import Bus, MessageFault, NodeBus, Subscription, 
 from pytest_hricdv.runtime.geometry import Body
 from pytest_hricdv.runtime.json_value import text_of
 from pytest_hricdv.runtime.kernel import Kernel, Node
-from pytest_hricdv.runtime.message_class import fields_of, is_message
+from pytest_hricdv.runtime.message_fields import fields_of, is_message
 from pytest_hricdv.runtime.node_error import KernelError, NodeError
 from pytest_hricdv.runtime.record import Record, RecordedMessage, Recorder
 from pytest_hricdv.runtime.world import World

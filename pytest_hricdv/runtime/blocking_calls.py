@@ -8,6 +8,7 @@ import linecache
 import sys
 from collections.abc import Collection, Mapping
 from contextlib import suppress
+from importlib.util import find_spec
 from itertools import islice
 from types import FrameType
 
@@ -22,6 +23,9 @@ KINDS = {
 }
 """What a testbench may name as virtual -> the modules that it is for."""
 
+
+HAS_TERMINALS = all(find_spec(name) is not None for name in ("fcntl", "termios"))
+"""This system has POSIX terminals, which nodes can be given; Windows has none."""
 
 _KIND_OF = {
     "time": TIME,

@@ -14,8 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.runtime.kernel import Kernel, Node
-from pytest_hricdv.runtime.message_class import fields_of
-from pytest_hricdv.runtime.message_fields import recorded
+from pytest_hricdv.runtime.message_fields import fields_of, recorded
 from pytest_hricdv.runtime.record import Recorder
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

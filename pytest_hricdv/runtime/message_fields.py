@@ -1,14 +1,50 @@
-"""Messages as a record has them: a flat mapping of names, such as "place.x_m", to plain values."""
+"""Which classes can be messages, and messages as a record has them: flat mappings of names, as "place.x_m"."""
 
 from __future__ import annotations
 
+import dataclasses
 import zlib
 from collections import deque
 from collections.abc import Iterable, Mapping, Set
 from enum import Enum
 
 from pytest_hricdv.runtime.json_value import Value, plain, text_of
-from pytest_hricdv.runtime.message_class import fields_of
+
+FORMS = "dataclasses, named tuples, or classes of attrs, msgspec or pydantic"
+"""What can be a message, in words."""
+
+
+def fields_of(kind: object) -> tuple[str, ...] | None:
+    """The fields of the instances of a class, in their order; None where it can be no message.
+
+    Nothing but what the class itself has is asked, so that none of these libraries is needed.
+
+    >>> from typing import NamedTuple
+    >>> class Light(NamedTuple):
+    ...     level: float
+    >>> fields_of(Light), fields_of(str)
+    (('level',), None)
+    """
+    if not isinstance(kind, type):
+        return None
+    if dataclasses.is_dataclass(kind):
+        return tuple(member.name for member in dataclasses.fields(kind))
+    if issubclass(kind, tuple) and hasattr(kind, "_fields"):
+        return tuple(kind._fields)
+    attributes = getattr(kind, "__attrs_attrs__", None)
+    if attributes is not None:
+        return tuple(attribute.name for attribute in attributes)
+    for name in ("__struct_fields__", "__pydantic_fields__"):  # of msgspec, of pydantic 2
+        fields = getattr(kind, name, None)
+        if fields is not None:
+            return tuple(fields)
+    return None
+
+
+def is_message(value: object) -> bool:
+    """Whether a value is an instance of such a class."""
+    return fields_of(type(value)) is not None
+
 
 EXPECTED = "a number, a bool, a text, a message, or a list, tuple, set or dict of these"
 

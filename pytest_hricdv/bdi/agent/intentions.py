@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from pytest_hricdv.bdi.agent.directory import Directory
@@ -29,26 +30,17 @@ def ticks_of(wait_ms: float) -> float:
     return length if length.is_integer() else math.ceil(round(length, 6))
 
 
+@dataclass(slots=True, eq=False)
 class Loop:
     """A ``for`` or ``while`` being executed: the bindings to restore, and the solutions that a ``for`` has left."""
 
-    __slots__ = ("outer", "solutions", "statement")
-
-    def __init__(self, statement: For | While, outer: Bindings, solutions: deque[Bindings]) -> None:
-        self.statement = statement
-        self.outer = outer
-        self.solutions = solutions
+    statement: For | While
+    outer: Bindings
+    solutions: deque[Bindings]
 
 
 class IntendedMeans:
-    """A plan that is being executed for an event: its bindings, and the next statement.
-
-    Args:
-        plan: the plan.
-        sign: of the event.
-        literal: of the event.
-        unifier: the bindings of the plan's variables.
-    """
+    """A plan that is being executed for an event: its bindings, and the next statement."""
 
     __slots__ = ("blocks", "body", "literal", "loop", "pc", "plan", "sign", "unifier")
 
@@ -124,11 +116,7 @@ class Intention:
         return any(means.plan.atomic for means in self.stack)
 
     def optimize_tail_recursion(self, sign: str) -> None:
-        """Drop a plan that ends by pursuing its own goal again, so that such loops need no memory.
-
-        Args:
-            sign: of the event of that goal; its predicate is that of the plan's goal.
-        """
+        """Drop a plan that ends by pursuing its own goal again (an event of this sign): such loops need no memory."""
         # Only where nothing is left to do after the goal, neither in this plan nor in an enclosing block, where no
         # variable of its own goal is still to be bound for a caller, and where its own goal has no deadline.
         top = self.stack[-1]
@@ -146,12 +134,7 @@ class Intention:
 
 
 class ForkedIntention:
-    """An intention that waits for its branches.
-
-    Args:
-        intention: the intention.
-        needs_all: whether it waits for all of them, or for one.
-    """
+    """An intention that waits for all of its branches, or for one."""
 
     __slots__ = ("branches", "depth", "intention", "needs_all")
 
@@ -168,36 +151,20 @@ Event = tuple[str, Structure, Intention | None]
 """Something an agent may react to: sign and literal; for an internal event, also the intention that waits for it."""
 
 
+@dataclass(slots=True, eq=False)
 class Wait:
-    """An intention that waits for an event, for a condition, or for virtual time to pass.
+    """An intention that waits for an event, for a condition, or for virtual time to pass."""
 
-    Args:
-        intention: the intention that waits.
-        since: when it began, in ticks of the virtual clock.
-        deadline: when it stops waiting, in ticks; None for never.
-        trigger: the event it waits for.
-        condition: the condition it waits for.
-        elapsed: what to unify the time waited with, in ms; without it, reaching the deadline while
-            waiting for something is a failure.
-    """
-
-    __slots__ = ("condition", "deadline", "elapsed", "intention", "since", "trigger")
-
-    def __init__(
-        self,
-        intention: Intention,
-        since: int,
-        deadline: float | None = None,
-        trigger: Trigger | None = None,
-        condition: Formula | None = None,
-        elapsed: Term | None = None,
-    ) -> None:
-        self.intention = intention
-        self.since = since
-        self.deadline = deadline
-        self.trigger = trigger
-        self.condition = condition
-        self.elapsed = elapsed
+    intention: Intention
+    since: int
+    """When it began, in ticks of the virtual clock."""
+    deadline: float | None = None
+    """When it stops waiting, in ticks."""
+    trigger: Trigger | None = None
+    condition: Formula | None = None
+    elapsed: Term | None = None
+    """What to unify the time waited with, in ms; without it, a deadline reached while waiting for something is a
+    failure."""
 
     def is_for(self, sign: str, literal: Structure) -> bool:
         """Whether an event is the one it waits for; then the plan's variables are bound."""
@@ -216,40 +183,29 @@ class Wait:
             unify(self.elapsed, Number(round((now - self.since) / TICKS_PER_MS)), self.intention.top.unifier, [])
 
 
+@dataclass(slots=True, eq=False)
 class HardDeadline:
-    """When a goal fails that was posted with the annotation ``hard_deadline(Ms)``, unless it has ended before.
+    """When a goal fails that was posted with the annotation ``hard_deadline(Ms)``, unless it has ended before."""
 
-    Args:
-        goal: the goal, the object that its event and its plan have.
-        deadline: the tick of the virtual clock.
-    """
-
-    __slots__ = ("deadline", "goal")
-
-    def __init__(self, goal: Structure, deadline: float) -> None:
-        self.goal = goal
-        self.deadline = deadline
+    goal: Structure
+    """The object that its event and its plan have."""
+    deadline: float
+    """The tick of the virtual clock."""
 
 
+@dataclass(slots=True, eq=False)
 class Message:
-    """A speech act.
+    """A speech act."""
 
-    Args:
-        sender: the sending agent; ``self`` for the receiver itself.
-        force: its illocutionary force, such as ``tell``.
-        content: what it is about.
-        number: identifies it in its run.
-        reply_to: the name of the message that it answers, or empty.
-    """
-
-    __slots__ = ("content", "force", "number", "reply_to", "sender")
-
-    def __init__(self, sender: str, force: str, content: Term, number: int, reply_to: str = "") -> None:
-        self.sender = sender
-        self.force = force
-        self.content = content
-        self.number = number
-        self.reply_to = reply_to
+    sender: str
+    """The sending agent; ``self`` for the receiver itself."""
+    force: str
+    """Its illocutionary force, such as ``tell``."""
+    content: Term
+    number: int
+    """Identifies it in its run."""
+    reply_to: str = ""
+    """The name of the message that it answers, or empty."""
 
     @property
     def name(self) -> str:
@@ -257,28 +213,19 @@ class Message:
         return f"mid{self.number}"
 
 
+@dataclass(slots=True, eq=False)
 class Question:
-    """An intention that waits for answers, and the term that they are unified with.
+    """An intention that waits for answers, and the term that they are unified with."""
 
-    Args:
-        intention: the intention that waits.
-        force: the kind of question.
-        answer: what the answer is unified with, or the list of answers when several agents were asked.
-        deadline: when it stops waiting, in ticks of the virtual clock; None for never.
-        asked: how many agents were asked if it was a list of them, else None.
-    """
-
-    __slots__ = ("answer", "answers", "asked", "deadline", "force", "intention")
-
-    def __init__(
-        self, intention: Intention, force: str, answer: Term, deadline: float | None, asked: int | None
-    ) -> None:
-        self.intention = intention
-        self.force = force
-        self.answer = answer
-        self.deadline = deadline
-        self.asked = asked
-        self.answers: list[Term] = []
+    intention: Intention
+    force: str
+    answer: Term
+    """What the answer is unified with, or the list of answers when several agents were asked."""
+    deadline: float | None
+    """When it stops waiting, in ticks of the virtual clock."""
+    asked: int | None
+    """How many agents were asked if it was a list of them, else None."""
+    answers: list[Term] = field(default_factory=list)
 
 
 class Percepts(Protocol):

@@ -66,11 +66,7 @@ class Counted(Protocol):
 
 
 def spend(units: int) -> None:
-    """Count work, before it is done.
-
-    Raises:
-        LimitError: the run has done too much.
-    """
+    """Count work, before it is done. Raises LimitError: the run has done too much."""
     WORK.left -= units
     if WORK.left < 0:
         raise overworked()
@@ -102,11 +98,7 @@ def too_large() -> LimitError:
 
 
 def limited(answers: Iterator[Item]) -> Iterator[Item]:
-    """Answers that are kept.
-
-    Raises:
-        LimitError: there are too many.
-    """
+    """Answers that are kept. Raises LimitError: there are too many."""
     for number, answer in enumerate(answers):
         if number >= MAX_ANSWERS:
             raise LimitError(f"has more than {MAX_ANSWERS:,} answers")
@@ -114,11 +106,7 @@ def limited(answers: Iterator[Item]) -> Iterator[Item]:
 
 
 def check_text(characters: int) -> None:
-    """Count the work for a text before it is made.
-
-    Raises:
-        LimitError: it is too long, or the run has done too much.
-    """
+    """Count the work for a text before it is made. Raises LimitError: it is too long, or the run has done too much."""
     if characters > MAX_SIZE * CHARACTERS:
         raise LimitError(f"makes a text of more than {MAX_SIZE * CHARACTERS:,} characters")
     spend(characters // CHARACTERS)

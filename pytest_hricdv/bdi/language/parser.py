@@ -219,11 +219,7 @@ def _without_contents(error: BdiError, path: Path) -> str:
 
 
 def parse_term(text: str) -> Term:
-    """Parse one term.
-
-    Raises:
-        BdiSyntaxError: the text is not a term.
-    """
+    """Parse one term. Raises BdiSyntaxError: the text is not a term."""
     term: Term = _parse(text, "<term>", "one_term")
     return term
 
@@ -242,21 +238,13 @@ def parse_literal(text: str) -> Structure:
 
 
 def parse_trigger(text: str) -> Trigger:
-    """Parse a triggering event such as ``+done(X)``.
-
-    Raises:
-        BdiSyntaxError: the text is not a triggering event.
-    """
+    """Parse a triggering event such as ``+done(X)``. Raises BdiSyntaxError: the text is not a triggering event."""
     trigger: Trigger = _parse(text, "<event>", "one_trigger")
     return trigger
 
 
 def parse_plan(text: str) -> Plan:
-    """Parse a plan, with or without its final full stop.
-
-    Raises:
-        BdiSyntaxError: the text is not a plan.
-    """
+    """Parse a plan, with or without its final full stop. Raises BdiSyntaxError: the text is not a plan."""
     plan: Plan = _parse(text, "<plan>", "one_plan")
     return plan
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from pytest_hricdv.bdi.language.limits import ITEMS, spend
 from pytest_hricdv.bdi.language.syntax import Rule
@@ -138,3 +139,20 @@ def _bucket(entries: tuple[Entry, ...]) -> Bucket:
 
 def _is_ground(entry: Entry) -> bool:
     return isinstance(entry, Structure) and entry.ground
+
+
+class TrackedBuckets(dict[Key, Bucket]):
+    """Beliefs by predicate; a function is called before each read."""
+
+    def __init__(self, buckets: dict[Key, Bucket], note_read: Callable[[Key], None]) -> None:
+        super().__init__(buckets)
+        self._note_read = note_read
+
+    def get(self, key: Key, default: Any = None) -> Any:
+        """The beliefs of a predicate."""
+        self._note_read(key)
+        return super().get(key, default)
+
+    def peek(self, key: Key) -> Bucket | None:
+        """The beliefs of a predicate, without calling the function."""
+        return super().get(key)

@@ -8,8 +8,7 @@ from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Key, Structure, Term, Variable, source
-from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content, Entry
-from pytest_hricdv.bdi.logic.tracked_buckets import TrackedBuckets
+from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content, Entry, TrackedBuckets
 from pytest_hricdv.bdi.run.environment import percept_of
 from pytest_hricdv.bdi.run.system import AgentTemplate
 

@@ -296,11 +296,7 @@ class SystemRun:
         return acted
 
     def _count_held(self) -> None:
-        """See that beliefs, plans and what waits do not grow without end.
-
-        Raises:
-            BdiError: they do.
-        """
+        """See that beliefs, plans and what waits do not grow without end. Raises BdiError: they do."""
         if WORK.left < 0:
             raise overworked()
         agents = self.agents.values()

@@ -18,8 +18,8 @@ from typing import Any
 
 from greenlet import GreenletExit
 
+from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS
 from pytest_hricdv.runtime.kernel import Kernel, Node
-from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 
 if HAS_TERMINALS:
     from pytest_hricdv.runtime.virtual.terminal import sits_at

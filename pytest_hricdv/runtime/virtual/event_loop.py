@@ -21,14 +21,13 @@ from typing import Any, TypeVar, TypeVarTuple
 from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.runtime.blocking_calls import ASYNCIO
+from pytest_hricdv.runtime.blocking_calls import ASYNCIO, HAS_TERMINALS
 from pytest_hricdv.runtime.kernel import US_PER_S, running_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import raised_at
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.locks import Waiting
-from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 from pytest_hricdv.runtime.virtual.real_time import waiting_node
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
 

@@ -22,11 +22,10 @@ from functools import partial, wraps
 from types import ModuleType
 from typing import Any, NoReturn
 
-from pytest_hricdv.runtime.blocking_calls import real_wait
+from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, real_wait
 from pytest_hricdv.runtime.kernel import Kernel, running_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
-from pytest_hricdv.runtime.virtual.posix import HAS_TERMINALS
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 
 if HAS_TERMINALS:
