@@ -1,7 +1,7 @@
 """What the simulated world needs of a physics engine, and the time of physics.
 
 `Engine` is the seam: beside a folder of an engine, nothing in `sim` knows which one it is. Physics advances in whole
-steps of 1/120 s (see docs/convergence.md), the kernel in microseconds.
+steps of 1/120 s (see docs/studies/convergence.md), the kernel in microseconds.
 """
 
 from __future__ import annotations

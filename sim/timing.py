@@ -15,7 +15,8 @@ from sim.engine import STEP_S
 
 SPEED_SHARE = 0.96
 """The fastest joint moves at this share of the allowed speed: 0.24 of 0.25 rad/s. Contacts add some: up to 0.2463 rad/s
-were measured at 120 steps per second (0.2432 at 240, 0.2525 at 60; docs/convergence.md has the present figures)."""
+were measured at 120 steps per second (0.2432 at 240, 0.2525 at 60; for other rates, see
+docs/studies/convergence.md)."""
 
 MAX_ACCELERATION_RAD_S2 = 1.0
 """Largest acceleration of a joint: a quarter of a second from rest to 0.25 rad/s."""

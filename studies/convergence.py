@@ -2,7 +2,7 @@
 
     python -m studies.convergence [--write]
 
-Each rate runs in a separate process. `--write` replaces the tables in docs/convergence.md.
+Each rate runs in a separate process. `--write` replaces the table in docs/studies/convergence.md.
 """
 
 from __future__ import annotations
@@ -26,36 +26,34 @@ if TYPE_CHECKING:
     from pytest_hricdv.execution.case import CaseResult
     from pytest_hricdv.generate.concrete import ConcreteTest
 
-DOCUMENT = ROOT / "docs" / "convergence.md"
+DOCUMENT = ROOT / "docs" / "studies" / "convergence.md"
 COMMAND = "python -m studies.convergence --write"
 RATES_HZ = (60, 120, 240, 480)  # half, once, twice and four times what the world has
 PULL_N = 8.0  # in the middle of the declared range of pulls
 REQUIREMENTS = ("R1", "R2", "R3", "R4", "R5")
 
-COLUMNS: Mapping[str, str] = {
-    "verdicts": "R1 to R5",
-    "legs": "legs",
+SAME = ("verdicts", "legs")
+DIFFERENCES: Mapping[str, str] = {
     "fastest": "fastest joint, rad/s",
     "margin_r3": "R3 margin, m",
     "margin_r1": "R1 margin, s",
-    "reaction": "pull felt, N (8 N pulled)",
+    "reaction": f"pull of {PULL_N:g} N as felt, N",
     "contact": "force on hand, N",
-    "slip": "slip in the hand, mm",
-    "cpu": "CPU time, s",
 }
+TOTALS = ("largest slip in the hand, mm", "CPU time, s")
 
 
 def main() -> None:
     """Measure at each rate and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="replace the tables in docs/convergence.md")
+    parser.add_argument("--write", action="store_true", help="replace the table in docs/studies/convergence.md")
     parser.add_argument("--at", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.at:
         print(json.dumps(measure(options.at)))
         return
     by_rate = {rate: child(rate) for rate in RATES_HZ}
-    text = tables(by_rate)
+    text = table(by_rate)
     print(text)
     if options.write:
         page.replace_figures(DOCUMENT, COMMAND, text)
@@ -71,13 +69,25 @@ def child(rate_hz: int) -> dict[str, dict[str, Any]]:
     return figures
 
 
-def tables(by_rate: Mapping[int, Mapping[str, Mapping[str, Any]]]) -> str:
-    """One table for each test, one row for each rate."""
-    parts = []
-    for name in next(iter(by_rate.values())):
-        rows = [[rate, *(shown(figures[name][key]) for key in COLUMNS)] for rate, figures in by_rate.items()]
-        parts.append(f"**{name}**\n\n" + page.table(["Hz", *COLUMNS.values()], rows))
-    return "\n\n".join(parts)
+def table(by_rate: Mapping[int, Mapping[str, Mapping[str, Any]]]) -> str:
+    """A row for each rate: the largest difference of each figure from the highest rate, over the tests."""
+    reference = by_rate[max(by_rate)]
+    rows = []
+    for rate, figures in by_rate.items():
+        same = sum(figures[name][key] == reference[name][key] for name in figures for key in SAME)
+        differences = [shown(largest_difference(figures, reference, key)) for key in DIFFERENCES]
+        totals = [shown(max(test["slip"] for test in figures.values())), shown(sum(t["cpu"] for t in figures.values()))]
+        rows.append([rate, f"{same} of {len(SAME) * len(figures)}", *differences, *totals])
+    return page.table(["Hz", "same verdicts and ends", *DIFFERENCES.values(), *TOTALS], rows)
+
+
+def largest_difference(
+    figures: Mapping[str, Mapping[str, Any]], reference: Mapping[str, Mapping[str, Any]], key: str
+) -> float:
+    """The largest difference of a figure, over the tests that have it."""
+    pairs = ((test[key], reference[name][key]) for name, test in figures.items())
+    differences = [abs(value - other) for value, other in pairs if None not in (value, other)]
+    return float(max(differences))
 
 
 def shown(value: object) -> str:

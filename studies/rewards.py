@@ -2,8 +2,8 @@
 
     python -m studies.rewards [--write]
 
-`--write` replaces the tables in docs/rewards.md. The figures depend on the model and the plugin only: every run gives
-the same bytes.
+`--write` replaces the tables in docs/studies/rewards.md. The figures depend on the model and the plugin only:
+every run gives the same bytes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pytest_hricdv.generate.suite import Suite, diagnose
 from studies import page
 from studies.session import ROOT
 
-DOCUMENT = ROOT / "docs" / "rewards.md"
+DOCUMENT = ROOT / "docs" / "studies" / "rewards.md"
 COMMAND = "python -m studies.rewards --write"
 SEEDS = range(20)
 RESAMPLES = 10_000  # five times those of `studies.estimates`: the table shows differences of hundredths of a plan
@@ -69,7 +69,7 @@ COMPARED = "plans of human (48)"
 def main() -> None:
     """Measure, and print or write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="replace the tables in docs/rewards.md")
+    parser.add_argument("--write", action="store_true", help="replace the tables in docs/studies/rewards.md")
     options = parser.parse_args()
     text = "\n\n".join(table(size, {arm: suites(arm, size) for arm in ARMS}) for size in SIZES)
     print(text)

@@ -106,7 +106,7 @@ RewardFactory = Callable[[Tier, Mapping[Plan, int], Mapping[str, int]], Reward]
 REWARDS: Mapping[str, RewardFactory] = {"published": Published, "uncovered": Uncovered}
 
 #: Rounds of learning; each adds a part of the suite. Only a reward that depends on the suite needs several:
-#: docs/rewards.md compares one and ten of them (python -m studies.rewards).
+#: docs/studies/rewards.md compares one and ten of them (python -m studies.rewards).
 ROUNDS: Mapping[str, int] = {"published": 1, "uncovered": 10}
 
 

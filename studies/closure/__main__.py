@@ -1,12 +1,12 @@
-"""How fast suites reach points, and what each way of the closing loop brings, for docs/closure.md.
+"""How fast suites reach points, and what each strategy of the closing loop contributes, for docs/studies/closure.md.
 
     python -m studies.closure [--suites NAME,...] [--without WAY,...] [--seeds 0-9] [--runs N] [--report DIR] [--again]
 
-A session for each suite and seed, and one of the loop for each way that is left out; the loop has 400 runs, the other
-suites twice as many tests, as theirs are shorter. Each takes some minutes, and leaves its report in a folder of DIR
-(default hri-closure); one that is there and of the present code is not run again: end the command at any time, and
-start it anew. The page and its picture are written after each session, and say which ones they are made of. `--again`
-runs none. A small version: `--seeds 0 --runs 48`.
+A session for each suite and seed, and one of the loop for each strategy that is left out. The loop has 400 runs, the
+other suites twice as many tests, as theirs are shorter. Each takes some minutes and leaves its report in a folder of
+DIR (default hri-closure). A report of the present code is not run again: end the command at any time, and start it
+again. The page and its picture are written after each session, from the sessions that are there; `--again` runs none.
+A small version: `--seeds 0 --runs 48`.
 """
 
 from __future__ import annotations
@@ -89,12 +89,12 @@ def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) ->
     if not any(growth.series == LOOP for growth in done):
         raise session.SessionError(f"{folder}: no session of {LOOP} is complete and of the present code")
     left = f"; missing: {', '.join(missing)}" if missing else ""
-    print(f"written: {docs / 'closure.md'}, of {len(done)} sessions{left}")
+    print(f"written: {docs / 'studies' / 'closure.md'}, of {len(done)} sessions{left}")
 
 
 def write(done: Sequence[Growth], report: Report, docs: Path) -> None:
     """The page and its picture."""
-    page.write(docs / "closure.md", page.render("closure/closure.md.jinja", context(done, report)))
+    page.write(docs / "studies" / "closure.md", page.render("closure/closure.md.jinja", context(done, report)))
     made, axes = plots.figure(panels=2)
     for panel, (title, kind) in zip(axes, (("all points", ""), ("bins of cross products", "bin")), strict=True):
         plots.curves(panel, curves(done, kind), x="simulated time (s)", y="points hit (%)", drawn="steps-post")

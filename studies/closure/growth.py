@@ -56,15 +56,6 @@ class Growth:
             if point in wanted
         )
 
-    def time_to(self, count: int, wanted: Set[Point]) -> float | None:
-        """The simulated time (s) in which so many wanted points were hit; None where fewer were."""
-        hit = 0
-        for step in self.steps:
-            hit += sum(point in wanted for point in step.points)
-            if hit >= count:
-                return step.sim_s
-        return None
-
 
 def of_loop(series: str, seed: int, report: Report) -> Growth:
     """What a closing loop reached, in the order of its runs. Raises SessionError where the report has none."""

@@ -1,4 +1,4 @@
-"""The tables and curves of docs/closure.md."""
+"""The tables and curves of docs/studies/closure.md."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from statistics import fmean
 from typing import Any
 
 from pytest_hricdv.coverage.closure import Point
-from pytest_hricdv.extra.closing.view import kind_text, point_text
+from pytest_hricdv.extra.closing.view import kind_text
 from pytest_hricdv.results.model import Report
 from studies import estimates, page, session
 from studies.closure.growth import Growth, wanted_points
 
 LOOP = "closure"
 WITHOUT = "without "
-"""Begins the name of a loop that leaves a way out."""
+"""Begins the name of a loop that leaves a strategy out."""
 
 CURVE_STEPS = 200  # points of a curve: more are not told apart at the width of the picture
 
@@ -28,18 +28,15 @@ def context(sessions: Sequence[Growth], report: Report) -> dict[str, Any]:
     """
     suites = _by_series(growth for growth in sessions if not growth.series.startswith(WITHOUT))
     loops = _by_series(growth for growth in sessions if growth.closing is not None)
-    wanted, budget = wanted_points(sessions), max(growth.runs for growth in suites[LOOP])
+    wanted = wanted_points(sessions)
     return {
         "points": len(wanted),
         "horizon_s": horizon_s(sessions),
-        "runs": budget,
         "at_time": reached(suites, wanted, sim_s=horizon_s(sessions)),
-        "at_runs": reached(suites, wanted, runs=budget),
-        "overtaken": overtaken(suites, wanted),
         "without": without(loops, wanted),
         "ways": ways(suites[LOOP]),
-        "never": never(suites[LOOP]),
-        "sessions": listed(sessions),
+        "sessions": len(sessions),
+        "seeds": len({growth.seed for growth in sessions}),
         "version": report.version,
         "code_sha256": report.code_under_test.sha256,
         "machine": session.machine(),
@@ -77,23 +74,6 @@ def reached(
     return page.table(head, rows)
 
 
-def overtaken(suites: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
-    """A row for each other suite: when the loop has reached as many points as that suite in the end."""
-    loops = {growth.seed: growth for growth in suites[LOOP]}
-    rows = []
-    for name, sessions in suites.items():
-        if name == LOOP:
-            continue
-        pairs = [(loops[growth.seed], growth) for growth in sessions if growth.seed in loops]
-        times = [(loop.time_to(growth.reached(wanted).total(), wanted), growth.sim_s) for loop, growth in pairs]
-        shares = [100.0 * time_s / sim_s for time_s, sim_s in times if time_s is not None and sim_s > 0.0]
-        if pairs:
-            mean_s = [time_s for time_s, _ in times if time_s is not None]
-            rows.append([name, f"{len(mean_s)} of {len(pairs)}", _mean(mean_s), _mean(shares)])
-    head = ["suite", "seeds at which it is overtaken", "after s simulated", "% of the suite's own simulated time"]
-    return page.table(head, rows)
-
-
 def without(loops: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
     """A row for each loop: how many closed, its points and runs, and the differences to the whole loop of the seed."""
     head = ["loop", "closed", "bins", f"points of {len(wanted)}", "runs", "points, difference", "runs, difference"]
@@ -119,7 +99,7 @@ def _compared(name: str, sessions: Sequence[Growth], whole: Mapping[int, Growth]
 
 
 def ways(sessions: Sequence[Growth]) -> str:
-    """A row for each way: runs and new points of the whole loop, means over seeds."""
+    """A row for each strategy: runs and new points of the whole loop, means over seeds."""
     results = [growth.closing.ways for growth in sessions if growth.closing is not None]
     rows = []
     for name in dict.fromkeys(name for result in results for name in result):
@@ -128,32 +108,7 @@ def ways(sessions: Sequence[Growth]) -> str:
         points = sum(sum(share.new.values()) for share in shares) / len(results)
         bins = sum(share.new.get("bin", 0) for share in shares) / len(results)
         rows.append([name, f"{runs:.1f}", f"{points:.1f}", f"{bins:.1f}"])
-    return page.table(["way", "runs", "new points", "of them bins"], rows)
-
-
-def never(sessions: Sequence[Growth]) -> str:
-    """A row for each point that the loop left open at every seed."""
-    open_at: dict[Point, list[Any]] = {}
-    for growth in sessions:
-        for point in growth.closing.open if growth.closing is not None else ():
-            open_at.setdefault(point.point, []).append(point)
-    rows = [
-        [f"`{point_text(point)}`", kind_text(point[0]), sum(point.tries for point in points), points[-1].lacking]
-        for point, points in sorted(open_at.items())
-        if len(points) == len(sessions)
-    ]
-    return page.table(["point", "kind", "tries at all seeds", "what the nearest lacked"], rows) if rows else "Nothing."
-
-
-def listed(sessions: Iterable[Growth]) -> str:
-    """A row for each session."""
-    rows = []
-    for growth in sessions:
-        ended = growth.closing.ended if growth.closing is not None else "-"
-        rows.append(
-            [growth.series, growth.seed, growth.runs, f"{growth.sim_s:.0f}", ended, page.duration(growth.wall_s)]
-        )
-    return page.table(["suite", "seed", "runs", "simulated, s", "ended", "time"], rows)
+    return page.table(["strategy", "runs", "new points", "new bins"], rows)
 
 
 def curves(sessions: Sequence[Growth], kind: str = "") -> dict[str, list[tuple[float, float]]]:

@@ -13,7 +13,7 @@ from pytest_hricdv.results.model import Report
 from studies import session
 from studies.closure import __main__ as closure
 from studies.closure.growth import Growth, Step, of_loop, of_suite, wanted_points
-from studies.closure.tables import context, curves, horizon_s, never, overtaken, reached, without
+from studies.closure.tables import context, curves, horizon_s, reached, without
 from tests.report import sample, sample_sections
 
 STATES = "controller/states.py"
@@ -54,7 +54,6 @@ def test_a_loop_has_its_points_at_the_runs_that_hit_them_first() -> None:
     assert wanted_points([loop]) == WANTED
     assert loop.reached(WANTED, sim_s=29.9) == loop.reached(WANTED, runs=2) == {"statement": 2}
     assert loop.reached(WANTED) == {"statement": 3, "bin": 1}
-    assert [loop.time_to(count, WANTED) for count in (1, 2, 3, 5)] == [10.0, 10.0, 30.0, None]
 
 
 def test_what_was_thought_impossible_is_not_wanted_though_a_run_hit_it() -> None:
@@ -92,12 +91,6 @@ def test_suites_are_compared_over_the_simulated_time_that_all_have() -> None:
     assert ends == {"closure": (30.0, 80.0), "rl": (30.0, 20.0)}
 
 
-def test_a_suite_is_overtaken_when_the_loop_has_as_many_points_as_it_has_in_the_end() -> None:
-    others = [_suite(0, Step(1, 5.0, LINES[:2])), _suite(1, Step(1, 5.0, (*LINES, BIN)))]
-    rows = overtaken({"closure": [_loop(), _loop(seed=1)], "rl": others}, WANTED).splitlines()
-    assert rows[-1] == "| rl | 1 of 2 | 10.0 (one seed) | 25.0 (one seed) |"
-
-
 def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> None:
     weaker = _loop("without online", hit=_closing()["hit"][:3], runs=9, ended="runs")
     loops = {"closure": [_loop(ended="closed"), _loop(seed=1, ended="runs")], "without online": [weaker]}
@@ -107,12 +100,6 @@ def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> No
     assert whole.endswith("| - | - |")
     assert other.startswith("| without online | 0 of 1 | 0.0 (one seed) | 3.0 (one seed) | 9.0 (one seed) |")
     assert other.endswith("| -1.0 (one seed) | +6.0 (one seed) |")
-
-
-def test_only_points_that_are_open_at_every_seed_are_listed_with_all_tries() -> None:
-    both = never([_loop(), _loop(seed=1)]).splitlines()
-    assert both[-1] == f"| `{STATES}:4` | statements | 14 | line 3 has to go on to it |"
-    assert never([_loop(), _loop(seed=1, open=[])]) == "Nothing."
 
 
 @pytest.fixture
@@ -145,7 +132,7 @@ def test_the_page_and_its_picture_are_of_what_there_is(
         "--hri-suite=closure --hri-seed=3 --hri-close-runs=48 --hri-close-seconds=86400 "
         "--hri-close-search=0 --hri-close-without=online -n 2",
     ]
-    page = (tmp_path / "closure.md").read_text(encoding="utf-8")
+    page = (tmp_path / "studies" / "closure.md").read_text(encoding="utf-8")
     assert "| without online | 0 of 1 |" in page
     assert (tmp_path / "pictures" / "closure.svg").is_file()
 
@@ -165,6 +152,6 @@ def test_a_loop_that_ended_for_want_of_time_is_run_again(tmp_path: Path, ran: li
     assert len(ran) == 2
 
 
-def test_the_context_has_the_largest_number_of_runs() -> None:
-    found = context([_loop(), _loop(seed=1, runs=5)], sample.report())
-    assert (found["runs"], found["points"]) == (5, 5)
+def test_the_context_has_all_points_and_counts_seeds() -> None:
+    filled = context([_loop(), _loop(seed=1, runs=5)], sample.report())
+    assert (filled["seeds"], filled["points"]) == (2, 5)

@@ -100,7 +100,7 @@ class ForkRunner(Generic[T]):
 
 RUN_S = 60.0
 """A run that takes more processor time (s) does not end. Chosen: some sixty times what a run of the table takes (in
-docs/closure.md, 288 runs took 2.4 minutes on two cores)."""
+docs/studies/closure.md, 288 runs took 2.4 minutes on two cores)."""
 
 LIMIT_S = 300.0
 """A run that takes more time (s) waits for what never comes. Chosen: five times `RUN_S`, as the machine may have much

@@ -234,7 +234,7 @@ class ClosingOptions:
     Args:
         asked: there is one.
         given: it closes what these leave open, instead of everything.
-        runs: it ends after so many runs. At ten seeds all loops of the table closed after 240 to 376 (docs/closure.md).
+        runs: it ends after so many runs. See docs/studies/closure.md for how many a loop takes.
         search: so many runs search for violations after it, of those that are left; None: a tenth of the runs that the
             loop made, and at least a generation. A loop that closes costs little more, and a fault that one run
             in twenty shows near to what is known is met with five times out of six in thirty.
