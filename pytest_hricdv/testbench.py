@@ -15,6 +15,7 @@ from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.declarations.film import Camera, Film
+from pytest_hricdv.declarations.groups import VirtualTime
 from pytest_hricdv.declarations.ros2 import Launch, Ros2, RosNode
 from pytest_hricdv.disturbance import Delay, Disturbance, Disturbances, Drop, Duplicate, lines
 from pytest_hricdv.generate import GenerateError
@@ -68,6 +69,7 @@ __all__ = [
     "Testbench",
     "TestbenchError",
     "Uniform",
+    "VirtualTime",
 ]
 
 FIELD_PURPOSES: Mapping[str, str] = {
@@ -82,10 +84,6 @@ FIELD_PURPOSES: Mapping[str, str] = {
     "code": "the names of the packages under test",
     "run": "a function that runs one concrete test and returns an Outcome",
 }
-
-
-ENDS = ("limit", "idle", "early", "cycle")
-"""What `Testbench.may_end` allows."""
 
 
 @dataclass(frozen=True)
@@ -167,10 +165,7 @@ class Testbench:
         online: the agent of the model that decides in a run what the person does, and what it hears there; where the
             model has several actors, a tuple with one `InteractiveAgent` for each; None where all actions are known
             before.
-        may_end: how a run may end beside a stop (`kernel.stop`), which is else a fault that fails its test: "limit" (at
-            its time limit), "idle" (nothing is left to do), "early" (the code under test has returned before), "cycle"
-            (it goes round: it repeats the same, and nothing is new for 180 s; which ends it unless it may do so, or may
-            reach its limit).
+        time: how the code under test waits, and how its runs may end.
         fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
         fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
         engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
@@ -183,13 +178,8 @@ class Testbench:
             generates such lines.
         state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
         transitions: from one such state to the next one: those that the suite `closure` is to cover.
-        virtual: which of Python's own ways to wait the code under test uses: "time" (`time` and `datetime`),
-            "threading" (`threading`, `queue`, the thread pool of `concurrent.futures`), "asyncio". Its modules then see
-            them in virtual time, and its threads are nodes. Without it, waiting in one of them is an error.
-        patience_s: so long code may work without simulated time passing (s of processor time; None: 8), and a second of
-            simulated time may take 7.5 times as long, before the run is ended with the place of that code.
         ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
-            "time" and "threading" in virtual time, whatever `virtual` says.
+            "time" and "threading" in virtual time, whatever `time` says.
         bystanders: actors without a model, such as a dog: `Bystander("dog", {"walk": {...}})`; a node of the world
             takes what each does, `run.actions("dog")`.
     """
@@ -215,8 +205,7 @@ class Testbench:
     outcome_label: str = "interactions"
     conformance: ModelOracle | None = None
     online: InteractiveAgent | tuple[InteractiveAgent, ...] | None = None
-    may_end: tuple[str, ...] = ()
-    patience_s: float | None = None
+    time: VirtualTime = field(default_factory=VirtualTime)
     fidelities: tuple[str, ...] = ()
     fidelity: str = ""
     engines: Mapping[str, str] = field(default_factory=dict, hash=False)
@@ -227,7 +216,6 @@ class Testbench:
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     state: str = ""
     transitions: tuple[tuple[str, str], ...] = ()
-    virtual: tuple[str, ...] = ()
     ros2: Ros2 | None = None
     bystanders: tuple[Bystander, ...] = ()
 

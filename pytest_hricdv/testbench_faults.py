@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import ModelOracle
+from pytest_hricdv.declarations.groups import VirtualTime
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.disturbance import faults
 from pytest_hricdv.generate import GenerateError
@@ -24,11 +24,19 @@ from pytest_hricdv.registry import FEATURES, offers
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_fields import FORMS
-from pytest_hricdv.runtime.virtual import KINDS
-from pytest_hricdv.testbench import ENDS, FIELD_PURPOSES, Testbench
+from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
 
 NEEDED_PARTS = {"conformance": "oracle", "ros2": "ros2"}
 """What a testbench declares -> the optional part without which it would be passed over in silence."""
+
+MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
+    "Testbench": {
+        "virtual": "time=VirtualTime(apis=...)",
+        "patience_s": "time=VirtualTime(stall_timeout_s=...)",
+        "may_end": "time=VirtualTime(allowed_endings=...)",
+    },
+}
+"""A class -> its former keywords -> what replaces each."""
 
 
 def checked(candidate: object, where: str) -> Testbench:
@@ -53,7 +61,7 @@ def checked(candidate: object, where: str) -> Testbench:
         for fault in (
             *_film_faults(candidate),
             *_state_faults(candidate),
-            *_virtual_faults(candidate),
+            *candidate.time.faults(),
             *_sampling_faults(candidate),
             *_bystander_faults(candidate),
             *_online_faults(candidate),
@@ -66,11 +74,17 @@ def checked(candidate: object, where: str) -> Testbench:
     return candidate
 
 
-def lacking(error: BaseException) -> str:
-    """What to add to the error of a testbench that was built without some part: the part, and what it is for."""
-    if not isinstance(error, TypeError) or f"{Testbench.__name__}.__init__()" not in str(error):
+def describe_keywords(error: BaseException) -> str:
+    """What to add to the error of a declaration: what each missing keyword is for, where each moved one is now."""
+    if not isinstance(error, TypeError):
         return ""
-    return "".join(f"\n  {name}: {purpose}" for name, purpose in FIELD_PURPOSES.items() if f"'{name}'" in str(error))
+    class_name, is_init, fault = str(error).partition(".__init__() ")
+    if not is_init:
+        return ""
+    if class_name == Testbench.__name__ and "missing" in fault:
+        return "".join(f"\n  {name}: {purpose}" for name, purpose in FIELD_PURPOSES.items() if f"'{name}'" in fault)
+    moved = MOVED_KEYWORDS.get(class_name, {}) if "unexpected keyword" in fault else {}
+    return "".join(f"\n  {name}=... is now {now}" for name, now in moved.items() if f"'{name}'" in fault)
 
 
 def _check_kinds(testbench: Testbench, where: str) -> None:
@@ -78,6 +92,10 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {FIELD_PURPOSES[name]}")
+    groups: Mapping[str, type[Any]] = {"time": VirtualTime}
+    for name, kind in groups.items():
+        if not isinstance(getattr(testbench, name), kind):
+            raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {kind.__name__}(...)")
     if not isinstance(testbench.learning, QLearning):
         raise TestbenchError(f"{where}: learning is {testbench.learning!r}; expected constants of learning (QLearning)")
     if not isinstance(testbench.signals, Mapping):
@@ -94,13 +112,6 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
             raise TestbenchError(f"{where}: {name} is {part!r}; expected {kind.__name__}(...) or None")
     if not callable(testbench.run):
         raise TestbenchError(f"{where}: run is {testbench.run!r}; expected {FIELD_PURPOSES['run']}")
-    patience_s = testbench.patience_s
-    is_time = isinstance(patience_s, int | float) and not isinstance(patience_s, bool)
-    if patience_s is not None and not (is_time and 0 < patience_s < math.inf):
-        raise TestbenchError(f"{where}: patience_s is {patience_s!r}; expected a time in seconds, above 0")
-    for end in testbench.may_end:
-        if end not in ENDS:
-            raise TestbenchError(f"{where}: may_end has {end!r}; expected of {', '.join(ENDS)}{nearest(end, ENDS)}")
     if isinstance(testbench.code, str) or not testbench.code:
         raise TestbenchError(f"{where}: code is {testbench.code!r}; expected a tuple of {FIELD_PURPOSES['code']}")
     for message in testbench.messages:
@@ -144,14 +155,6 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
         for name in pair if states else ():
             if name not in states:
                 yield f"transitions has {pair!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
-
-
-def _virtual_faults(testbench: Testbench) -> Iterator[str]:
-    declared = testbench.virtual
-    for name in declared if isinstance(declared, tuple) else (declared,):
-        if name not in KINDS:
-            listed = "; ".join(f'"{kind}" for {modules}' for kind, modules in KINDS.items())
-            yield f"virtual has {name!r}; expected a tuple of these: {listed}"
 
 
 def _online_faults(testbench: Testbench) -> Iterator[str]:

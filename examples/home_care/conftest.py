@@ -34,7 +34,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, Testbench, Uniform
+    from pytest_hricdv.testbench import Concretization, Testbench, Uniform, VirtualTime
 
     return Testbench(
         name="home-care",
@@ -53,7 +53,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         state="state.name",
         transitions=transitions(),
         code=("carebot",),
-        virtual=("asyncio",),
+        time=VirtualTime(apis=("asyncio",)),
         run=run,
         engines=ENGINES,
         engine_tolerances=TOLERANCES,

@@ -152,7 +152,7 @@ class Middleware(Protocol):
 
     @property
     def virtual(self) -> frozenset[str]:
-        """What its nodes wait with, as in `Testbench.virtual`."""
+        """What its nodes wait with, as in `VirtualTime.apis`."""
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -194,7 +194,7 @@ def execute(
     watchers: tuple[Watcher, ...] = (monitors, *followers, *watching)
     recorder.listeners += [MonitorFeed(watcher, vocabulary) for watcher in watchers]
     # Disable the watchdog while debugging.
-    kernel = Kernel(stuck_after_s=math.inf if debugger() else testbench.patience_s)
+    kernel = Kernel(stuck_after_s=math.inf if debugger() else testbench.time.stall_timeout_s)
     code = CodeUnderTest(kernel, lambda body: measurement.measured(context, body))
     begun(code)
     run = Run(
@@ -211,9 +211,9 @@ def execute(
         producing=producing,
         actors=testbench.model.who_acts,
         bystanders={bystander.name: bystander for bystander in testbench.bystanders},
-        may_go_round=bool({"limit", "cycle"}.intersection(testbench.may_end)),
+        may_go_round=bool({"limit", "cycle"}.intersection(testbench.time.allowed_endings)),
     )
-    kernel.virtual = frozenset(testbench.virtual)
+    kernel.virtual = frozenset(testbench.time.apis)
     modules = VirtualModules(testbench.code)
     run.middleware = next(filter(None, (feature.middleware(testbench) for feature in execution_features())), None)
     if run.middleware is not None:
@@ -239,7 +239,7 @@ def execute(
         measurement.settle()
     cross, bin_faults = faults.of_bins(testbench, outcome, verdicts)
     covered = measurement.take(context)
-    ended = [*faults.of_ending(run.ending, code, testbench.may_end)] if run.ending else []
+    ended = [*faults.of_ending(run.ending, code, testbench.time.allowed_endings)] if run.ending else []
     ended += faults.of_simulation(kernel, run.ending)
     replaced = wrong_answers()
     ended += [complaint(replaced)] if replaced else []

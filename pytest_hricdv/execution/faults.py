@@ -91,28 +91,28 @@ class CodeUnderTest:
         return max(times) if times and len(times) == len(self._returned_s) else None
 
 
-def of_ending(ending: Ending, code: CodeUnderTest, may_end: tuple[str, ...]) -> Iterator[str]:
+def of_ending(ending: Ending, code: CodeUnderTest, allowed: tuple[str, ...]) -> Iterator[str]:
     """What is wrong with how a run ended, a sentence each.
 
     Args:
         ending: of the run.
         code: its code under test.
-        may_end: see `Testbench`.
+        allowed: see `VirtualTime.allowed_endings`.
     """
     if ending.error is not None:
         yield _failure(ending.error, code)
         return
-    allow = "if it may, give the testbench may_end="
+    allow = "if it may, declare VirtualTime(allowed_endings="
     early_s = code.returned_s
-    if early_s is not None and early_s < ending.time_s and "early" not in may_end:
+    if early_s is not None and early_s < ending.time_s and "early" not in allowed:
         went_on = f"and the run went on to {ending.time_s:.3f} s"
-        yield f'the code under test returned at {early_s:.3f} s, {went_on}; {allow}("early",)'
-    if ending.how == "limit" and "limit" not in may_end:
-        yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",)'
+        yield f'the code under test returned at {early_s:.3f} s, {went_on}; {allow}("early",))'
+    if ending.how == "limit" and "limit" not in allowed:
+        yield f'the run ended at its time limit of {ending.time_s:g} s; {allow}("limit",))'
     if ending.cycle is not None:
-        yield f'the run goes round: {ending.cycle}; {allow}("cycle",)'
-    if ending.how == "idle" and "idle" not in may_end:
-        yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",)'
+        yield f'the run goes round: {ending.cycle}; {allow}("cycle",))'
+    if ending.how == "idle" and "idle" not in allowed:
+        yield f'the run ended at {ending.time_s:.3f} s because nothing was left to do; {allow}("idle",))'
 
 
 def of_actors(idle: Iterable[str]) -> Iterator[str]:

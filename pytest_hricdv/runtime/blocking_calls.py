@@ -21,7 +21,7 @@ KINDS = {
     THREADING: "threading, queue and the thread pool of concurrent.futures",
     ASYNCIO: "asyncio",
 }
-"""What a testbench may name as virtual -> the modules that it is for."""
+"""What `VirtualTime.apis` may name -> the modules that it is for."""
 
 
 HAS_TERMINALS = all(find_spec(name) is not None for name in ("fcntl", "termios"))
@@ -123,8 +123,8 @@ def _remedy(module: str, who: str, library: str, code: Collection[str], virtual:
     if is_outside or any(module == package or module.startswith(f"{package}.") for package in code):
         return "nothing outside of a run can be waited for: let a port give the code what it needs, in virtual time"
     kinds = [kind for kind in KINDS if kind in virtual or kind == _KIND_OF.get(root, kind)]
-    wanted = ", ".join(f'"{kind}"' for kind in kinds)
+    apis = ", ".join(f'"{kind}"' for kind in kinds) + ("," if len(kinds) == 1 else "")
     return (
-        f"list module {module} in the testbench's code, with virtual=({wanted}{',' if ', ' not in wanted else ''}), so "
+        f"list module {module} in the testbench's code, with time=VirtualTime(apis=({apis})), so "
         "that it waits in virtual time; or let it use the clock of its port. A socket or a process cannot be waited for"
     )

@@ -224,7 +224,7 @@ class Kernel:
         self.trespass(
             f"{place_of(sys._getframe(1))}: {deed} at {self.now_s:.3f} s from thread "
             f"{threading.current_thread().name}, which is none of the run: let a node do it, or a thread of the code "
-            'under test, with virtual=("threading",)'
+            'under test, with time=VirtualTime(apis=("threading",))'
         )
 
     def trespass(self, problem: str) -> NoReturn:

@@ -131,7 +131,7 @@ class Supervision:
             return KernelError(
                 f"a second of simulated time takes more than {problem.taken_s:.0f} s of work, now at "
                 f"{place}: sleep longer between two steps, or let a step take less; if the world is "
-                "this slow, give the testbench a larger patience_s"
+                "this slow, give the testbench time=VirtualTime(stall_timeout_s=...) with a larger one"
             )
         who = "the world" if self._kernel.is_running else "run"
         if self._kernel.inside is not None:

@@ -26,7 +26,7 @@ from pytest_hricdv.session.replaying import ReplayInput
 from pytest_hricdv.session.suites import cases, from_text, select_suites, to_text
 from pytest_hricdv.session.testbench_search import on_installed_engine
 from pytest_hricdv.testbench import Testbench, TestbenchError
-from pytest_hricdv.testbench_faults import checked, lacking
+from pytest_hricdv.testbench_faults import checked, describe_keywords
 
 ATTRIBUTE = "hricdv"
 """Of pytest's report of a test's call: the result, as JSON."""
@@ -97,7 +97,7 @@ class Collection:
         except TestbenchError as error:
             raise usage_error(str(error)) from None
         except (Exception, SystemExit) as error:  # a module of the code under test may exit where it is imported
-            raise usage_error(f"{located(error)}{lacking(error)}") from error
+            raise usage_error(f"{located(error)}{describe_keywords(error)}") from error
 
     @cached_property
     def selected(self) -> list[GeneratedSuite]:

@@ -124,5 +124,5 @@ def test_a_run_that_ends_at_the_limit_is_a_fault_of_a_robot_that_never_answers(m
     assert result.outcome.outcomes == ("released",)
     assert result.sim_s == pytest.approx(conftest.LIMIT_S)
     assert result.faults == (
-        'the run ended at its time limit of 900 s; if it may, give the testbench may_end=("limit",)',
+        'the run ended at its time limit of 900 s; if it may, declare VirtualTime(allowed_endings=("limit",))',
     )

@@ -59,7 +59,7 @@ CONFTEST = '''
 """The lamps testbench."""
 
 from pathlib import Path
-
+from pytest_hricdv.testbench import VirtualTime  # for tests that declare it
 HERE = Path(__file__).parent
 LIMIT_S = 60.0
 
@@ -311,7 +311,12 @@ def make_long(folder: Path, messages: int, *, is_met: bool) -> None:
     Every other message is a greeting, which triggers R3; unless `is_met`, all are, and none is answered in time.
     """
     change(folder, "conftest.py", "    lamp = Lamp()\n", BEACON.format(messages=messages, is_met=is_met))
-    change(folder, "conftest.py", "        run=run,\n", '        run=run,\n        may_end=("early",),\n')
+    change(
+        folder,
+        "conftest.py",
+        "        run=run,\n",
+        '        run=run,\n        time=VirtualTime(allowed_endings=("early",)),\n',
+    )
     change(folder, "conftest.py", "LIMIT_S = 60.0", "LIMIT_S = 1e6")
     change(folder, "conftest.py", '        run.kernel.stop("patience over")\n', "")
 

@@ -172,6 +172,12 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
         ('name="lamps",', "", "\n  name: a name for reports"),
         ("        model=Model(", "        modle=Model(", "unexpected keyword argument 'modle'"),
         (
+            "        run=run,",
+            '        run=run,\n        virtual=("time",),',
+            "conftest.py:15: pytest_hricdv_testbench: TypeError: Testbench.__init__() got an unexpected keyword "
+            "argument 'virtual'\n  virtual=... is now time=VirtualTime(apis=...)",
+        ),
+        (
             "    return Testbench(",
             "    return dict(",
             "conftest.py:9: pytest_hricdv_testbench: returned {'name': 'lamps'",

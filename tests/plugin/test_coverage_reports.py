@@ -285,7 +285,7 @@ def report_on(folder: Path) -> None:
     (package / "__init__.py").write_text("\n".join(["def use():", *calls, ""]), encoding="utf-8")
     call = "        import lamps.reported\n        lamps.reported.use()\n        level = level_for(wish)\n"
     change(folder, "lamps/guide.py", "        level = level_for(wish)\n", call)
-    virtual = 'code=("lamps",),\n        virtual=("time", "threading", "asyncio"),'
+    virtual = 'code=("lamps",),\n        time=VirtualTime(apis=("time", "threading", "asyncio")),'
     change(folder, "conftest.py", 'code=("lamps",),', virtual)
 
 

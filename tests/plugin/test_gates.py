@@ -256,7 +256,12 @@ def test_what_is_pending_at_the_end_is_said_and_fails_where_it_may_not_be(
         "        if wish is None:\n            while True:\n                clock.sleep(0.1)\n"
         "                bus.publish(Switched(0.0))\n",
     )
-    change(lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        may_end=("limit",),')
+    change(
+        lamps.path,
+        "conftest.py",
+        'code=("lamps",),',
+        'code=("lamps",),\n        time=VirtualTime(allowed_endings=("limit",)),',
+    )
     said = "  pending at the end    R1: * triggers, undecided when a run ended"
     lamps.runpytest_inprocess(*SUITE, *options).stdout.fnmatch_lines([said])
     for test in report(lamps.path)["tests"]:

@@ -74,9 +74,9 @@ def test_code_that_exits_fails_its_test(lamps: pytest.Pytester, raised: str) -> 
 
 
 ENDS = {
-    "early": 'the code under test returned at * s, and the run went on to 60.000 s; if it may, * may_end=("early",)',
-    "limit": 'the run ended at its time limit of 60 s; if it may, give the testbench may_end=("limit",)',
-    "idle": 'the run ended at * s because nothing was left to do; if it may, give the testbench may_end=("idle",)',
+    "early": 'the code under test returned at * s, and * VirtualTime(allowed_endings=("early",))',
+    "limit": 'the run ended at its time limit of 60 s; if it may, declare VirtualTime(allowed_endings=("limit",))',
+    "idle": 'the run ended at * s because nothing was left to do; * VirtualTime(allowed_endings=("idle",))',
 }
 
 
@@ -98,7 +98,12 @@ def test_a_run_that_nobody_ended_fails_unless_the_testbench_allows_it(lamps: pyt
     (verdict, *_) = [test["requirements"]["R1"] for test in report(lamps.path)["tests"]]
     assert verdict["verdict"] == "Passed"
     may_end = '("limit", "early")' if end == "early" else f'("{end}",)'
-    change(lamps.path, "conftest.py", "        run=run,\n", f"        run=run,\n        may_end={may_end},\n")
+    change(
+        lamps.path,
+        "conftest.py",
+        "        run=run,\n",
+        f"        run=run,\n        time=VirtualTime(allowed_endings={may_end}),\n",
+    )
     allowed = lamps.runpytest_inprocess(SUITE)
     assert allowed.ret == 0
     assert "faults" not in report(lamps.path)["tests"][0]
@@ -236,7 +241,7 @@ def test_a_test_that_leaves_no_trace_fails_the_session(lamps: pytest.Pytester) -
 def test_an_error_of_a_task_that_nobody_awaited_fails_its_test(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    change(lamps.path, "conftest.py", 'name="lamps",', 'name="lamps", virtual=("asyncio",),')
+    change(lamps.path, "conftest.py", 'name="lamps",', 'name="lamps", time=VirtualTime(apis=("asyncio",)),')
     change(
         lamps.path,
         "lamps/guide.py",
@@ -294,12 +299,17 @@ def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
     result.stdout.fnmatch_lines(
         [
             "the run goes round: nothing new since * s, and * times, every 3 s: guide: *, guide: *; "
-            'if it may, give the testbench may_end=("cycle",)'
+            'if it may, declare VirtualTime(allowed_endings=("cycle",))'
         ]
     )
     assert all(test["sim_s"] < 250 for test in report(lamps.path)["tests"])
     change(lamps.path, "conftest.py", "LIMIT_S = 100_000.0", "LIMIT_S = 400.0")
-    change(lamps.path, "conftest.py", "        run=run,\n", '        run=run,\n        may_end=("cycle",),\n')
+    change(
+        lamps.path,
+        "conftest.py",
+        "        run=run,\n",
+        '        run=run,\n        time=VirtualTime(allowed_endings=("cycle",)),\n',
+    )
     lamps.runpytest_inprocess(SUITE, *options).stdout.fnmatch_lines(["the run ended at its time limit of 400 s; *"])
     assert all(test["sim_s"] >= 400 for test in report(lamps.path)["tests"])
 
@@ -307,14 +317,21 @@ def test_a_run_that_goes_round_is_ended_and_says_what_it_repeats(
 @pytest.mark.slow
 def test_how_long_code_may_work_is_the_testbenchs_choice(lamps: pytest.Pytester) -> None:
     write_dimmed(lamps, "while True: pass")
-    change(lamps.path, "conftest.py", "        run=run,\n", "        run=run,\n        patience_s=0.2,\n")
+    change(
+        lamps.path,
+        "conftest.py",
+        "        run=run,\n",
+        "        run=run,\n        time=VirtualTime(stall_timeout_s=0.2),\n",
+    )
     result = lamps.runpytest_inprocess(SUITE, "-k", "curt")
     result.assert_outcomes(failed=1, passed=1)
     result.stdout.fnmatch_lines(["*no time has passed for 0.2 s of work, at *guide.py:*"])
     for wrong in ("-1", "True", "'8'", "float('inf')"):
         text = (lamps.path / "conftest.py").read_text(encoding="utf-8")
-        (lamps.path / "conftest.py").write_text(text.replace("patience_s=0.2", f"patience_s={wrong}"), encoding="utf-8")
+        (lamps.path / "conftest.py").write_text(
+            text.replace("stall_timeout_s=0.2", f"stall_timeout_s={wrong}"), encoding="utf-8"
+        )
         refused = lamps.runpytest_inprocess(SUITE)
         assert refused.ret == 4
-        refused.stderr.fnmatch_lines(["*patience_s is *; expected a time in seconds, above 0*"])
+        refused.stderr.fnmatch_lines(["*time: stall_timeout_s is *; expected a time in seconds, above 0*"])
         (lamps.path / "conftest.py").write_text(text, encoding="utf-8")

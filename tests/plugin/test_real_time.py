@@ -12,17 +12,21 @@ pytestmark = pytest.mark.slow  # each test is a session or several
 
 RUN = ("--hri-suite=bdi-random", "--hri-tests=2", "-p", "no:cacheprovider", "-p", "no:xdist")
 SLEEP = "        clock.sleep(SWITCHING_S)\n"
-ADVICE = "list module resting in the testbench's code, with virtual=("
+ADVICE = "list module resting in the testbench's code, with time=VirtualTime(apis=("
 NOTHING = "nothing outside of a run can be waited for"
 
 WAYS = {
-    "sleep": ("import time", "time.sleep(0.01)", 'code, with virtual=("time",)'),
-    "sleep by name": ("from time import sleep as nap", "nap(0.01)", 'code, with virtual=("time",)'),
-    "event": ("import threading", "threading.Event().wait(60)", 'code, with virtual=("threading",)'),
+    "sleep": ("import time", "time.sleep(0.01)", 'code, with time=VirtualTime(apis=("time",))'),
+    "sleep by name": ("from time import sleep as nap", "nap(0.01)", 'code, with time=VirtualTime(apis=("time",))'),
+    "event": ("import threading", "threading.Event().wait(60)", 'code, with time=VirtualTime(apis=("threading",))'),
     "lock": ("import threading\nLOCK = threading.Lock()\nLOCK.acquire()", "LOCK.acquire()", ADVICE),
-    "queue": ("import queue", "queue.Queue().get(timeout=60)", 'code, with virtual=("threading",)'),
+    "queue": ("import queue", "queue.Queue().get(timeout=60)", 'code, with time=VirtualTime(apis=("threading",))'),
     "simple queue": ("import queue", "queue.SimpleQueue().get()", ADVICE),
-    "future": ("import concurrent.futures", "concurrent.futures.Future().result()", 'virtual=("threading",)'),
+    "future": (
+        "import concurrent.futures",
+        "concurrent.futures.Future().result()",
+        'time=VirtualTime(apis=("threading",))',
+    ),
     "thread": (
         "import threading\nOVER = threading.Event()",
         "one = threading.Thread(target=OVER.wait, daemon=True); one.start(); one.join()",
@@ -31,7 +35,7 @@ WAYS = {
     "loop made before": (
         "import asyncio\nLOOP = asyncio.SelectorEventLoop()",
         "LOOP.run_until_complete(asyncio.sleep(0.01))",
-        'code, with virtual=("asyncio",)',
+        'code, with time=VirtualTime(apis=("asyncio",))',
     ),
     "select": ("import select", "select.select([], [], [], 60)", NOTHING),
     "socket": ("import socket\nENDS = socket.socketpair()", "ENDS[0].recv(1)", NOTHING),
@@ -87,7 +91,9 @@ def test_an_event_loop_outside_of_the_code_waits_in_virtual_time(lamps: pytest.P
     lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
     hashes = [test["record_sha256"] for test in project.report(lamps.path)["tests"]]
     resting(lamps, "import asyncio", "asyncio.run(asyncio.sleep(0.3))")
-    project.change(lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        virtual=("asyncio",),')
+    project.change(
+        lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        time=VirtualTime(apis=("asyncio",)),'
+    )
     lamps.runpytest_inprocess(*RUN).assert_outcomes(passed=2, deselected=1)
     assert [test["record_sha256"] for test in project.report(lamps.path)["tests"]] == hashes
 
@@ -136,7 +142,10 @@ def test_an_event_loop_in_the_testbenchs_run_is_an_error_with_the_line(lamps: py
 )
 def test_a_run_that_simulates_nothing_never_passes(lamps: pytest.Pytester, body: str, why: str) -> None:
     project.change(
-        lamps.path, "conftest.py", 'code=("lamps",),', 'code=("lamps",),\n        may_end=("idle", "early", "limit"),'
+        lamps.path,
+        "conftest.py",
+        'code=("lamps",),',
+        'code=("lamps",),\n        time=VirtualTime(allowed_endings=("idle", "early", "limit")),',
     )
     result = instead_of_the_run(lamps, body)
     result.assert_outcomes(failed=2, deselected=1)

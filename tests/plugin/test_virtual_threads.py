@@ -69,7 +69,7 @@ def wait_so(lamps: pytest.Pytester, way: str, virtual: str) -> None:
     project.change(lamps.path, "lamps/guide.py", SLEEP, f"        {WAYS[way]}\n")
     project.change(lamps.path, "lamps/guide.py", "GLARE = 80.0", HEAD)
     line = '        code=("lamps",),\n'
-    project.change(lamps.path, "conftest.py", line, f"{line}        virtual={virtual},\n")
+    project.change(lamps.path, "conftest.py", line, f"{line}        time=VirtualTime(apis={virtual}),\n")
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,9 @@ def test_without_the_switch_it_is_an_error_with_the_line(lamps: pytest.Pytester,
     kind = "asyncio" if way == "asyncio" else "threading"
     assert "RealTimeError: " in said
     assert f"{lamps.path / 'lamps' / 'guide.py'}:" in said
-    assert f'a simulated run has none: give the testbench virtual=("time", "{kind}") to have {kind}' in said
+    assert (
+        f'a simulated run has none: give the testbench time=VirtualTime(apis=("time", "{kind}")) to have {kind}' in said
+    )
 
 
 def test_what_a_thread_does_is_covered(lamps: pytest.Pytester) -> None:

@@ -38,7 +38,7 @@ def let_be_virtual(lamps: pytest.Pytester) -> None:
         lamps.path,
         "conftest.py",
         '        code=("lamps",),\n',
-        '        code=("lamps",),\n        virtual=("time",),\n',
+        '        code=("lamps",),\n        time=VirtualTime(apis=("time",)),\n',
     )
 
 
@@ -101,8 +101,10 @@ def test_a_loop_that_only_looks_at_the_clock_is_an_error(lamps: pytest.Pytester)
 
 def test_what_cannot_be_virtual(lamps: pytest.Pytester) -> None:
     let_be_virtual(lamps)
-    project.change(lamps.path, "conftest.py", 'virtual=("time",)', 'virtual=("time", "sockets")')
+    project.change(
+        lamps.path, "conftest.py", 'time=VirtualTime(apis=("time",))', 'time=VirtualTime(apis=("time", "sockets"))'
+    )
     result = lamps.runpytest_inprocess(*RUN)
     result.stderr.fnmatch_lines(
-        ['*virtual has \'sockets\'; expected a tuple of these: "time" for time and datetime; "threading" for*']
+        ['*time: apis has \'sockets\'; expected a tuple of these: "time" for time and datetime; "threading" for*']
     )

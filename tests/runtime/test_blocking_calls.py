@@ -79,8 +79,8 @@ def at_another_processs_lock() -> None:
         (lambda: select.select([], [], [], 30), "in select.select", "nothing outside of a run can be waited for"),
         (wait_for_nobody, "in ends[0].recv", "nothing outside of a run can be waited for"),
         (at_another_processs_lock, "in semaphore.acquire", "nothing outside of a run can be waited for"),
-        (at_a_lock, "in lock.acquire", 'with virtual=("threading",)'),
-        (at_a_queue_in_c, "in waiting.get", 'with virtual=("threading",)'),
+        (at_a_lock, "in lock.acquire", 'with time=VirtualTime(apis=("threading",))'),
+        (at_a_queue_in_c, "in waiting.get", 'with time=VirtualTime(apis=("threading",))'),
     ],
 )
 def test_a_function_in_c_is_named_as_it_is_called_with_what_to_do(

@@ -276,7 +276,7 @@ class CodeModel:
         modules: names of the top-level modules and packages under test.
         messages: published and received.
         machines: state machines; the one whose state the code publishes first.
-        virtual: "time", "threading", "asyncio": for `Testbench.virtual`.
+        virtual: "time", "threading", "asyncio": for `VirtualTime.apis`.
         constants: numbers with units.
         parameters: what can be set.
         entry: what to call; None where nothing was found.

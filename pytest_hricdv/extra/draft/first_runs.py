@@ -44,7 +44,7 @@ SUITES = ("rl", "closure")
 _WAIVED = re.compile(r"(\S+\.py:\d+): ran, though it is waived")
 """What a session says where the code has a wrong waiver."""
 
-_ALLOW = re.compile(r'may_end=\("(\w+)",\)')
+_ALLOW = re.compile(r'allowed_endings=\("(\w+)",\)')
 """What a failure says that the testbench would have to allow."""
 
 
@@ -63,7 +63,7 @@ class FirstRuns:
         unrepeatable: why a test came otherwise alone, in a fresh process; empty where those that ran again did not.
         leaks: whether that is what a test left to another one.
         raised: how many tests ended with an error.
-        ends: of `may_end`, what the testbench does not allow, and ended a run.
+        ends: of `allowed_endings`, what the testbench does not allow, and ended a run.
         no_waivers: where they executed what the code waives as unreachable, `file:line`; empty where they did not.
     """
 
@@ -227,7 +227,7 @@ def settle(draft: Draft, suites: Sequence[str] = SUITES) -> tuple[Draft, tuple[F
     a state to each other with a process for each test. Runs may end as they did, and in no other way.
     """
     trials: list[FirstRuns] = []
-    draft = replace(draft, may_end=())
+    draft = replace(draft, allowed_endings=())
     if "rl" in suites:
         draft = _run_few(draft)
     for suite in suites:
@@ -270,8 +270,8 @@ def _run_suite(draft: Draft, suite: str) -> tuple[Draft, FirstRuns]:
 def _run_to_ends(draft: Draft, suite: str, tests: int | None = None) -> tuple[Draft, FirstRuns]:
     """The runs of a suite, and the draft that allows how they end, and waives nothing that they executed."""
     trial = run(draft, suite, tests)
-    while ends := set(trial.ends) - set(draft.may_end):
-        draft = replace(draft, may_end=tuple(end for end in ENDS if end in (*draft.may_end, *ends)))
+    while ends := set(trial.ends) - set(draft.allowed_endings):
+        draft = replace(draft, allowed_endings=tuple(end for end in ENDS if end in (*draft.allowed_endings, *ends)))
         trial = run(draft, suite, tests)
     return replace(draft, no_waivers=draft.no_waivers or trial.no_waivers), trial
 

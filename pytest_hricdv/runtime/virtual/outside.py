@@ -74,7 +74,7 @@ class _Guard:
         if started is not None:
             self._kernel.trespass(
                 f"{started} waits in real time, in time.sleep at {place_of(sys._getframe(1))}: let it be a thread of "
-                'the code under test, with virtual=("threading",), or start none'
+                'the code under test, with time=VirtualTime(apis=("threading",)), or start none'
             )
         _SLEEP(duration_s)
 

@@ -30,11 +30,12 @@ def check(node: Node, kind: str, name: str) -> None:
     virtual = node.kernel.virtual
     if kind in virtual:
         return
-    wanted = ", ".join(f'"{needed}"' for needed in KINDS if needed in virtual or needed == kind)
+    kinds = [needed for needed in KINDS if needed in virtual or needed == kind]
+    apis = ", ".join(f'"{needed}"' for needed in kinds) + ("," if len(kinds) == 1 else "")
     place = place_of(sys._getframe(1))
     raise RealTimeError(
         f"{place}: {name} in node {node.name} is real time, of which a simulated run has none: give "
-        f"the testbench virtual=({wanted}{',' if ', ' not in wanted else ''}) to have {KINDS[kind]} in virtual time, "
+        f"the testbench time=VirtualTime(apis=({apis})) to have {KINDS[kind]} in virtual time, "
         "or let the code use the clock of its port"
     )
 

@@ -12,6 +12,7 @@ from pytest_hricdv.testbench import (
     Run,
     Testbench,
     Uniform,
+    VirtualTime,
 )
 
 HERE = Path(__file__).parent
@@ -48,7 +49,7 @@ def pytest_hricdv_testbench(config: object) -> Testbench:
         signals={"arm_moves": bool, "person_near": bool},
         code=("my_robot",),
         # Which of Python's own ways to wait the code uses; they wait in virtual time.
-        virtual=("time", "threading", "asyncio"),
+        time=VirtualTime(apis=("time", "threading", "asyncio")),
         run=run,
     )
 

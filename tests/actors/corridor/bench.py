@@ -20,6 +20,7 @@ from pytest_hricdv.testbench import (
     Run,
     Testbench,
     Uniform,
+    VirtualTime,
 )
 from tests.actors.corridor.cart import Arrived, Near, SendOn, deliver
 
@@ -171,7 +172,7 @@ def ward(people: People = (nurse, child), obeys: bool = True) -> Testbench:
         signals={"moves": bool, "gap": float},
         units={"gap": "m"},
         code=("tests.actors.corridor.cart",),
-        virtual=("time",),
+        time=VirtualTime(apis=("time",)),
         run=running(people, obeys),
     )
 

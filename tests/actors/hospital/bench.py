@@ -17,6 +17,7 @@ from pytest_hricdv.testbench import (
     Run,
     Testbench,
     Uniform,
+    VirtualTime,
 )
 from tests.actors.hospital.robot import Answered, Door, Loaded, Seen, Sent, bring
 
@@ -161,8 +162,7 @@ def hospital(looks_late: bool = False, online: bool = False) -> Testbench:
         cross=CROSS,
         disturbances=DISTURBANCES,
         code=("tests.actors.hospital.robot",),
-        virtual=("asyncio", "threading"),
-        may_end=("limit", "cycle"),
+        time=VirtualTime(apis=("asyncio", "threading"), allowed_endings=("limit", "cycle")),
         online=tuple(InteractiveAgent(actor, patience_s=5.0) for actor in ACTS) if online else None,
         run=running(looks_late),
     )

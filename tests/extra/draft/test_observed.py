@@ -142,19 +142,19 @@ def test_a_requirement_that_one_suite_triggers_is_seen(monkeypatch: pytest.Monke
 
 def test_runs_may_end_as_the_first_ones_did(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     draft, texts = drafted(tmp_path, MOWER)
-    assert 'may_end=("limit", "idle", "early", "cycle"),  # TODO' in texts["conftest.py"]
+    assert 'allowed_endings=("limit", "idle", "early", "cycle"),  # TODO' in texts["conftest.py"]
     assert 'run.kernel.stop("the robot has ended its work")' in texts["conftest.py"]
     asked: list[tuple[str, ...]] = []
 
     def run(draft: Draft, suite: str, tests: int | None = None) -> FirstRuns:
-        asked.append(draft.may_end)
-        return FirstRuns(8, 8, (), (), "", ends=() if "idle" in draft.may_end else ("idle",))
+        asked.append(draft.allowed_endings)
+        return FirstRuns(8, 8, (), (), "", ends=() if "idle" in draft.allowed_endings else ("idle",))
 
     monkeypatch.setattr("pytest_hricdv.extra.draft.first_runs.run", run)
     settled, _ = settle(draft)
     assert asked == [(), ("idle",), ("idle",), ("idle",)]
     text = dict(files(settled))["conftest.py"]
-    assert 'may_end=("idle",),  # TODO' in text
+    assert 'allowed_endings=("idle",),  # TODO' in text
     assert "the robot has ended its work" not in text  # that it returns is a fault of the run
 
 

@@ -74,7 +74,17 @@ pytestmark = pytest.mark.skipif(
 CONFTEST = """
 from pathlib import Path
 
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench, Uniform
+from pytest_hricdv.testbench import (
+    BeliefSpace,
+    Concretization,
+    Model,
+    Outcome,
+    Ros2,
+    RosNode,
+    Testbench,
+    Uniform,
+    VirtualTime,
+)
 
 HERE = Path(__file__).parent
 
@@ -94,7 +104,7 @@ def pytest_hricdv_testbench(config):
         signals={{}},
         code={packages},
         ros2=Ros2({declared}),
-        may_end=("limit", "idle", "early"),
+        time=VirtualTime(allowed_endings=("limit", "idle", "early")),
         run=run,
     )
 

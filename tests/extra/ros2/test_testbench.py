@@ -14,7 +14,7 @@ from pytest_hricdv.extra.ros2 import system
 from pytest_hricdv.extra.ros2.graph import note
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.run import Run, TestbenchError
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench, VirtualTime
 from pytest_hricdv.testbench_faults import checked
 
 
@@ -107,7 +107,7 @@ def test_each_process_has_a_terminal_at_which_a_person_types(
         run.kernel.spawn("person", person)
         return Outcome(run.go(limit_s=10.0))
 
-    bench = replace(testbench, code=("typed_node",), run=run, may_end=("idle",))
+    bench = replace(testbench, code=("typed_node",), run=run, time=VirtualTime(allowed_endings=("idle",)))
     result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
     assert (result.faults, result.sim_s) == ((), 4.0)
     assert sys.modules["typed_node"].pressed == ["r", "l", "interrupted", "interrupted"]
@@ -140,7 +140,7 @@ def test_a_node_of_a_run_waits_in_virtual_time(
         note(run.kernel, "nobody is here")
         return Outcome(run.go(limit_s=10.0))
 
-    bench = replace(testbench, code=("sleeping_node",), run=run, may_end=("idle",))
+    bench = replace(testbench, code=("sleeping_node",), run=run, time=VirtualTime(allowed_endings=("idle",)))
     result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
     assert (result.outcome.ended, result.sim_s, result.faults) == ("idle", 2.0, ())
     assert result.has_measured_node

@@ -17,7 +17,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.ros2 import Navigation, PlanarBase
 from pytest_hricdv.run import Run
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Ros2, RosNode, Testbench, VirtualTime
 from pytest_hricdv.testbench_faults import checked
 
 pytestmark = [
@@ -130,7 +130,7 @@ def play(
         signals={},
         code=("played_node",),
         run=run,
-        may_end=("idle", "limit", "early"),
+        time=VirtualTime(allowed_endings=("idle", "limit", "early")),
         ros2=replace(Ros2(interfaces=INTERFACES), **declared),
     )
     return execute(RunSettings(checked(testbench, "here")), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))

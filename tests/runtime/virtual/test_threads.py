@@ -117,7 +117,8 @@ def test_waiting_is_refused_where_it_is_not_asked_for() -> None:
     kernel.virtual = frozenset(("time",))
     kernel.spawn("robot", VIRTUAL.queue.Queue().get)
     with pytest.raises(
-        NodeError, match=r'in node robot is real time.*virtual=\("time", "threading"\) to have threading'
+        NodeError,
+        match=r'in node robot is real time.*time=VirtualTime\(apis=\("time", "threading"\)\) to have threading',
     ):
         kernel.run(1.0)
 

@@ -19,7 +19,7 @@ VIRTUAL = {"time": "time", "datetime": "time", "sched": "time", "threading": "th
 
 
 def virtual(sources: Sources) -> tuple[str, ...]:
-    """What `Testbench.virtual` has to name."""
+    """What `VirtualTime.apis` has to name."""
     tops = {name.partition(".")[0] for name, _ in sources.outside}
     return tuple(dict.fromkeys(VIRTUAL[top] for top in VIRTUAL if top in tops))
 

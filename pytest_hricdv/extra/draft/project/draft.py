@@ -26,7 +26,7 @@ MANNERS = ("in_time", "too_early", "too_late", "twice")
 """How a person does something; *never* is a belief without a command."""
 
 ENDS = ("limit", "idle", "early", "cycle")
-"""How a run may end, of `Testbench.may_end`."""
+"""How a run may end, of `VirtualTime.allowed_endings`."""
 
 LATE_S, LATE_FOR_NODES_S = 30.0, 10.0
 """How long a person waits at least who is too late; the timers of nodes of ROS 2 make each simulated second dear."""
@@ -75,7 +75,7 @@ class Draft:
         has_others: whether a person also says a text that the code does not know; not where it raises then.
         no_waivers: where first runs executed what the code waives as unreachable, `file:line`; empty: nowhere.
         isolates: whether each test has a process of its own: one leaves a state of the code to the next.
-        may_end: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
+        allowed_endings: how runs may end: all that is known where none was made, and as the first runs ended otherwise.
     """
 
     code: CodeModel
@@ -92,7 +92,7 @@ class Draft:
     has_others: bool = True
     no_waivers: str = ""
     isolates: bool = False
-    may_end: tuple[str, ...] = ENDS
+    allowed_endings: tuple[str, ...] = ENDS
 
     @property
     def entry(self) -> Entry | None:

@@ -191,5 +191,5 @@ def _edits(draft: Draft) -> Iterator[str]:
             yield f"`conftest.py`, `SAYS`: how large is `{part.name}` of {thing.message.name}? (`{part.location}`)"
     if draft.states:
         yield "`models/robot.asl`: through which states does the robot go for which message?"
-    if draft.may_end:
-        yield "`conftest.py`, `may_end`: which ends of a run are right?"
+    if draft.allowed_endings:
+        yield "`conftest.py`, `allowed_endings`: which ends of a run are right?"

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.draft.code.classes import ARRAY_LENGTH, FAR
 from pytest_hricdv.extra.draft.project.draft import Draft, tuple_text
 from pytest_hricdv.extra.draft.project.inputs import Input
 from pytest_hricdv.extra.draft.project.ranges import lateness
-from pytest_hricdv.extra.draft.project.testbench import command_table_lines, constants, may_end_lines, model_lines
+from pytest_hricdv.extra.draft.project.testbench import command_table_lines, constants, model_lines, time_lines
 from pytest_hricdv.extra.draft.ros_model import Endpoint, LaunchedNodes, RosStart
 
 _MAPS = {
@@ -92,7 +92,7 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
     names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Launch", "Model", "Outcome", "Ros2",
-             "RosNode", "Run", "Testbench", "Uniform")  # fmt: skip
+             "RosNode", "Run", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
     head = [
         f'"""The testbench of {draft.robot}, a node of ROS 2, drafted from its code: values have their locations.',
         "",
@@ -193,7 +193,7 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
         *([f"            packages={tuple_text(virtual)},  # all of them see virtual time"] if virtual else []),
         "        ),",
         "        run=run,",
-        *may_end_lines(draft),
+        *time_lines(draft),
     ]
     disturbances = _disturbances(draft)
     lines += ["        disturbances={", *disturbances, "        },"] if disturbances else []

@@ -228,7 +228,7 @@ def _robot_lines(draft: Draft) -> list[str]:
     else:
         body = ["    def robot() -> None:", *(f"        {line}" if line else "" for line in lines)]
     body += [] if not draft.tells_presence else ['        world.record("robot_works", False)']
-    return [*body, *(["        " + _STOPS] if "early" in draft.may_end else [])]
+    return [*body, *(["        " + _STOPS] if "early" in draft.allowed_endings else [])]
 
 
 def _robot_imports(draft: Draft) -> list[tuple[str, str]]:

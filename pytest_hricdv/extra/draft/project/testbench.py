@@ -48,6 +48,7 @@ def conftest(draft: Draft) -> str:
         "Run",
         "Testbench",
         "Uniform",
+        "VirtualTime",
     ]
     used = [name for name in names if f"{name}(" in body or name in ("Outcome", "Run", "Testbench")]
     shadowed = [name for name in used if any(message.name == name for message in draft.messages)]
@@ -235,20 +236,19 @@ def _testbench(draft: Draft) -> list[str]:
     if units:
         lines += ["        units={", *(f'            "{name}": "{unit}",' for name, unit in units), "        },"]
     lines.append(f"        code={tuple_text(code.modules)},")
-    if code.virtual:
-        lines.append(f"        virtual={tuple_text(code.virtual)},  # the code imports them")
-    lines += ["        run=run,", *may_end_lines(draft)]
+    lines += ["        run=run,", *time_lines(draft, code.virtual)]
     lines += _state_part(draft)
     if draft.messages:
         lines += ["        disturbances={", *_disturbances(draft), "        },"]
     return [*lines, "    )"]
 
 
-def may_end_lines(draft: Draft) -> list[str]:
-    """How runs may end, beside that the person leaves or the robot returns; none where all first runs did so."""
-    if not draft.may_end:
-        return []
-    return [f"        may_end={tuple_text(draft.may_end)},  # TODO: which ends are right?"]
+def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
+    """Which blocking APIs the code uses, and how runs may end without that the person leaves or the robot returns."""
+    lines = [f"            apis={tuple_text(apis)},  # the code imports them"] if apis else []
+    endings = draft.allowed_endings
+    lines += [f"            allowed_endings={tuple_text(endings)},  # TODO: which ends are right?"] if endings else []
+    return ["        time=VirtualTime(", *lines, "        ),"] if lines else []
 
 
 def _state_part(draft: Draft) -> list[str]:
