@@ -53,6 +53,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         Model,
         ModelOracle,
         PerceptMapping,
+        Simulation,
         Sometimes,
         Testbench,
         Uniform,
@@ -220,14 +221,16 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             ),
         ),
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",
-        fidelities=("dynamic", "kinematic"),
-        engines={"pybullet": "sim.bullet.client", "mujoco": "sim.mujoco.library"},
-        engine_tolerances=ENGINE_TOLERANCES,
-        film=Film(
-            camera=camera,
-            moments={"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"},
-            state="state.name",
-            bodies=bodies,
+        simulation=Simulation(
+            fidelities=("dynamic", "kinematic"),
+            engines={"pybullet": "sim.bullet.client", "mujoco": "sim.mujoco.library"},
+            engine_tolerances=ENGINE_TOLERANCES,
+            film=Film(
+                camera=camera,
+                moments={"request": "request", "grasp": "leg_held", "offer": "leg_ready", "decision": "reading"},
+                state="state.name",
+                bodies=bodies,
+            ),
         ),
         cross={
             "decision": CrossProduct(

@@ -15,7 +15,7 @@ from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.declarations.film import Camera, Film
-from pytest_hricdv.declarations.groups import VirtualTime
+from pytest_hricdv.declarations.groups import Simulation, VirtualTime
 from pytest_hricdv.declarations.ros2 import Launch, Ros2, RosNode
 from pytest_hricdv.disturbance import Delay, Disturbance, Disturbances, Drop, Duplicate, lines
 from pytest_hricdv.generate import GenerateError
@@ -65,6 +65,7 @@ __all__ = [
     "RosNode",
     "Run",
     "Sampler",
+    "Simulation",
     "Sometimes",
     "Testbench",
     "TestbenchError",
@@ -154,9 +155,6 @@ class Testbench:
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
         by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
         cross: the cross products to cover, by name.
-        requires: modules that `run` imports, such as the simulator's; imported once before the first test, so that
-            what is not installed is said once, and not by every test.
-        film: how runs are filmed; None where they are not.
         learning: the constants of Q-learning, for the suite `rl`.
         lengths: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are several.
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
@@ -166,14 +164,7 @@ class Testbench:
             model has several actors, a tuple with one `InteractiveAgent` for each; None where all actions are known
             before.
         time: how the code under test waits, and how its runs may end.
-        fidelities: ways to simulate the world, of which `--hri-fidelity` chooses one; empty where there is one only.
-        fidelity: the one that was chosen, which `Run.fidelity` hands to `run`; empty for the testbench's own choice.
-        engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
-            before the first test; whose ImportError says what to install. An own one that needs no package has an empty
-            text. The first engine that is installed is used, unless `--hri-engine` chooses another one.
-        engine: the one in use, which `Run.engine` hands to `run`; empty where there are none.
-        engine_tolerances: requirement -> by how much its margins may differ between engines, in its own unit: a verdict
-            that depends on the engine is then explained by their tolerance.
+        simulation: the fidelities and physics engines of the world, and how it is filmed.
         disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
             generates such lines.
         state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
@@ -197,8 +188,6 @@ class Testbench:
     run: Callable[[Run], Outcome]
     by_hand: Path | None = None
     cross: Mapping[str, CrossProduct] = field(default_factory=dict, hash=False)
-    requires: tuple[str, ...] = ()
-    film: Film | None = None
     learning: QLearning = field(default_factory=QLearning)
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
@@ -206,11 +195,7 @@ class Testbench:
     conformance: ModelOracle | None = None
     online: InteractiveAgent | tuple[InteractiveAgent, ...] | None = None
     time: VirtualTime = field(default_factory=VirtualTime)
-    fidelities: tuple[str, ...] = ()
-    fidelity: str = ""
-    engines: Mapping[str, str] = field(default_factory=dict, hash=False)
-    engine: str = ""
-    engine_tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
+    simulation: Simulation = field(default_factory=Simulation)
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     sampled_while: Mapping[str, str] = field(default_factory=dict, hash=False)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
@@ -238,12 +223,17 @@ class Testbench:
             return ()
         return self.online if isinstance(self.online, tuple) else (self.online,)
 
-    def simulated(self, fidelity: str) -> Testbench:
-        """The testbench with this fidelity. Raises TestbenchError where it is none of `fidelities`."""
-        if fidelity not in self.fidelities:
-            listed = ", ".join(self.fidelities) or 'none: give it fidelities=("...", "...")'
+    def choose(self, *, fidelity: str | None = None, engine: str | None = None) -> Testbench:
+        """The testbench with this fidelity or engine; None keeps the current one.
+
+        Raises:
+            TestbenchError: the simulation has no such fidelity.
+        """
+        fidelities = self.simulation.fidelities
+        if fidelity is not None and fidelity not in fidelities:
+            listed = ", ".join(fidelities) or 'none: give it simulation=Simulation(fidelities=("...", "..."))'
             raise TestbenchError(f"fidelity {fidelity!r}: testbench {self.name!r} has {listed}")
-        return dataclasses.replace(self, fidelity=fidelity)
+        return dataclasses.replace(self, simulation=self.simulation.choose(fidelity=fidelity, engine=engine))
 
     def vocabulary(self) -> Vocabulary:
         """The names that requirements may use: signals, topics, and those fields of messages that can be compared.

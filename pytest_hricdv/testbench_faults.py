@@ -10,7 +10,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.conformance import ModelOracle
-from pytest_hricdv.declarations.groups import VirtualTime
+from pytest_hricdv.declarations.groups import Simulation, VirtualTime
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.disturbance import faults
 from pytest_hricdv.generate import GenerateError
@@ -34,6 +34,11 @@ MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
         "virtual": "time=VirtualTime(apis=...)",
         "patience_s": "time=VirtualTime(stall_timeout_s=...)",
         "may_end": "time=VirtualTime(allowed_endings=...)",
+        "fidelities": "simulation=Simulation(fidelities=...)",
+        "engines": "simulation=Simulation(engines=...)",
+        "engine_tolerances": "simulation=Simulation(engine_tolerances=...)",
+        "requires": "simulation=Simulation(requires=...)",
+        "film": "simulation=Simulation(film=...)",
     },
 }
 """A class -> its former keywords -> what replaces each."""
@@ -92,7 +97,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {FIELD_PURPOSES[name]}")
-    groups: Mapping[str, type[Any]] = {"time": VirtualTime}
+    groups: Mapping[str, type[Any]] = {"time": VirtualTime, "simulation": Simulation}
     for name, kind in groups.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {kind.__name__}(...)")
@@ -133,7 +138,8 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
 
 def _film_faults(testbench: Testbench) -> list[str]:
     topics = {topic_of(kind): frozenset(fields_of(kind) or ()) for kind in testbench.messages}
-    return testbench.film.faults(testbench.vocabulary(), topics) if testbench.film is not None else []
+    film = testbench.simulation.film
+    return film.faults(testbench.vocabulary(), topics) if film is not None else []
 
 
 def _state_faults(testbench: Testbench) -> Iterator[str]:

@@ -34,7 +34,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, Testbench, Uniform, VirtualTime
+    from pytest_hricdv.testbench import Concretization, Simulation, Testbench, Uniform, VirtualTime
 
     return Testbench(
         name="home-care",
@@ -55,9 +55,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         code=("carebot",),
         time=VirtualTime(apis=("asyncio",)),
         run=run,
-        engines=ENGINES,
-        engine_tolerances=TOLERANCES,
-        film=FILM,
+        simulation=Simulation(engines=ENGINES, engine_tolerances=TOLERANCES, film=FILM),
         conformance=CONFORMANCE,
         online=ONLINE,
         outcome_label="orders",

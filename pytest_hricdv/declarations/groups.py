@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.declarations.film import Film
 from pytest_hricdv.runtime.blocking_calls import KINDS
 
 ENDINGS = ("limit", "idle", "early", "cycle")
@@ -47,3 +49,38 @@ class VirtualTime:
             if ending not in ENDINGS:
                 expected = f"expected of {', '.join(ENDINGS)}{nearest(ending, ENDINGS)}"
                 yield f"time: allowed_endings has {ending!r}; {expected}"
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """How the world is simulated, and filmed.
+
+    Args:
+        fidelities: ways to simulate the world; `--hri-fidelity` chooses one. Empty where there is only one.
+        engines: physics engines that `run` can use: the name of each one's package -> the module to import for it
+            before the first test, whose ImportError says what to install. An engine of your own that needs no package
+            has an empty text. The first one that is installed is used, unless `--hri-engine` chooses another one.
+        engine_tolerances: requirement -> by how much its margins may differ between engines, in its own unit: a verdict
+            that depends on the engine is then explained by their tolerance.
+        requires: modules that `run` imports, such as the simulator's. They are imported before the first test, so that
+            a missing one is reported once instead of by every test.
+        film: how runs are filmed; None where they are not.
+    """
+
+    fidelities: tuple[str, ...] = ()
+    engines: Mapping[str, str] = field(default_factory=dict, hash=False)
+    engine_tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
+    requires: tuple[str, ...] = ()
+    film: Film | None = None
+    fidelity: str = field(default="", init=False)
+    """The session's choice, which `Run.fidelity` hands to `run`; empty for the testbench's own choice."""
+    engine: str = field(default="", init=False)
+    """The engine in use, which `Run.engine` hands to `run`; empty where there are none."""
+
+    def choose(self, *, fidelity: str | None = None, engine: str | None = None) -> Simulation:
+        """The simulation with this fidelity or engine; None keeps the current one."""
+        chosen = copy.copy(self)
+        for name, value in (("fidelity", fidelity), ("engine", engine)):
+            if value is not None:
+                object.__setattr__(chosen, name, value)
+        return chosen

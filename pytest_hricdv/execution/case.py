@@ -205,8 +205,8 @@ def execute(
         measured=code.node,
         monitors=monitors,
         filming=filming,
-        fidelity=testbench.fidelity,
-        engine=testbench.engine,
+        fidelity=testbench.simulation.fidelity,
+        engine=testbench.simulation.engine,
         disturbances=testbench.disturbances,
         producing=producing,
         actors=testbench.model.who_acts,
@@ -261,7 +261,7 @@ def execute(
         bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,
         notes=run.middleware.notes if run.middleware is not None else (),
-        engine=testbench.engine,
+        engine=testbench.simulation.engine,
     )
 
 

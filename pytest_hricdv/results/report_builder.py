@@ -211,7 +211,7 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         units=dict(testbench.units),
         sampled_while=dict(testbench.sampled_while),
         outcome_label=testbench.outcome_label,
-        state=testbench.film.state if testbench.film else "",
+        state=testbench.simulation.film.state if testbench.simulation.film else "",
         code_under_test=ReportedCode(
             packages=tuple(testbench.code),
             sha256=code.sha256,

@@ -89,7 +89,7 @@ class Collection:
             with of_testbench(self.config, implementations[-1].function.__module__):
                 made = hook(config=self.config)
             testbench = checked(made, f"{code.co_filename}:{code.co_firstlineno}: {code.co_name}")
-            testbench = testbench.simulated(self.options.fidelity) if self.options.fidelity else testbench
+            testbench = testbench.choose(fidelity=self.options.fidelity) if self.options.fidelity else testbench
             testbench = on_installed_engine(testbench)
             for feature in feature_options():
                 testbench = feature.configure(testbench, self.options)

@@ -205,7 +205,7 @@ class Isolation:
         context, testbench = self._context, self._context.collection.testbench
         _ = context.run_settings, context.measurement, context.provenance, context.texts
         plugins = (module for feature in execution_features() for module in feature.preloaded)
-        for name in (*testbench.requires, *engine_modules(testbench), *STAND_INS, *plugins):
+        for name in (*testbench.simulation.requires, *engine_modules(testbench), *STAND_INS, *plugins):
             importlib.import_module(name)
         if isinstance(context.measurement, OwnMeasurement):
             context.measurement.begin()

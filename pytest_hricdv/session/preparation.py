@@ -153,7 +153,7 @@ class Preparation:
             raise usage_error(f"--hri-replay: {lines}\nadd --hri-replay-anyway to run it all the same")
 
     def _import_required(self) -> None:
-        for name in self.collection.testbench.requires:
+        for name in self.collection.testbench.simulation.requires:
             try:
                 importlib.import_module(name)
             except ImportError as error:

@@ -69,7 +69,7 @@ class RunReply(msgspec.Struct, frozen=True):
 def _serve(context: RunContext, messages: Iterable[bytes], write: Callable[[bytes], None]) -> None:
     leave_no_core()
     testbench = context.collection.testbench
-    for name in testbench.requires:
+    for name in testbench.simulation.requires:
         importlib.import_module(name)
     introduce(context, write)
     for line in messages:

@@ -83,7 +83,7 @@ def known_while() -> dict[str, PastFormula]:
 def run(test: ConcreteTest, measurement: Measurement = UNMEASURED, engine: str = "") -> CaseResult:
     """Run one test, as the plugin does; on the first physics engine that is installed if none is named."""
     context = f"{test.id} {next(RUNS)}"
-    table = replace(testbench(), engine=engine)
+    table = testbench().choose(engine=engine)
     return execute(RunSettings(table, requirements(), known_while(), measurement), test, context)
 
 

@@ -29,7 +29,7 @@ from tests.hri import bench
 @cache
 def table(fidelity: str = "kinematic") -> Testbench:
     """The table, simulated fast."""
-    return bench.testbench().simulated(fidelity)
+    return bench.testbench().choose(fidelity=fidelity)
 
 
 @cache

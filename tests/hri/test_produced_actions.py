@@ -15,7 +15,7 @@ from tests.hri import bench
 
 
 def kinematic() -> RunSettings:
-    return RunSettings(replace(bench.testbench(), fidelity="kinematic"), bench.requirements())
+    return RunSettings(bench.testbench().choose(fidelity="kinematic"), bench.requirements())
 
 
 def produced(test: ConcreteTest, producing: Actions) -> CaseResult:

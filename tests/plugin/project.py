@@ -59,7 +59,7 @@ CONFTEST = '''
 """The lamps testbench."""
 
 from pathlib import Path
-from pytest_hricdv.testbench import VirtualTime  # for tests that declare it
+from pytest_hricdv.testbench import Simulation, VirtualTime  # for tests that declare them
 HERE = Path(__file__).parent
 LIMIT_S = 60.0
 

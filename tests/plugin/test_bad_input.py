@@ -296,7 +296,7 @@ def test_workers_without_xdist(lamps: pytest.Pytester, workers: tuple[str, ...])
 def test_a_simulator_that_is_not_installed_is_told_once_before_the_run(
     lamps: pytest.Pytester, mode: tuple[str, ...]
 ) -> None:
-    change(lamps.path, "conftest.py", "run=run,", 'run=run,\n        requires=("simulator",),')
+    change(lamps.path, "conftest.py", "run=run,", 'run=run,\n        simulation=Simulation(requires=("simulator",)),')
     simulator = lamps.path / "simulator.py"
     simulator.write_text("raise ImportError('needs PyBullet: pip install \"pytest-hricdv[sim]\"')\n", encoding="utf-8")
     told = 'the testbench requires simulator: needs PyBullet: pip install "pytest-hricdv[sim]"'

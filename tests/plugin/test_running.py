@@ -206,7 +206,12 @@ def test_workers_import_nothing_that_only_their_controller_uses(lamps: pytest.Py
 
 def two_fidelities(lamps: pytest.Pytester) -> None:
     """Lamps that can be simulated in two ways."""
-    change(lamps.path, "conftest.py", "        run=run,\n", '        run=run,\n        fidelities=("real", "plain"),\n')
+    change(
+        lamps.path,
+        "conftest.py",
+        "        run=run,\n",
+        '        run=run,\n        simulation=Simulation(fidelities=("real", "plain")),\n',
+    )
     outcome = 'return Outcome(ended, outcomes=("released",), '
     change(lamps.path, "conftest.py", outcome, f'{outcome}fidelity=run.fidelity or "real", ')
 
@@ -236,5 +241,5 @@ def test_an_unknown_fidelity_is_refused_with_those_that_there_are(lamps: pytest.
         two_fidelities(lamps)
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-fidelity=plane")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    known = "real, plain" if declared else "none: give it fidelities=*"
+    known = "real, plain" if declared else "none: give it simulation=Simulation(fidelities=*"
     result.stderr.fnmatch_lines([f"ERROR: fidelity 'plane': testbench 'lamps' has {known}"])

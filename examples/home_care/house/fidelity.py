@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 ENGINES: Mapping[str, str] = {"planar": "", "mujoco": "house.dynamic"}
-"""`Testbench.engines`: the planar base needs no package."""
+"""`Simulation.engines`: the planar base needs no package."""
 
 TOLERANCES: Mapping[str, float] = {"S3": 0.1, "S4": PUSHES_N}
-"""`Testbench.engine_tolerances`: by how much margins may differ (m/s, N). Motors take 0.1 s to slow down from full
+"""`Simulation.engine_tolerances`: by how much margins may differ (m/s, N). Motors take 0.1 s to slow down from full
 speed; what they push with is part of the force in MuJoCo, but not of an impact's by the formula."""
 
 
@@ -49,4 +49,4 @@ FILM = Film(
     period_s=STEP_US / US_PER_S,
     bodies=_bodies,
 )
-"""`Testbench.film`: pictures need Pillow, of the extra "film"."""
+"""`Simulation.film`: pictures need Pillow, of the extra "film"."""

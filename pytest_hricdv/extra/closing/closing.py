@@ -289,8 +289,8 @@ class Closing:
             self._options.without,
             options.coverage,
             testbench.name,
-            testbench.fidelity,
-            testbench.engine,
+            testbench.simulation.fidelity,
+            testbench.simulation.engine,
             testbench.transitions,
             [test.id for test in others],
         )

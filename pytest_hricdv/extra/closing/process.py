@@ -174,7 +174,7 @@ class _Serving:
         """Run one batch after the other, until there is none."""
         leave_no_core()
         testbench = self._collection.testbench
-        for name in (*testbench.requires, *engine_modules(testbench)):
+        for name in (*testbench.simulation.requires, *engine_modules(testbench)):
             importlib.import_module(name)
         _ = self._context.code, self._context.measurement, self._roles  # once, and not in each fork
         introduce(self._context, self._write)

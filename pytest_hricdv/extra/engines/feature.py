@@ -100,7 +100,7 @@ def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> Engi
         differences.append(_outcome_difference("end", result.engine, other.engine, *ends))
     for verdict, other_verdict in zip(result.verdicts, other.verdicts, strict=True):
         if verdict.verdict != other_verdict.verdict:
-            tolerance = testbench.engine_tolerances.get(verdict.requirement)
+            tolerance = testbench.simulation.engine_tolerances.get(verdict.requirement)
             differences.append(_verdict_difference(verdict, other_verdict, result.engine, other.engine, tolerance))
     return EngineComparison(
         engine=other.engine,
@@ -178,14 +178,14 @@ class EnginesFeature(Feature[str]):
             return testbench
         from pytest_hricdv.testbench import TestbenchError
 
-        names = tuple(testbench.engines)
+        names = tuple(testbench.simulation.engines)
         if not names:
-            expected = 'none: give it engines={"name": "module"}'
+            expected = 'none: give it simulation=Simulation(engines={"name": "module"})'
             raise TestbenchError(f"engine {asked!r}: testbench {testbench.name!r} has {expected}")
         choices = (*names, BOTH) if len(names) > 1 else names
         if asked not in choices:
             raise TestbenchError(f"engine {asked!r}: testbench {testbench.name!r} has {', '.join(choices)}")
-        return dataclasses.replace(testbench, engine=asked if asked in names else names[0])
+        return testbench.choose(engine=asked if asked in names else names[0])
 
     def header(self, context: RunContext) -> Iterable[str]:
         """Which engine is used, where that was asked for, or where it is not the testbench's first one."""
@@ -193,13 +193,15 @@ class EnginesFeature(Feature[str]):
 
         asked, testbench = self.settings(context.options), context.collection.testbench
         if asked == BOTH:
-            yield visible(f"hri: each test on {testbench.engine} and on {_on_second(testbench).engine}")
+            yield visible(
+                f"hri: each test on {testbench.simulation.engine} and on {_on_second(testbench).simulation.engine}"
+            )
             return
         missing = () if asked else passed_over(testbench)
         if asked or missing:
             are = "is" if len(missing) == 1 else "are"
             why = f" ({' and '.join(missing)} {are} not installed)" if missing else ""
-            yield visible(f"hri: physics by {testbench.engine}{why}")
+            yield visible(f"hri: physics by {testbench.simulation.engine}{why}")
 
     def check(self, context: RunContext) -> None:
         """Whether both engines are there."""
@@ -238,7 +240,7 @@ class EnginesFeature(Feature[str]):
 
 def _on_second(testbench: Testbench) -> Testbench:
     """The testbench with the engine that checks its first one."""
-    return dataclasses.replace(testbench, engine=tuple(testbench.engines)[1])
+    return testbench.choose(engine=tuple(testbench.simulation.engines)[1])
 
 
 FEATURE = EnginesFeature()

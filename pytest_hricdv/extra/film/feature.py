@@ -48,10 +48,10 @@ class FilmFeature(Feature[bool]):
         if not self.settings(context.options):
             return
         testbench = context.collection.testbench
-        if testbench.film is None:
+        if testbench.simulation.film is None:
             raise usage_error(
                 f"--hri-film: testbench {testbench.name!r} cannot be filmed: "
-                "give it film=Film(camera=...) (from pytest_hricdv.testbench import Film)"
+                "give it simulation=Simulation(film=Film(camera=...))"
             )
         if find_spec("PIL") is None:
             raise usage_error('--hri-film: Pillow is not installed: pip install "pytest-hricdv[sim]"')

@@ -96,7 +96,7 @@ class Filming:
         self._filmed.update(_counted(failed))
 
     def _replay(self, result: CaseResult, path: Path) -> FilmResult:
-        declared = self._settings.testbench.film
+        declared = self._settings.testbench.simulation.film
         assert declared is not None
         path.parent.mkdir(parents=True, exist_ok=True)
         film = video(path)

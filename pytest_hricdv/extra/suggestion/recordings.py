@@ -58,7 +58,8 @@ class Recordings:
 
     def __post_init__(self) -> None:
         here = identity(Path(self.context.collection.config.rootpath), self.context.provenance.code)
-        engine = self.context.collection.testbench.engine, self.context.collection.testbench.fidelity
+        simulation = self.context.collection.testbench.simulation
+        engine = simulation.engine, simulation.fidelity
         # What is judged is no part of a run, but of what is stored of it: which requirements failed.
         texts = {name: text.text for name, text in self.context.texts.items()}
         self._key = digest(sorted(here.project.items()), sorted(here.versions.items()), engine, sorted(texts.items()))

@@ -94,14 +94,20 @@ class TraceWriter:
 
     def _scene(self, run: CaseResult) -> tuple[Sequence[SceneChange], str]:
         """How the shapes of the world moved, from a replay; nothing where the testbench cannot tell."""
-        if self._testbench.film is None or self._testbench.film.bodies is None:
+        film = self._testbench.simulation.film
+        bodies = film.bodies if film is not None else None
+        if bodies is None:
             return (), ""
         observed: list[ObservedWorld] = []
 
         @contextlib.contextmanager
         def observing(again: Run) -> Iterator[None]:
-            if again.kernel.world is not None and self._testbench.film and self._testbench.film.bodies:
-                observed.append(ObservedWorld(again.kernel.world, self._testbench.film.bodies, SCENE_PERIOD_US))
+            if (
+                again.kernel.world is not None
+                and self._testbench.simulation.film
+                and self._testbench.simulation.film.bodies
+            ):
+                observed.append(ObservedWorld(again.kernel.world, bodies, SCENE_PERIOD_US))
                 again.kernel.world = observed[0]
             yield
 

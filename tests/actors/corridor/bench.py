@@ -18,6 +18,7 @@ from pytest_hricdv.testbench import (
     Outcome,
     PerceptMapping,
     Run,
+    Simulation,
     Testbench,
     Uniform,
     VirtualTime,
@@ -211,7 +212,7 @@ def followed_ward(obeys: bool = True) -> Testbench:
     )
     film = Film(camera=Camera, moments={"steps in": "near", "sent on": "send_on"}, period_s=0.1)
     model = replace(made.model, path=HERE / "models" / "ward_with_robot.mas2j")
-    return replace(made, conformance=oracle, film=film, model=model)
+    return replace(made, conformance=oracle, simulation=Simulation(film=film), model=model)
 
 
 def crossed_ward() -> Testbench:

@@ -7,12 +7,12 @@ import dataclasses
 import pytest
 
 from pytest_hricdv.session.testbench_search import engine_modules, import_engine, on_installed_engine, passed_over
-from pytest_hricdv.testbench import Testbench
+from pytest_hricdv.testbench import Simulation, Testbench
 from tests.actors.corridor.bench import ward
 
 
 def bench(**engines: str) -> Testbench:
-    return on_installed_engine(dataclasses.replace(ward(), engines=engines))
+    return on_installed_engine(dataclasses.replace(ward(), simulation=Simulation(engines=engines)))
 
 
 @pytest.mark.parametrize(
@@ -31,11 +31,11 @@ def test_the_first_that_is_there_is_used(
     engines: dict[str, str], used: str, missing: tuple[str, ...], modules: tuple[str, ...]
 ) -> None:
     chosen = bench(**engines)
-    assert (chosen.engine, passed_over(chosen), engine_modules(chosen)) == (used, missing, modules)
+    assert (chosen.simulation.engine, passed_over(chosen), engine_modules(chosen)) == (used, missing, modules)
 
 
 def test_what_is_missing_is_said_with_what_else_there_is() -> None:
     import_engine(bench(planar=""))
-    chosen = dataclasses.replace(bench(planar="", no_such_engine="no_such_engine"), engine="no_such_engine")
+    chosen = bench(planar="", no_such_engine="no_such_engine").choose(engine="no_such_engine")
     with pytest.raises(pytest.UsageError, match=r"no_such_engine.*choose another one with --hri-engine: planar"):
         import_engine(chosen)

@@ -24,6 +24,7 @@ def two_engines(lamps: pytest.Pytester, *, shift: float = 0.0, tolerance: float 
     (lamps.path / "bulb.py").write_text("SHIFT, ENDS = 0.0, 'released'\n", encoding="utf-8")
     (lamps.path / "led.py").write_text(f"SHIFT, ENDS = {shift}, {ends!r}\n", encoding="utf-8")
     engines = f'engines={{"bulb": "bulb", "led": "led"}}, engine_tolerances={{"R2": {tolerance}}}'
+    engines = f"simulation=Simulation({engines})"
     change(lamps.path, "conftest.py", "        run=run,\n", f"        run=run,\n        {engines},\n")
     change(
         lamps.path,
@@ -94,7 +95,7 @@ def test_an_engine_that_is_not_there_is_refused(lamps: pytest.Pytester, option: 
 def test_a_testbench_without_engines_says_so(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(BY_HAND, "--hri-engine=led")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: engine 'led': testbench 'lamps' has none: give it engines=*"])
+    result.stderr.fnmatch_lines(["ERROR: engine 'led': testbench 'lamps' has none: give it *Simulation(engines=*"])
 
 
 @pytest.mark.slow

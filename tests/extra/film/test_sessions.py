@@ -59,7 +59,10 @@ def filmed(lamps: pytest.Pytester) -> pytest.Pytester:
     """The lamps with a camera."""
     change(lamps.path, "conftest.py", "\ndef run(run):\n", CAMERA)
     change(lamps.path, "conftest.py", "CrossProduct, Model", "CrossProduct, Film, Model")
-    film = 'film=Film(LampCamera, {"wish": "wish", "answer": "answer"}, state="switched.level", period_s=0.1),'
+    film = (
+        "simulation=Simulation(film="
+        'Film(LampCamera, {"wish": "wish", "answer": "answer"}, state="switched.level", period_s=0.1)),'
+    )
     change(
         lamps.path,
         "conftest.py",
@@ -210,7 +213,10 @@ def test_a_renderer_that_dies_costs_the_film_and_not_the_session(
 def test_what_cannot_be_filmed_is_refused_before_the_run(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
     result = lamps.runpytest_inprocess("--hri-suite=by-hand", "--hri-film", *mode)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    assert "--hri-film: testbench 'lamps' cannot be filmed: give it film=Film(camera=...)" in result.stderr.str()
+    assert (
+        "--hri-film: testbench 'lamps' cannot be filmed: give it simulation=Simulation(film=Film(camera=...))"
+        in result.stderr.str()
+    )
     assert not (lamps.path / "hri-report").exists()
 
 
