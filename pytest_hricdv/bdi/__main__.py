@@ -52,11 +52,11 @@ def _run(options: argparse.Namespace) -> int:
         print(visible(line, keep="\n\t"))
     actions = sorted({action.partition("(")[0] for _, action in result.actions})
     if actions and not options.quiet:
-        print(f"warning: {_unimplemented(actions, options.strict_actions)}", file=sys.stderr)
+        print(f"warning: {_action_warning(actions, options.strict_actions)}", file=sys.stderr)
     return _print_end(options, result)
 
 
-def _unimplemented(actions: Sequence[str], fail: bool) -> str:
+def _action_warning(actions: Sequence[str], fail: bool) -> str:
     """What happens to external actions that no environment implements."""
     names = visible(", ".join(actions))
     if fail:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pytest_hricdv.bdi.actions import foreign_calls, missing, wrong_calls
+from pytest_hricdv.bdi.actions import describe_missing, foreign_calls, wrong_calls
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
 from pytest_hricdv.bdi.language.parser import parse_alone
 from pytest_hricdv.bdi.language.project import read_project
@@ -144,7 +144,7 @@ def _load_source(path: Path) -> tuple[tuple[str, str], ...]:
     program = parse_alone(path)
     kinds: dict[str, str] = {}
     for call in foreign_calls(program):
-        kinds.setdefault(_JAVA if not call.name.startswith(".") else f"{_UNKNOWN} {call.name}", missing(call))
+        kinds.setdefault(_JAVA if not call.name.startswith(".") else f"{_UNKNOWN} {call.name}", describe_missing(call))
     for message in wrong_calls(program):
         kinds.setdefault(_general(_PLACE.sub("", message, count=1)), message)
     return tuple(kinds.items())

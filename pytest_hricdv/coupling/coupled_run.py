@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from pytest_hricdv.bdi import BdiError, Environment, Structure
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Message, Question, Wait, ticks_of
+from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, PendingQuestion, PendingWait, SpeechAct, ticks_of
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
-from pytest_hricdv.bdi.language.limits import counted
+from pytest_hricdv.bdi.language.limits import count_work
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan, Program
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.system_run import SystemRun
@@ -60,13 +60,13 @@ class CoupledRun(SystemRun):
     @property
     def due_s(self) -> float:
         """When the next wait of an agent is over (s); infinite if there is none."""
-        waiting: list[Wait | Question] = []
+        waiting: list[PendingWait | PendingQuestion] = []
         for agent in self.order:
             waiting += [*agent.waits, *agent.questions.values()]
         deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
         return min(deadlines, default=math.inf) / TICKS_PER_S
 
-    def deliver(self, receiver: str, message: Message) -> None:
+    def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Put a message into the mailbox of an agent that is in the run."""
         if self.agents[receiver] in self.order:
             super().deliver(receiver, message)
@@ -82,7 +82,7 @@ class CoupledRun(SystemRun):
             BdiError: as `settle`.
         """
         self.messages += 1
-        receiver.mailbox.append(Message(source, "achieve" if goal else "tell", literal, self.messages))
+        receiver.mailbox.append(SpeechAct(source, "achieve" if goal else "tell", literal, self.messages))
         receiver.awake = True
         self.settle()
 
@@ -106,7 +106,7 @@ class CoupledRun(SystemRun):
         Raises:
             BdiError: one cannot go on, or never comes to rest.
         """
-        with counted(self):
+        with count_work(self):
             for _ in range(MAX_CYCLES):
                 if not self.do_round() or self._only_busy():
                     return
@@ -119,4 +119,4 @@ class CoupledRun(SystemRun):
         return " or ".join(agent.name for agent in self.order)
 
     def _doing(self) -> str:
-        return "; ".join(agent.doing() for agent in self.order)
+        return "; ".join(agent.activity() for agent in self.order)

@@ -9,7 +9,14 @@ from pytest_hricdv.monitor import Criterion, Requirement, Value, Verdict, Violat
 from pytest_hricdv.monitor.analysis import conjuncts
 from pytest_hricdv.monitor.formula import Eventually
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
-from pytest_hricdv.monitor.past_formula import And, BooleanName, Comparison, Not, Or, TextComparison
+from pytest_hricdv.monitor.past_formula import (
+    BooleanName,
+    Comparison,
+    Conjunction,
+    Disjunction,
+    Negation,
+    TextComparison,
+)
 from pytest_hricdv.monitor.terms import Arithmetic, Count, FloatName, Negative, Number, Text, TimeBetween
 
 _RELATIONS: Mapping[str, Callable[[float, float], bool]] = {
@@ -71,12 +78,12 @@ def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
         case TextComparison(for_s=0):
             texts = _text(formula.left, values), _text(formula.right, values)
             return None not in texts and (texts[0] == texts[1]) == (formula.relation == "==")
-        case Not():
+        case Negation():
             inner = _evaluate(formula.operand, values)
             return None if inner is None else not inner
-        case And() | Or():
+        case Conjunction() | Disjunction():
             sides = {_evaluate(operand, values) for operand in formula.operands}
-            dominant = isinstance(formula, Or)
+            dominant = isinstance(formula, Disjunction)
             return dominant if dominant in sides else None if None in sides else not dominant
         case _:
             return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.names import Kind, field_of, last_of
 from pytest_hricdv.monitor.node import PastFormula, Term
-from pytest_hricdv.monitor.past_formula import FLIPPED, And, Comparison, On, Or, Relation
+from pytest_hricdv.monitor.past_formula import FLIPPED, Comparison, Conjunction, Disjunction, On, Relation
 from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number
 
 
@@ -36,15 +36,15 @@ def walk(formula: PastFormula) -> Iterator[PastFormula]:
 
 def conjuncts(formula: PastFormula) -> Iterator[PastFormula]:
     """The operands of the outermost conjunctions of `formula`, in the order of the text."""
-    yield from _operands_of(And, formula)
+    yield from _operands_of(Conjunction, formula)
 
 
 def disjuncts(formula: PastFormula) -> Iterator[PastFormula]:
     """The operands of the outermost disjunctions of `formula`, in the order of the text."""
-    yield from _operands_of(Or, formula)
+    yield from _operands_of(Disjunction, formula)
 
 
-def _operands_of(connective: type[And] | type[Or], formula: PastFormula) -> Iterator[PastFormula]:
+def _operands_of(connective: type[Conjunction] | type[Disjunction], formula: PastFormula) -> Iterator[PastFormula]:
     if isinstance(formula, connective):
         for operand in formula.operands:
             yield from _operands_of(connective, operand)
@@ -87,7 +87,7 @@ def names_shown(formula: Formula) -> tuple[str, ...]:
     """Signals, `topic.field` and topics that a formula reads, each once, in the order of the text."""
     names: dict[str, None] = {}
     for part in _parts(formula):
-        read = [part.topic] if isinstance(part, On) else map(_shown, part.own_names)
+        read = [part.topic] if isinstance(part, On) else map(_name_shown, part.own_names)
         names.update(dict.fromkeys(read))
     return tuple(names)
 
@@ -106,13 +106,13 @@ def _parts(formula: Formula) -> Iterator[PastFormula]:
 def _limit(comparison: Comparison) -> Limit | None:
     left, right = comparison.left, comparison.right
     if isinstance(left, FloatName) and (value := _constant(right)) is not None:
-        return Limit(_shown(left.name), comparison.relation, value)
+        return Limit(_name_shown(left.name), comparison.relation, value)
     if isinstance(right, FloatName) and (value := _constant(left)) is not None:
-        return Limit(_shown(right.name), FLIPPED[comparison.relation], value)
+        return Limit(_name_shown(right.name), FLIPPED[comparison.relation], value)
     return None
 
 
-def _shown(name: str) -> str:
+def _name_shown(name: str) -> str:
     """A signal, or `topic.field`, also of its value in the message before."""
     return field_of(name) or name
 

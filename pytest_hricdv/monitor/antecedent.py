@@ -28,7 +28,7 @@ from pytest_hricdv.monitor.evaluation_state import (
 from pytest_hricdv.monitor.log import Log, Update
 from pytest_hricdv.monitor.names import last_of
 from pytest_hricdv.monitor.node import HysteresisScope, PastFormula
-from pytest_hricdv.monitor.past_formula import And, Comparison, Not, Or
+from pytest_hricdv.monitor.past_formula import Comparison, Conjunction, Disjunction, Negation
 from pytest_hricdv.monitor.terms import Arithmetic, ArithmeticOperator, Number
 from pytest_hricdv.monitor.verdict import NearestMiss
 
@@ -173,9 +173,9 @@ def _with_shifted_bounds(formula: PastFormula, *, wanted: bool) -> PastFormula:
             sign: ArithmeticOperator = "-" if formula.relation in ("<", "<=") else "+"
             bound = Arithmetic(sign, formula.right, width) if width.value else formula.right
             return Comparison(formula.relation, formula.left, bound)
-        case Not():
-            return Not(_with_shifted_bounds(formula.operand, wanted=not wanted))
-        case And() | Or():
-            return formula.changed(lambda operand: _with_shifted_bounds(operand, wanted=wanted))
+        case Negation():
+            return Negation(_with_shifted_bounds(formula.operand, wanted=not wanted))
+        case Conjunction() | Disjunction():
+            return formula.with_operands(lambda operand: _with_shifted_bounds(operand, wanted=wanted))
         case _:
             return formula

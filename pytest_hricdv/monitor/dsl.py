@@ -8,7 +8,14 @@ from typing import NoReturn, overload
 
 from pytest_hricdv.monitor.formula import Holds, Response
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
-from pytest_hricdv.monitor.past_formula import And, BooleanName, Comparison, Not, Or, TextComparison
+from pytest_hricdv.monitor.past_formula import (
+    BooleanName,
+    Comparison,
+    Conjunction,
+    Disjunction,
+    Negation,
+    TextComparison,
+)
 from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number, Text, TextName
 
 _PARENTHESES = "in Python & | ~ >> bind more strongly than comparisons: put parentheses around each, as in p & (x < 1)"
@@ -27,8 +34,8 @@ class TruthValue:
     def __and__(self, other: TruthValue | Implication) -> TruthValue | Implication:
         # Python parses `p & q >> r` as `p & (q >> r)`; `(p & q) >> r` is meant.
         if isinstance(other, Implication):
-            return Implication(self._joined(And, other.antecedent), other.response)
-        return TruthValue(self._joined(And, as_past(other)))
+            return Implication(self._join(Conjunction, other.antecedent), other.response)
+        return TruthValue(self._join(Conjunction, as_past(other)))
 
     @overload
     def __or__(self, other: Implication) -> Implication: ...
@@ -36,16 +43,16 @@ class TruthValue:
     def __or__(self, other: TruthValue) -> TruthValue: ...
     def __or__(self, other: TruthValue | Implication) -> TruthValue | Implication:
         if isinstance(other, Implication):
-            return Implication(self._joined(Or, other.antecedent), other.response)
-        return TruthValue(self._joined(Or, as_past(other)))
+            return Implication(self._join(Disjunction, other.antecedent), other.response)
+        return TruthValue(self._join(Disjunction, as_past(other)))
 
-    def _joined(self, connective: type[And | Or], other: PastFormula) -> PastFormula:
+    def _join(self, connective: type[Conjunction | Disjunction], other: PastFormula) -> PastFormula:
         """Of `p & q & r` one conjunction, as in the text."""
         before = self.past.operands if isinstance(self.past, connective) else (self.past,)
         return connective(*before, other)
 
     def __invert__(self) -> TruthValue:
-        return TruthValue(Not(self.past))
+        return TruthValue(Negation(self.past))
 
     def __rshift__(self, response: TruthValue | Response) -> Implication:
         if isinstance(response, Response):

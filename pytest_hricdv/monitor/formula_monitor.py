@@ -17,7 +17,7 @@ from pytest_hricdv.monitor.evaluation_state import (
     nanoseconds,
     seconds,
 )
-from pytest_hricdv.monitor.program import Program
+from pytest_hricdv.monitor.program import MonitorProgram
 
 
 class FormulaMonitor(ABC):
@@ -31,9 +31,9 @@ class FormulaMonitor(ABC):
         wake_ns: the next time at which an evaluation is needed without an update.
     """
 
-    program: Program
+    program: MonitorProgram
 
-    def __init__(self, program: Program, state: EvaluationState, shows: Sequence[str] = ()) -> None:
+    def __init__(self, program: MonitorProgram, state: EvaluationState, shows: Sequence[str] = ()) -> None:
         self.program = program
         self.shows = frozenset(shows) - program.kinds.keys()
         self.kinds = {**dict.fromkeys(shows, float), **program.kinds}
@@ -83,7 +83,7 @@ class ConditionMonitor(FormulaMonitor):
     """
 
     def __init__(
-        self, program: Program, state: EvaluationState, changed: Callable[[float, bool], None] | None = None
+        self, program: MonitorProgram, state: EvaluationState, changed: Callable[[float, bool], None] | None = None
     ) -> None:
         super().__init__(program, state)
         self._changed = changed

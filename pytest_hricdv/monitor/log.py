@@ -15,7 +15,7 @@ Series = tuple[Sequence[float], Sequence[float] | Sequence[str]]
 Update = tuple[str, "Value | Mapping[str, object]"]
 
 
-class Message(Protocol):
+class LogMessage(Protocol):
     """One message of a log."""
 
     @property
@@ -39,7 +39,7 @@ class Log:
     """
 
     signals: Mapping[str, Series]
-    messages: Sequence[Message]
+    messages: Sequence[LogMessage]
     end_s: float
 
     @property

@@ -13,7 +13,7 @@ from pytest_hricdv.monitor.antecedent import nearest_miss
 from pytest_hricdv.monitor.evaluation_state import Value, nanoseconds, seconds
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
-from pytest_hricdv.monitor.log import Log, Message
+from pytest_hricdv.monitor.log import Log, LogMessage
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.monitor.node import PastFormula
@@ -103,15 +103,15 @@ def _as_type(time_s: float, name: str, value: Value, kind: Kind) -> Value:
     return float(value) if isinstance(value, Real) else value
 
 
-Crowded = Mapping[str, Sequence[Sequence[Message]]]
+Crowded = Mapping[str, Sequence[Sequence[LogMessage]]]
 """Topic -> the messages of each instant at which it has several, in the order in which they came."""
 
 
 def _crowded_instants(log: Log) -> Crowded:
     """The instants of a run at which a topic has several messages."""
-    instants: dict[str, list[list[Message]]] = {}
+    instants: dict[str, list[list[LogMessage]]] = {}
     for _, group in groupby(log.messages, key=lambda message: nanoseconds(message.time_s)):
-        by_topic: dict[str, list[Message]] = {}
+        by_topic: dict[str, list[LogMessage]] = {}
         for message in group:
             by_topic.setdefault(message.topic, []).append(message)
         for topic, messages in by_topic.items():

@@ -139,7 +139,7 @@ class MonitorSet:
             if field not in fields:
                 present = ", ".join(fields) or "none"
                 raise MonitorError(f"a message {topic!r} at {time_s} s has no field {field!r}; its fields: {present}")
-            self._values.set_field(name, self._checked_value(time_s, name, fields[field]), keep_last=keep_last)
+            self._values.set_field(name, self._check_value(time_s, name, fields[field]), keep_last=keep_last)
         self._arrived[topic] = self._arrived.get(topic, 0) + 1
         self._mark_dirty(f"on({topic})")
 
@@ -163,7 +163,7 @@ class MonitorSet:
         # finite number.
         kind = self._kinds[name]
         if type(value) is not kind or (kind is not str and value - value != 0):  # type: ignore[operator]
-            value = self._checked_value(time_s, name, value)
+            value = self._check_value(time_s, name, value)
         values = self._values
         if name in values and values[name] == value:  # the same again: nothing can have changed
             return
@@ -288,7 +288,7 @@ class MonitorSet:
             if always or monitor.active:
                 self._dirty[monitor] = None
 
-    def _checked_value(self, time_s: float, name: str, value: object) -> Value:
+    def _check_value(self, time_s: float, name: str, value: object) -> Value:
         kind = self._kinds[name]
         if isinstance(value, bool | str) and isinstance(value, kind):
             return value

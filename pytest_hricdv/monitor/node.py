@@ -91,7 +91,7 @@ class Node:
                 names.update(part.own_names)
         return names
 
-    def changed(self, change: Callable[[Any], Any]) -> Self:
+    def with_operands(self, change: Callable[[Any], Any]) -> Self:
         """The same operator with other operands."""
         operands = {name: change(part) for name, part in vars(self).items() if isinstance(part, Node)}
         return replace(self, **operands)  # type: ignore[type-var]
@@ -176,7 +176,7 @@ def text_with_names(node: Node, names: Mapping[Node, str]) -> str:
     """The text of a formula in which names replace parts; of nested parts with names, the outermost is replaced."""
 
     def label(part: Any) -> Any:
-        return _Label(names[part]) if part in names else part.changed(label)
+        return _Label(names[part]) if part in names else part.with_operands(label)
 
     return str(label(node))
 

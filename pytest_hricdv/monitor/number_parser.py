@@ -27,11 +27,11 @@ from pytest_hricdv.monitor.units import (
     MAX_TIME_S,
     NO_UNIT,
     SECOND,
-    Measured,
+    QuantityTerm,
     Unit,
     constant,
     constant_term,
-    known_units,
+    unit_names,
     unit_of,
 )
 from pytest_hricdv.monitor.vocabulary import Vocabulary
@@ -56,24 +56,24 @@ class NumberParser(TermParser):
             "last": self._name,
             "number_operator": self._number_operator,
             "number": lambda tree: self._constant(tree.children[0]),
-            "signed": self._signed,
+            "signed": self._sign,
             "arithmetic": self._arithmetic,
         }
 
-    def _measured(self, node: Node) -> Measured:
+    def _quantity(self, node: Node) -> QuantityTerm:
         """The term of a number, with its unit."""
         tree = self._expect(node, float)
         return self._number_rules[tree.data](tree)
 
-    def _name(self, tree: Tree[Token]) -> Measured:
+    def _name(self, tree: Tree[Token]) -> QuantityTerm:
         meaning, name = self._meaning(tree), self._full_name(tree)
         if meaning is not None:
-            return cast("Measured", meaning)
-        return Measured(FloatName(name), self._vocabulary.unit(name), "value")
+            return cast("QuantityTerm", meaning)
+        return QuantityTerm(FloatName(name), self._vocabulary.unit(name), "value")
 
-    def _number_operator(self, tree: Tree[Token]) -> Measured:
+    def _number_operator(self, tree: Tree[Token]) -> QuantityTerm:
         number = self._apply(tree, PAST_NUMBERS)
-        return Measured(number, unit_of(number.UNIT), "value")
+        return QuantityTerm(number, unit_of(number.UNIT), "value")
 
     def _apply(self, tree: Tree[Token], operators: Mapping[str, type[T]]) -> T:
         """What an operator means that is written as a function, with a window if its class has one."""
@@ -89,7 +89,7 @@ class NumberParser(TermParser):
 
     # --- constants
 
-    def _constant(self, node: Node) -> Measured:
+    def _constant(self, node: Node) -> QuantityTerm:
         """A number as it is written, with or without a unit."""
         token = cast("Token", node)
         written = cast("re.Match[str]", _QUANTITY.fullmatch(token))
@@ -97,18 +97,18 @@ class NumberParser(TermParser):
         if not math.isfinite(value):
             raise self._error(node, "this number is too large for a float")
         if not written[2]:
-            return Measured(Number(value), None, "number")
+            return QuantityTerm(Number(value), None, "number")
         unit = unit_of(written[2])
         if not unit.is_known and unit.text not in self._vocabulary.units.values():
             advice = "a product of a number and a name is written with `*`"
-            suggestion = nearest(unit.text, [*known_units(), *self._vocabulary.units.values()])
+            suggestion = nearest(unit.text, [*unit_names(), *self._vocabulary.units.values()])
             raise self._error(node, f"unknown unit {quoted(unit.text)}{suggestion}", advice)
-        return Measured(Number(value), unit, "quantity")
+        return QuantityTerm(Number(value), unit, "quantity")
 
     def _seconds(self, node: Node) -> float:
         """A time that is written without a unit, in seconds, or with one."""
         time = self._constant(node)
-        time_s = float(constant(self._converted(node, time, SECOND).term if time.unit else time.term))
+        time_s = float(constant(self._to_unit(node, time, SECOND).term if time.unit else time.term))
         self._check_time(node, time_s)
         return time_s
 
@@ -126,25 +126,25 @@ class NumberParser(TermParser):
 
     # --- arithmetic
 
-    def _operand(self, node: Node) -> Measured:
+    def _operand(self, node: Node) -> QuantityTerm:
         """A number that can be a part of others."""
-        measured = self._measured(node)
+        measured = self._quantity(node)
         if isinstance(measured.term, TimeSince):
             advice = "`time_between(f, g)` is a number like others"
             problem = "a time_since is compared with a number of seconds, as in `time_since(f) < 3`"
             raise self._error(node, problem, advice)
         return measured
 
-    def _signed(self, tree: Tree[Token]) -> Measured:
+    def _sign(self, tree: Tree[Token]) -> QuantityTerm:
         sign, node = tree.children
         operand = self._operand(node)
         if str(sign) == "+":
             return operand
         if str(sign) != "-":
             raise UnknownOperatorError(tree.data, str(sign))
-        return Measured(Negative(operand.term), operand.unit, operand.origin, operand.exact)
+        return QuantityTerm(Negative(operand.term), operand.unit, operand.origin, operand.exact)
 
-    def _arithmetic(self, tree: Tree[Token]) -> Measured:
+    def _arithmetic(self, tree: Tree[Token]) -> QuantityTerm:
         left_node, operator, right_node = tree.children
         left, right = self._operand(left_node), self._operand(right_node)
         symbol = cast("ArithmeticOperator", str(operator))
@@ -159,10 +159,12 @@ class NumberParser(TermParser):
             raise UnknownOperatorError(tree.data, symbol)
         term, origins = Arithmetic(symbol, left.term, right.term), (left.origin, right.origin)
         if "value" in origins:
-            return Measured(term, unit, "value", exact)
-        return Measured(self._computed(tree, term), unit, "quantity") if unit else Measured(term, None, "number")
+            return QuantityTerm(term, unit, "value", exact)
+        return (
+            QuantityTerm(self._evaluate(tree, term), unit, "quantity") if unit else QuantityTerm(term, None, "number")
+        )
 
-    def _computed(self, tree: Tree[Token], term: Term) -> Term:
+    def _evaluate(self, tree: Tree[Token], term: Term) -> Term:
         """The constant that a computation with quantities makes, so that it can be converted."""
         try:
             return constant_term(constant(term))
@@ -172,8 +174,8 @@ class NumberParser(TermParser):
     # --- units
 
     def _in_one_unit(
-        self, left_node: Node, left: Measured, right_node: Node, right: Measured
-    ) -> tuple[Measured, Measured]:
+        self, left_node: Node, left: QuantityTerm, right_node: Node, right: QuantityTerm
+    ) -> tuple[QuantityTerm, QuantityTerm]:
         """Both sides of a comparison or of a sum, quantities in the unit of the other side."""
         if right.origin == "quantity":
             return left, self._in_unit_of(left_node, left, right_node, right)
@@ -184,28 +186,30 @@ class NumberParser(TermParser):
             self._require_equal(right_node, cast("Unit", left.unit), cast("Unit", right.unit))
         return left, right
 
-    def _in_unit_of(self, node: Node, measure: Measured, quantity_node: Node, quantity: Measured) -> Measured:
+    def _in_unit_of(
+        self, node: Node, measure: QuantityTerm, quantity_node: Node, quantity: QuantityTerm
+    ) -> QuantityTerm:
         if measure.unit is None:
             number = measure.origin == "number"
             problem = "this number has no unit, and the other one has" if number else "no unit is declared for this"
             advice = "write a unit for both" if number else "declare it in the testbench's units, or write no unit"
             raise self._error(node, problem, advice)
-        return self._converted(quantity_node, quantity, measure.unit)
+        return self._to_unit(quantity_node, quantity, measure.unit)
 
-    def _converted(self, node: Node, quantity: Measured, unit: Unit) -> Measured:
+    def _to_unit(self, node: Node, quantity: QuantityTerm, unit: Unit) -> QuantityTerm:
         assert quantity.unit is not None
         if quantity.unit.dimension != unit.dimension:
             expected = f"expected a number in {unit.text}" if unit.text else "expected a number without a unit"
             raise self._error(node, f"{expected}, got one in {quantity.unit.text}")
         try:
-            return quantity.converted(unit)
+            return quantity.to_unit(unit)
         except OverflowError:
             raise self._error(node, f"this number is too large for a float in {unit.text}") from None
 
-    def _in_base_unit(self, node: Node, measured: Measured) -> Measured:
+    def _in_base_unit(self, node: Node, measured: QuantityTerm) -> QuantityTerm:
         if measured.origin != "quantity" or measured.unit is None:
             return measured
-        return self._converted(node, measured, measured.unit.base)
+        return self._to_unit(node, measured, measured.unit.base)
 
     def _require_equal(self, node: Node, left: Unit, right: Unit) -> None:
         if left.dimension != right.dimension:
@@ -216,7 +220,7 @@ class NumberParser(TermParser):
             raise self._error(node, f"this is in {right.text}, the other side in {left.text}", advice)
 
 
-def _product_unit(left: Measured, right: Measured, symbol: str) -> tuple[Unit | None, bool]:
+def _product_unit(left: QuantityTerm, right: QuantityTerm, symbol: str) -> tuple[Unit | None, bool]:
     """The unit of a product or quotient, and whether it is exact: a plain factor may have a unit of its own."""
     exact = left.exact and right.exact and "number" not in (left.origin, right.origin)
     units = [NO_UNIT if side.origin == "number" else side.unit for side in (left, right)]

@@ -18,13 +18,13 @@ from pytest_hricdv.monitor.number_parser import NumberParser
 from pytest_hricdv.monitor.past_formula import (
     FLIPPED,
     OPERATORS,
-    And,
     BooleanName,
     Comparison,
+    Conjunction,
+    Disjunction,
     Equality,
-    Not,
+    Negation,
     On,
-    Or,
     Relation,
     Since,
     TextComparison,
@@ -33,7 +33,7 @@ from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import MAX_DEPTH, nodes, syntax_tree
 from pytest_hricdv.monitor.term_parser import Node, UnknownOperatorError
 from pytest_hricdv.monitor.terms import Count, Number, TimeBetween, TimeSince, leaves
-from pytest_hricdv.monitor.units import Measured, constant
+from pytest_hricdv.monitor.units import QuantityTerm, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 
 
@@ -51,9 +51,9 @@ class FormulaParser(NumberParser):
             "last": lambda tree: BooleanName(self._full_name(tree)),
             "on": self._on,
             "comparison": self._comparison,
-            "negation": lambda tree: Not(self._past(tree.children[0])),
-            "conjunction": lambda tree: And(*map(self._past, tree.children)),
-            "disjunction": lambda tree: Or(*map(self._past, tree.children)),
+            "negation": lambda tree: Negation(self._past(tree.children[0])),
+            "conjunction": lambda tree: Conjunction(*map(self._past, tree.children)),
+            "disjunction": lambda tree: Disjunction(*map(self._past, tree.children)),
             "since": lambda tree: Since(self._past(tree.children[0]), self._past(tree.children[1])),
             "operator": self._operator,
         }
@@ -97,7 +97,7 @@ class FormulaParser(NumberParser):
     def _definition(self, tree: Tree[Token]) -> Definition:
         node = tree.children[0]
         kind = self._kind(node)
-        meaning = self._past(node) if kind is bool else self._measured(node) if kind is float else self._text(node)
+        meaning = self._past(node) if kind is bool else self._quantity(node) if kind is float else self._text(node)
         sizes = [depth for _, depth in nodes(tree)]
         depth = max(sizes) + max((self._vocabulary.definitions[name].depth for name in self.used), default=0)
         if depth > MAX_DEPTH:
@@ -127,11 +127,11 @@ class FormulaParser(NumberParser):
                 self._reject_instantaneous(condition, parts[0], "until a release", "")
                 return HoldsUntil(condition, self._past(parts[1]))
             case "eventually" | "always_within":
-                return self._windowed_response(tree, parts)
+                return self._response_in_window(tree, parts)
             case rule:
                 raise UnknownOperatorError(rule)
 
-    def _windowed_response(self, tree: Tree[Token], parts: Sequence[Node]) -> Response:
+    def _response_in_window(self, tree: Tree[Token], parts: Sequence[Node]) -> Response:
         start_s, end_s = self._window(cast("Tree[Token]", parts[0]))
         condition = self._past(parts[1])
         if end_s == 0:
@@ -171,14 +171,14 @@ class FormulaParser(NumberParser):
             raise self._error(relation, "a hysteresis needs a bound with two sides: < <= > >=")
         if of_texts:
             return TextComparison(cast("Equality", str(relation)), *self._texts(left, right), for_s)
-        sides = self._in_one_unit(left, self._measured(left), right, self._measured(right))
+        sides = self._in_one_unit(left, self._quantity(left), right, self._quantity(right))
         terms = sides[0].term, sides[1].term
         if any(isinstance(term, TimeSince) for term in terms):
-            return self._elapsed(tree, *terms)
+            return self._time_since(tree, *terms)
         width = self._width(qualifiers["hysteresis"], (left, right), sides) if "hysteresis" in qualifiers else 0.0
         return Comparison(cast("Relation", str(relation)), *terms, width, for_s)
 
-    def _width(self, node: Node, nodes: tuple[Node, Node], sides: tuple[Measured, Measured]) -> float:
+    def _width(self, node: Node, nodes: tuple[Node, Node], sides: tuple[QuantityTerm, QuantityTerm]) -> float:
         """The width of a hysteresis, in the unit of the comparison."""
         if any(isinstance(leaf, Count | TimeBetween) for side in sides for leaf in leaves(side.term)):
             raise self._error(node, "a hysteresis is for measured numbers; counts and times have no noise")
@@ -189,7 +189,7 @@ class FormulaParser(NumberParser):
             width = self._in_unit_of(nodes[side], sides[side], node, width)
         return float(constant(width.term))
 
-    def _elapsed(self, tree: Tree[Token], left: Term, right: Term) -> PastFormula:
+    def _time_since(self, tree: Tree[Token], left: Term, right: Term) -> PastFormula:
         """A comparison of `time_since`, which is written on the left."""
         relation = cast("Relation", str(tree.children[1]))
         advice = "for instance `time_since(f) < 3`; `time_between(f, g)` is a number like others"

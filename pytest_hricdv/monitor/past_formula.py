@@ -108,7 +108,7 @@ class Comparison(PastFormula):
 
     def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
         if self.for_s > 0:
-            return compiler.output(self, _held_for(self.for_s), replace(self, for_s=0.0))
+            return compiler.output(self, _with_duration(self.for_s), replace(self, for_s=0.0))
         match self.left, self.right:
             case TimeSince(operand), Number(bound_s):
                 closed = self.relation in ("<=", ">")
@@ -136,16 +136,16 @@ class TextComparison(PastFormula):
 
     def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
         if self.for_s > 0:
-            return compiler.output(self, _held_for(self.for_s), replace(self, for_s=0.0))
+            return compiler.output(self, _with_duration(self.for_s), replace(self, for_s=0.0))
         return compiler.comparison_text(self)
 
 
-def _held_for(duration_s: float) -> Callable[..., ForOperator]:
+def _with_duration(duration_s: float) -> Callable[..., ForOperator]:
     return partial(ForOperator, length_ns=nanoseconds(duration_s))
 
 
 @dataclass(frozen=True)
-class Not(PastFormula):
+class Negation(PastFormula):
     PRECEDENCE = Precedence.NOT
     operand: PastFormula
 
@@ -180,7 +180,7 @@ class _Connective(PastFormula):
         within = Precedence(self.PRECEDENCE + 1)
         return f" {self.SYMBOL} ".join(operand.operand_text(within) for operand in self.operands)
 
-    def changed(self, change: Callable[[Any], Any]) -> Self:
+    def with_operands(self, change: Callable[[Any], Any]) -> Self:
         return type(self)(*map(change, self.operands))
 
     def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
@@ -197,7 +197,7 @@ class _Connective(PastFormula):
         return f"{self.DISTANCE}({', '.join(parts)})"
 
 
-class And(_Connective):
+class Conjunction(_Connective):
     PRECEDENCE, SYMBOL, WORD, DISTANCE = Precedence.AND, "&", "and", "min"
 
     @property
@@ -213,7 +213,7 @@ class And(_Connective):
         return next((operand.sources for operand in self.operands if operand.is_instantaneous), super().sources)
 
 
-class Or(_Connective):
+class Disjunction(_Connective):
     PRECEDENCE, SYMBOL, WORD, DISTANCE = Precedence.OR, "|", "or", "max"
 
     @property
@@ -251,7 +251,7 @@ class Fall(_Edge):
     """True only at an instant at which the operand becomes false, at that instant or right after it."""
 
     def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
-        return Rise(Not(self.operand)).expression(compiler, scope)
+        return Rise(Negation(self.operand)).expression(compiler, scope)
 
 
 class Previously(NamedOperator):
@@ -291,7 +291,7 @@ class Historically(WindowedOperator):
 
     def expression(self, compiler: Compiler, scope: HysteresisScope) -> str:
         # By its dual, so that only one operator has the windows to get right.
-        return f"(not {Once(Not(self.operand), self.start_s, self.end_s).expression(compiler, scope)})"
+        return f"(not {Once(Negation(self.operand), self.start_s, self.end_s).expression(compiler, scope)})"
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
 from pytest_hricdv.monitor.terms import Negative, Number
-from pytest_hricdv.monitor.units import NO_UNIT, Measured, unit_of
+from pytest_hricdv.monitor.units import NO_UNIT, QuantityTerm, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = ["parse_pattern"]
@@ -111,7 +111,7 @@ class RequirementParser(FormulaParser):
             raise self._error(node, f"{parameter.name}: expected {expected}")
         return int(value) if int in types and value.is_integer() else value
 
-    def _in_unit_of_parameter(self, name: str, nodes: Mapping[str, Node]) -> Measured:
+    def _in_unit_of_parameter(self, name: str, nodes: Mapping[str, Node]) -> QuantityTerm:
         """A number in the unit of its parameter: a quantity is converted, a signal in another unit is an error."""
         node, number = nodes[name], self._operand(nodes[name])
         if name == "speed":
@@ -119,7 +119,7 @@ class RequirementParser(FormulaParser):
         if name in _SPEEDS:
             return self._in_one_unit(nodes["speed"], self._operand(nodes["speed"]), node, number)[1]
         unit = next((unit_of(unit) for end, unit in _UNITS.items() if name.endswith(end)), NO_UNIT)
-        return self._in_one_unit(node, Measured(Number(0.0), unit, "value"), node, number)[1]
+        return self._in_one_unit(node, QuantityTerm(Number(0.0), unit, "value"), node, number)[1]
 
     def _topic(self, node: Node) -> On | None:
         """The arrival of a message, for a topic alone: as an argument it cannot mean anything else."""

@@ -16,7 +16,7 @@ from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
 
 
 @dataclass(frozen=True, kw_only=True)
-class Program:
+class MonitorProgram:
     """What the monitor of a formula executes.
 
     Attributes:
@@ -39,7 +39,7 @@ class Program:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RequirementProgram(Program):
+class RequirementProgram(MonitorProgram):
     """What the monitor of one requirement executes.
 
     Attributes:
@@ -90,11 +90,11 @@ def compile_formula(formula: Formula, names: tuple[tuple[PastFormula, str], ...]
 
 
 @lru_cache(maxsize=1024)
-def compile_condition(condition: PastFormula) -> Program:
+def compile_condition(condition: PastFormula) -> MonitorProgram:
     """Compile a past formula by itself; its hystereses are over the run."""
     compiler = ExpressionCompiler()
     expression = condition.expression(compiler, HysteresisScope.RUN)
-    return Program(
+    return MonitorProgram(
         condition=function_of(expression),
         run_operators=tuple(compiler.run_operators),
         right_continuous=condition.is_right_continuous,

@@ -95,7 +95,7 @@ def syntax_tree(source: FormulaSource, start: Start) -> Tree[Token]:
     try:
         tree = _grammar().parse(source.formula, start=start)
     except UnexpectedToken as unexpected:
-        raise _unexpected_token(source, start, unexpected) from None
+        raise _error_unexpected(source, start, unexpected) from None
     except UnexpectedCharacters as unexpected:
         position = unexpected.pos_in_stream or 0
         character = source.formula[position]
@@ -123,9 +123,9 @@ def nodes(tree: Tree[Token]) -> Iterator[tuple[Tree[Token], int]]:
         rest += [(child, depth + 1) for child in node.children if isinstance(child, Tree)]
 
 
-def _unexpected_token(source: FormulaSource, rule: Start, unexpected: UnexpectedToken) -> RequirementError:
+def _error_unexpected(source: FormulaSource, rule: Start, unexpected: UnexpectedToken) -> RequirementError:
     token: Token = unexpected.token
-    expected = _expected_text(unexpected.accepts or unexpected.expected)
+    expected = _expectation(unexpected.accepts or unexpected.expected)
     if token.type == "$END":
         end = len(source.formula.rstrip())
         if end == 0:
@@ -144,7 +144,7 @@ def _unexpected_token(source: FormulaSource, rule: Start, unexpected: Unexpected
     return source.error(start, start + len(token), f"unexpected {quoted(str(token))}", lines)
 
 
-def _expected_text(terminals: set[str]) -> str:
+def _expectation(terminals: set[str]) -> str:
     """The terminals that lark expected, as the user writes them."""
     patterns = {terminal.name: terminal.pattern.value for terminal in _grammar().terminals}
     return _alternatives(sorted({_TERMINAL_NAMES.get(name) or _words(patterns.get(name, name)) for name in terminals}))

@@ -15,7 +15,7 @@ from pytest_hricdv.monitor.node import PastFormula, TextTerm
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 from pytest_hricdv.monitor.syntax_tree import MAX_NODES
 from pytest_hricdv.monitor.terms import Text, TextName
-from pytest_hricdv.monitor.units import Measured
+from pytest_hricdv.monitor.units import QuantityTerm
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 Node: TypeAlias = "Tree[Token] | Token"
@@ -45,7 +45,7 @@ class TermParser(ABC):
         self._vocabulary = vocabulary
         self.used: dict[str, None] = {}  # the definitions in the text so far, used as an ordered set
         self._past_rules: dict[str, Callable[[Tree[Token]], PastFormula]] = {}
-        self._number_rules: dict[str, Callable[[Tree[Token]], Measured]] = {}
+        self._number_rules: dict[str, Callable[[Tree[Token]], QuantityTerm]] = {}
         self._expanded = 0  # of the meanings of these definitions, each as often as it is used
 
     @abstractmethod
@@ -88,7 +88,7 @@ class TermParser(ABC):
         name = self._vocabulary.full_name(str(tree.children[-1]))
         return last_of(name) if tree.data == "last" else name
 
-    def _meaning(self, tree: Tree[Token]) -> PastFormula | Measured | TextTerm | None:
+    def _meaning(self, tree: Tree[Token]) -> PastFormula | QuantityTerm | TextTerm | None:
         """What a name stands for; None if it is no definition."""
         name = str(tree.children[-1])
         definition = self._vocabulary.definitions.get(name)

@@ -121,13 +121,13 @@ def unit_of(text: str) -> Unit:
     return Unit(text, unit.scale, unit.dimension)
 
 
-def known_units() -> list[str]:
+def unit_names() -> list[str]:
     """The names that units are made of."""
     return [*_KNOWN]
 
 
 @dataclass(frozen=True)
-class Measured:
+class QuantityTerm:
     """A term with its unit.
 
     Attributes:
@@ -142,10 +142,10 @@ class Measured:
     origin: Literal["number", "quantity", "value"]
     exact: bool = True
 
-    def converted(self, unit: Unit) -> Measured:
+    def to_unit(self, unit: Unit) -> QuantityTerm:
         """A quantity in another unit of its dimension; the nearest float to the exact product. Raises OverflowError."""
         assert self.unit is not None
-        return Measured(constant_term(constant(self.term) * self.unit.scale / unit.scale), unit, "quantity")
+        return QuantityTerm(constant_term(constant(self.term) * self.unit.scale / unit.scale), unit, "quantity")
 
 
 def constant(term: Term) -> Fraction:

@@ -9,7 +9,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.monitor.names import IDENTIFIER, Kind, field_of
 from pytest_hricdv.monitor.node import PastFormula, TextTerm
 from pytest_hricdv.monitor.past_formula import OPERATORS
-from pytest_hricdv.monitor.units import Measured, Unit, unit_of
+from pytest_hricdv.monitor.units import QuantityTerm, Unit, unit_of
 
 _WORDS = ("always", "eventually", "until", "since", "on", "not", "hysteresis", "for", "inf")
 KEYWORDS = frozenset((*OPERATORS, *_WORDS))
@@ -30,7 +30,7 @@ class Definition:
 
     text: str
     kind: Kind
-    meaning: PastFormula | Measured | TextTerm
+    meaning: PastFormula | QuantityTerm | TextTerm
     uses: frozenset[str] = frozenset()
     nodes: int = 1
     depth: int = 1

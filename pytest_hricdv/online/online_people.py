@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from pytest_hricdv.bdi import BdiError, Structure
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import Question, Wait
+from pytest_hricdv.bdi.agent.intentions import PendingQuestion, PendingWait
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.bdi.run.tracing import Noting, Trace, TracedAgent
@@ -69,7 +69,7 @@ class _Person:
     """Whether it has begun to live: its node has asked for its first action."""
     free_us: int = 0
     """Since when it is free."""
-    doing: tuple[int, ReadyAct] | None = None
+    activity: tuple[int, ReadyAct] | None = None
     """The number of the action that it does, from 1, and what it was ready for."""
     node: Node | None = None
     """Its node, while it waits."""
@@ -83,7 +83,7 @@ class _Person:
     @property
     def due_ticks(self) -> float:
         """When a wait of its own is over, on the agents' clock; infinite where it has none."""
-        waiting: list[Wait | Question] = [*self.agent.waits, *self.agent.questions.values()]
+        waiting: list[PendingWait | PendingQuestion] = [*self.agent.waits, *self.agent.questions.values()]
         return min((wait.deadline for wait in waiting if wait.deadline is not None), default=math.inf)
 
 
@@ -196,8 +196,8 @@ class OnlinePeople:
         if not self._begun:
             self._begun = True
             self._steer()
-        if person.doing is not None:
-            self._record.done(person.doing[0], self._here.now_us)
+        if person.activity is not None:
+            self._record.done(person.activity[0], self._here.now_us)
             self._late.reopen()
             self._go_on_after(person)
             self._settle()
@@ -209,8 +209,8 @@ class OnlinePeople:
 
     def _go_on_after(self, person: _Person) -> None:
         """The agent goes on after its action, unless it has given up meanwhile what the action was part of."""
-        assert person.doing is not None, "somebody has asked"
-        (number, done), person.doing = person.doing, None
+        assert person.activity is not None, "somebody has asked"
+        (number, done), person.activity = person.activity, None
         if done in person.agent.ready_acts:
             person.agent.go_on_after(done)
         else:
@@ -261,7 +261,7 @@ class OnlinePeople:
         options = tuple(dict.fromkeys(act.text for act in ready))
         chosen = options[0] if len(options) == 1 else self._choose(ACT, options)
         command = command_from_action(chosen, person.name)
-        person.doing = number, by_text[chosen]
+        person.activity = number, by_text[chosen]
         self._record.begun(Begun(number, person.name, person.free_us, self._here.now_us))
         self._decisions.taken.append(command)
         return command
@@ -321,7 +321,7 @@ class OnlinePeople:
         """
         end_us = round(end_s * US_PER_S)
         for person in self._people.values():
-            is_busy = person.doing is not None
+            is_busy = person.activity is not None
             if is_busy:
                 self._go_on_after(person)  # so that what led to its action is among the steps, too
             if person.is_asked and not self._record.has_left(person.name):

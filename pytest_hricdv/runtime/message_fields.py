@@ -114,15 +114,15 @@ def _text(value: object) -> str | None:
     names = fields_of(type(value))
     if names is not None:
         parts = [(name, _text(getattr(value, name))) for name in names]
-        return _joined("(", [text and f"{name}={text}" for name, text in parts])
+        return _join("(", [text and f"{name}={text}" for name, text in parts])
     if isinstance(value, Mapping):
         items = [(_text(key), _text(of_key)) for key, of_key in value.items()]
-        return _joined("{", [key and text and f"{key}: {text}" for key, text in items], is_sorted=True)
+        return _join("{", [key and text and f"{key}: {text}" for key, text in items], is_sorted=True)
     if isinstance(value, Set):
-        return _joined("{", [_text(member) for member in value], is_sorted=True)
-    return _joined("[", [_text(member) for member in value]) if isinstance(value, list | tuple | deque) else None
+        return _join("{", [_text(member) for member in value], is_sorted=True)
+    return _join("[", [_text(member) for member in value]) if isinstance(value, list | tuple | deque) else None
 
 
-def _joined(bracket: str, texts: list[str | None], *, is_sorted: bool = False) -> str | None:
+def _join(bracket: str, texts: list[str | None], *, is_sorted: bool = False) -> str | None:
     whole = [text for text in texts if text is not None]
     return bracket + ", ".join(sorted(whole) if is_sorted else whole) if len(whole) == len(texts) else None

@@ -11,7 +11,7 @@ from typing import NoReturn, Protocol
 from pytest_hricdv.runtime.blocking_calls import real_wait
 from pytest_hricdv.runtime.node_error import KernelError, NodeError
 from pytest_hricdv.runtime.source_location import place_of
-from pytest_hricdv.runtime.watchdog import Problem, Situation, Watch
+from pytest_hricdv.runtime.watchdog import Hang, Watch, WatchState
 
 US_PER_S = 1_000_000
 
@@ -96,7 +96,7 @@ class Supervision:
         finally:
             self._is_watched = False
 
-    def situation(self) -> Situation:
+    def situation(self) -> WatchState:
         """What runs now, for the watchdog."""
         if self._kernel.inside is not None:
             waits_s, adds_up = self._node_waits_s, True
@@ -104,7 +104,7 @@ class Supervision:
             waits_s, adds_up = max(WORLD_WAITS_S, 2 * self._stuck_after_s), False
         if self._kernel.inside is not None or self._kernel.is_running:
             second = self._kernel.now_us // US_PER_S
-            return Situation(
+            return WatchState(
                 self._kernel.now_us,
                 waits_s,
                 self._stuck_after_s,
@@ -112,9 +112,9 @@ class Supervision:
                 second,
                 may_take_s=CRAWLS * self._stuck_after_s,
             )
-        return Situation(self._kernel.now_us, SET_UP_WAITS_S)
+        return WatchState(self._kernel.now_us, SET_UP_WAITS_S)
 
-    def _interrupt(self, problem: Problem, frame: FrameType | None) -> None:
+    def _interrupt(self, problem: Hang, frame: FrameType | None) -> None:
         """End what has control. A node that has caught what was raised is left where it is, for ever."""
         error = self._error_of(problem, frame)
         node = self._kernel.inside
@@ -123,7 +123,7 @@ class Supervision:
         self._interrupted = self._kernel.returns
         raise error
 
-    def _error_of(self, problem: Problem, frame: FrameType | None) -> KernelError:
+    def _error_of(self, problem: Hang, frame: FrameType | None) -> KernelError:
         place = f"{place_of(frame)}{self._kernel.node_info()}"
         if problem.kind == "works":
             return KernelError(f"no time has passed for {self._stuck_after_s:g} s of work, at {place}")

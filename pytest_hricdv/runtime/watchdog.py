@@ -53,7 +53,7 @@ _IMPORTS = ("importlib._bootstrap", "importlib._bootstrap_external")
 
 
 @dataclass(frozen=True)
-class Situation:
+class WatchState:
     """What runs now, and what it may.
 
     Args:
@@ -74,7 +74,7 @@ class Situation:
 
 
 @dataclass(frozen=True)
-class Problem:
+class Hang:
     """What has to end.
 
     Args:
@@ -94,13 +94,13 @@ class Watch:
         end: called in the code that has to end, with its frame; it raises. Called again if this had no effect.
     """
 
-    def __init__(self, look: Callable[[], Situation], end: Callable[[Problem, FrameType | None], None]) -> None:
+    def __init__(self, look: Callable[[], WatchState], end: Callable[[Hang, FrameType | None], None]) -> None:
         self._look = look
         self._end = end
         self._watched = threading.main_thread()
-        self._problem: Problem | None = None
+        self._problem: Hang | None = None
         self._thread: tuple[_thread.LockType, _thread.LockType] | None = None
-        self._seen = Situation(-1, math.inf)
+        self._seen = WatchState(-1, math.inf)
         self._waited_s = {True: 0.0, False: 0.0}  # where it adds up, and where progress ends it
         self._worked_s = self._second_s = 0.0
 
@@ -155,12 +155,12 @@ class Watch:
         else:
             self._waited_s[True] = max(0.0, self._waited_s[True] - _FORGETS * TICK_S)
         if self._waited_s[now.adds_up] >= now.may_wait_s:
-            self._problem, self._waited_s[now.adds_up] = Problem("waits", self._waited_s[now.adds_up]), 0.0
+            self._problem, self._waited_s[now.adds_up] = Hang("waits", self._waited_s[now.adds_up]), 0.0
         elif self._worked_s >= now.may_work_s:
             # Who caught what was raised has had its time: it is interrupted again soon.
-            self._problem, self._worked_s = Problem("works", self._worked_s), max(0.0, now.may_work_s - AGAIN_S)
+            self._problem, self._worked_s = Hang("works", self._worked_s), max(0.0, now.may_work_s - AGAIN_S)
         elif self._second_s >= now.may_take_s:
-            self._problem, self._second_s = Problem("crawls", self._second_s), max(0.0, now.may_take_s - AGAIN_S)
+            self._problem, self._second_s = Hang("crawls", self._second_s), max(0.0, now.may_take_s - AGAIN_S)
         else:
             return
         assert self._watched.ident is not None, "the main thread has begun"

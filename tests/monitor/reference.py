@@ -11,7 +11,7 @@ from pytest_hricdv.monitor.analysis import names_of, names_read, walk
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil
 from pytest_hricdv.monitor.names import is_optional
 from pytest_hricdv.monitor.node import PastFormula
-from pytest_hricdv.monitor.past_formula import And, Comparison, Not, On, Or
+from pytest_hricdv.monitor.past_formula import Comparison, Conjunction, Disjunction, Negation, On
 from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince, leaves
 from tests.monitor.logged_run import TICK_S, first_position, tick_of
 from tests.monitor.reference_past import PastEvaluator
@@ -41,7 +41,7 @@ class Judged:
 
 
 def flattened(formula: PastFormula) -> list[PastFormula]:
-    parts = formula.operands if isinstance(formula, And) else ()
+    parts = formula.operands if isinstance(formula, Conjunction) else ()
     return [operand for part in parts for operand in flattened(part)] or [formula]
 
 
@@ -51,9 +51,9 @@ def compares(formula: PastFormula) -> bool:
             return False
         case Comparison(for_s=0):
             return True
-        case Not():
+        case Negation():
             return compares(formula.operand)
-        case And() | Or():
+        case Conjunction() | Disjunction():
             return any(map(compares, formula.operands))
         case _:
             return False
@@ -101,11 +101,11 @@ class ReferenceEvaluator(PastEvaluator):
         match f:
             case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
                 return self.distance(f, p) - (f.hysteresis if wanted else 0.0)
-            case Not():
+            case Negation():
                 return -self.distance_to_return(f.operand, p, not wanted)
-            case And():
+            case Conjunction():
                 return min(self.distance_to_return(part, p, wanted) for part in f.operands)
-            case Or():
+            case Disjunction():
                 return max(self.distance_to_return(part, p, wanted) for part in f.operands)
             case _:
                 return self.distance(f, p)

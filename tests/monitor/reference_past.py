@@ -11,15 +11,15 @@ from functools import cache
 
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
 from pytest_hricdv.monitor.past_formula import (
-    And,
     BooleanName,
     Comparison,
+    Conjunction,
+    Disjunction,
     Fall,
     Historically,
-    Not,
+    Negation,
     On,
     Once,
-    Or,
     Previously,
     Rise,
     Since,
@@ -175,11 +175,11 @@ class PastEvaluator:
                 ticks = self.ticks(f.for_s)
                 held = self.with_hysteresis(f, 0) if isinstance(f, Comparison) else self.truth(replace(f, for_s=0.0))
                 return [p - 2 * ticks >= 1 and all(held[p - 2 * ticks : p + 1]) for p in ps]
-            case Not():
+            case Negation():
                 return [not a for a in self.truth(f.operand, since)]
-            case And():
+            case Conjunction():
                 return [all(values) for values in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
-            case Or():
+            case Disjunction():
                 return [any(values) for values in zip(*(self.truth(part, since) for part in f.operands), strict=True)]
             case Rise():
                 return self.rise(self.truth(f.operand))
@@ -219,11 +219,11 @@ class PastEvaluator:
             case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
                 gap = self.number(f.right, p) - self.number(f.left, p)
                 return {"<": gap, "<=": gap, ">": -gap, ">=": -gap, "==": -abs(gap), "!=": abs(gap)}[f.relation]
-            case Not():
+            case Negation():
                 return -self.distance(f.operand, p)
-            case And():
+            case Conjunction():
                 return min(self.distance(part, p) for part in f.operands)
-            case Or():
+            case Disjunction():
                 return max(self.distance(part, p) for part in f.operands)
             case _:
                 return math.inf if self.truth(f)[p] else -math.inf

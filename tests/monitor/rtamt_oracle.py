@@ -19,15 +19,15 @@ from pytest_hricdv.monitor.analysis import names_of, topics_of
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, Response
 from pytest_hricdv.monitor.node import PastFormula, Term
 from pytest_hricdv.monitor.past_formula import (
-    And,
     BooleanName,
     Comparison,
+    Conjunction,
+    Disjunction,
     Fall,
     Historically,
-    Not,
+    Negation,
     On,
     Once,
-    Or,
     Previously,
     Rise,
     Since,
@@ -168,11 +168,11 @@ def past(formula: PastFormula, *, remembers: bool = True) -> str:
             return f"({_variable(formula.topic)} > 0)"
         case Comparison():
             return _comparison(formula, remembers)
-        case Not():
+        case Negation():
             return f"(not {past(formula.operand, remembers=remembers)})"
-        case And():
+        case Conjunction():
             return f"({' and '.join(past(part, remembers=remembers) for part in formula.operands)})"
-        case Or():
+        case Disjunction():
             return f"({' or '.join(past(part, remembers=remembers) for part in formula.operands)})"
         case Rise() | Fall():
             # For rtamt, what is true at the first tick is an edge.

@@ -12,14 +12,14 @@ from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Hol
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.past_formula import (
     OPERATORS,
-    And,
     BooleanName,
     Comparison,
+    Conjunction,
+    Disjunction,
     Historically,
-    Not,
+    Negation,
     On,
     Once,
-    Or,
     Since,
     TextComparison,
 )
@@ -125,7 +125,9 @@ comparisons = st.one_of(
     ),
     st.builds(Comparison, st.sampled_from(["==", "!="]), terms, terms),
 )
-counted = st.sampled_from([On("a"), On("b"), On("m"), BooleanName("p"), Not(On("a")), Or(On("a"), BooleanName("q"))])
+counted = st.sampled_from(
+    [On("a"), On("b"), On("m"), BooleanName("p"), Negation(On("a")), Disjunction(On("a"), BooleanName("q"))]
+)
 since_bounds = st.integers(0, 6).map(lambda ticks: Number(ticks * TICK_S))
 past_comparisons = st.one_of(
     st.builds(
@@ -159,7 +161,7 @@ text_comparisons = st.builds(
 atoms: st.SearchStrategy[PastFormula] = st.one_of(
     st.sampled_from(["p", "q"]).map(BooleanName),
     st.sampled_from(["a", "b"]).map(On),
-    st.just(And(On("m"), BooleanName("m.ok"))),
+    st.just(Conjunction(On("m"), BooleanName("m.ok"))),
     comparisons,
     text_comparisons,
     past_comparisons,
@@ -176,9 +178,9 @@ def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormu
         st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(Count, inner), numbers),
         st.builds(Comparison, st.sampled_from(["<", "<="]), st.builds(TimeSince, inner), since_bounds),
         st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(TimeBetween, inner, inner), since_bounds),
-        st.builds(Not, inner),
-        st.builds(And, inner, inner),
-        st.builds(Or, inner, inner),
+        st.builds(Negation, inner),
+        st.builds(Conjunction, inner, inner),
+        st.builds(Disjunction, inner, inner),
         *(st.builds(operator, inner) for operator in OPERATORS.values()),
         st.builds(Since, inner, inner),
         st.builds(_windowed, st.sampled_from([Once, Historically]), inner, windows()),

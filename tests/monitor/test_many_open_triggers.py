@@ -13,7 +13,16 @@ from hypothesis import strategies as st
 from pytest_hricdv.monitor import MonitorSet, Requirement, Verdict
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Response
 from pytest_hricdv.monitor.node import PastFormula
-from pytest_hricdv.monitor.past_formula import BooleanName, Comparison, Historically, Not, On, Once, Or, Rise
+from pytest_hricdv.monitor.past_formula import (
+    BooleanName,
+    Comparison,
+    Disjunction,
+    Historically,
+    Negation,
+    On,
+    Once,
+    Rise,
+)
 from pytest_hricdv.monitor.terms import Count, FloatName, Number
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value
 from tests.monitor.slow_monitor import SlowMonitorSet
@@ -66,7 +75,7 @@ def _over(kind: type[Once] | type[Historically], operand: PastFormula, window: t
 
 
 frequent: st.SearchStrategy[PastFormula] = st.sampled_from(
-    [On("a"), On("m"), Or(On("a"), On("b")), BooleanName("p"), Rise(BooleanName("q")), Not(On("a"))]
+    [On("a"), On("m"), Disjunction(On("a"), On("b")), BooleanName("p"), Rise(BooleanName("q")), Negation(On("a"))]
 )
 x_is_small: PastFormula = Comparison("<", FloatName("x"), Number(3.0))
 remembered = st.builds(_over, st.sampled_from([Once, Historically]), frequent | st.just(x_is_small), wide)

@@ -13,15 +13,15 @@ from pytest_hricdv.monitor import Requirement
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil, Response
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.past_formula import (
-    And,
     BooleanName,
     Comparison,
+    Conjunction,
+    Disjunction,
     Fall,
     Historically,
-    Not,
+    Negation,
     On,
     Once,
-    Or,
     Previously,
     Rise,
     Since,
@@ -105,7 +105,9 @@ remembering = st.builds(
     st.sampled_from([0.0, TICK_S]),
 )
 truths: st.SearchStrategy[PastFormula] = st.sampled_from(["p", "q"]).map(BooleanName)
-messages: st.SearchStrategy[PastFormula] = st.sampled_from([On("a"), On("b"), And(On("m"), BooleanName("m.ok"))])
+messages: st.SearchStrategy[PastFormula] = st.sampled_from(
+    [On("a"), On("b"), Conjunction(On("m"), BooleanName("m.ok"))]
+)
 
 
 def windowed(kind: type[Once] | type[Historically], operand: PastFormula, window: tuple[float, float]) -> PastFormula:
@@ -114,9 +116,9 @@ def windowed(kind: type[Once] | type[Historically], operand: PastFormula, window
 
 def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormula]:
     return st.one_of(
-        st.builds(Not, inner),
-        st.builds(And, inner, inner),
-        st.builds(Or, inner, inner),
+        st.builds(Negation, inner),
+        st.builds(Conjunction, inner, inner),
+        st.builds(Disjunction, inner, inner),
         st.builds(Since, inner, inner),
         st.builds(Once, inner),
         st.builds(Historically, inner),
@@ -129,15 +131,15 @@ def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormu
 kept = st.recursive(truths | bare | messages.map(Once), larger, max_leaves=4)
 lasting = st.recursive(truths | bare | remembering | messages.map(Once), larger, max_leaves=4)
 settled = BooleanName("settled")
-edges = st.builds(lambda kind, f: And(settled, kind(f)), st.sampled_from([Rise, Fall]), lasting)
+edges = st.builds(lambda kind, f: Conjunction(settled, kind(f)), st.sampled_from([Rise, Fall]), lasting)
 events = st.one_of(
     messages,
     edges,
-    st.builds(And, messages | edges, lasting),
-    st.builds(lambda event, f: And(And(settled, event), Previously(f)), messages | edges, lasting),
-    st.builds(Or, messages, edges),
+    st.builds(Conjunction, messages | edges, lasting),
+    st.builds(lambda event, f: Conjunction(Conjunction(settled, event), Previously(f)), messages | edges, lasting),
+    st.builds(Disjunction, messages, edges),
 )
-absences = events.map(Not)
+absences = events.map(Negation)
 longer = windows(least_end=1)
 responses: st.SearchStrategy[Response] = st.one_of(
     st.builds(Holds, kept),

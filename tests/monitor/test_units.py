@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements, parse_condition, parse_formula
 from pytest_hricdv.monitor.past_formula import Comparison
 from pytest_hricdv.monitor.terms import Number
-from pytest_hricdv.monitor.units import known_units, unit_of
+from pytest_hricdv.monitor.units import unit_names, unit_of
 
 MEASURED = Vocabulary(
     signals=dict.fromkeys(("x", "y_mm", "v", "w", "force", "angle", "lamp", "amount", "plain"), float)
@@ -150,7 +150,7 @@ def test_without_signals_a_vocabulary_has_neither_their_units_nor_their_values()
     assert left == Vocabulary(signals={"level": float}, units={"level": "ml"})
 
 
-@given(value=st.floats(1e-6, 1e6), unit=st.sampled_from(known_units()), other=st.sampled_from(known_units()))
+@given(value=st.floats(1e-6, 1e6), unit=st.sampled_from(unit_names()), other=st.sampled_from(unit_names()))
 def test_all_units_of_a_dimension_mean_the_same(value: float, unit: str, other: str) -> None:
     vocabulary = Vocabulary(signals={"x": float}, units={"x": other})
     text = f"x < {value!r} {unit}"

@@ -8,9 +8,9 @@ from pytest_hricdv.bdi.actions.registry import (
     Invocation,
     call_action,
     check_calls,
+    describe_missing,
     foreign_calls,
     inspects_intentions,
-    missing,
     wrong_calls,
 )
 from pytest_hricdv.bdi.actions.terms import function_value
@@ -20,7 +20,7 @@ from pytest_hricdv.bdi.language.terms import Call, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail
 
-__all__ = ["StandardActions", "check_calls", "foreign_calls", "inspects_intentions", "missing", "wrong_calls"]
+__all__ = ["StandardActions", "check_calls", "describe_missing", "foreign_calls", "inspects_intentions", "wrong_calls"]
 
 
 class StandardActions:

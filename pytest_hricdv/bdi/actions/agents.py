@@ -5,7 +5,7 @@ from __future__ import annotations
 from pytest_hricdv.bdi.actions.registry import Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.agent.directory import DIRECTORY
-from pytest_hricdv.bdi.agent.intentions import Message
+from pytest_hricdv.bdi.agent.intentions import SpeechAct
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import ListTerm, String, Structure
 
@@ -84,4 +84,4 @@ def _tell_provider(invocation: Invocation, subscriber: str, provider: str) -> No
     run = invocation.agent.run
     run.messages += 1
     content = Structure("provider", (Structure(provider), String(invocation.text(0))))
-    run.deliver(subscriber, Message(DIRECTORY, "tell", content, run.messages))
+    run.deliver(subscriber, SpeechAct(DIRECTORY, "tell", content, run.messages))

@@ -8,12 +8,12 @@ from typing import TypeVar
 
 from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
-from pytest_hricdv.bdi.language.collection import Collection, MapTerm, QueueTerm, SetTerm
+from pytest_hricdv.bdi.language.collection import CollectionTerm, MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import ITEMS, spend
 from pytest_hricdv.bdi.language.terms import ListTerm, Term, term_order
 
-AnyCollection = TypeVar("AnyCollection", bound=Collection)
+AnyCollection = TypeVar("AnyCollection", bound=CollectionTerm)
 _collection_action = partial(internal_action, inspects=True)
 
 
@@ -24,7 +24,7 @@ def _note_change(invocation: Invocation) -> bool:
     return True
 
 
-def _create(invocation: Invocation, collection: Collection) -> bool:
+def _create(invocation: Invocation, collection: CollectionTerm) -> bool:
     return invocation.is_free(0) and invocation.unify(0, collection)
 
 
@@ -57,16 +57,16 @@ def _any_of(invocation: Invocation, index: int, terms: Iterable[Term]) -> Iterat
 # --- what there is for all of them
 
 
-def _clear(invocation: Invocation, expected: type[Collection]) -> Outcome:
+def _clear(invocation: Invocation, expected: type[CollectionTerm]) -> Outcome:
     _collection(invocation, expected).content.clear()
     return _note_change(invocation)
 
 
-def _copy(invocation: Invocation, expected: type[Collection]) -> Outcome:
+def _copy(invocation: Invocation, expected: type[CollectionTerm]) -> Outcome:
     return invocation.unify(1, _collection(invocation, expected).copy())
 
 
-def _to_list(invocation: Invocation, expected: type[Collection]) -> Outcome:
+def _to_list(invocation: Invocation, expected: type[CollectionTerm]) -> Outcome:
     return invocation.unify(1, ListTerm(_collection(invocation, expected).items()))
 
 

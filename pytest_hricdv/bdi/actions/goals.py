@@ -210,11 +210,11 @@ def _current_intention(invocation: Invocation) -> Outcome:
     The plan being executed is the first.
     """
     intention = invocation.own_intention()
-    means = tuple(_described(invocation.agent, means) for means in reversed(intention.stack))
+    means = tuple(_means_term(invocation.agent, means) for means in reversed(intention.stack))
     return invocation.unify(0, Structure("intention", (Number(intention.number), ListTerm(means))))
 
 
-def _described(agent: AgentState, means: IntendedMeans) -> Structure:
+def _means_term(agent: AgentState, means: IntendedMeans) -> Structure:
     plan = means.plan
     event = PlanTerm(replace(plan, label="_plan", trigger=Trigger(means.sign, means.literal), context=None, body=()))
     # The names of variables are texts: as variables they would be those of the plan that asks.
@@ -274,7 +274,7 @@ def _intention(invocation: Invocation) -> Iterator[object]:
         mark = len(invocation.trail)
         values: list[Term] = [Number(intention.number), _state(agent, intention)]
         if len(invocation.args) > 2:
-            values.append(ListTerm(tuple(_described(agent, means) for means in reversed(intention.stack))))
+            values.append(ListTerm(tuple(_means_term(agent, means) for means in reversed(intention.stack))))
         if all(invocation.unify(index, value) for index, value in enumerate(values)):
             yield intention
         undo(invocation.bindings, invocation.trail, mark)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, check_calls, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
-from pytest_hricdv.bdi.language.limits import limited, spend
+from pytest_hricdv.bdi.language.limits import limit_answers, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import (
@@ -25,7 +25,7 @@ from pytest_hricdv.bdi.language.terms import (
     term_order,
 )
 from pytest_hricdv.bdi.logic.inference import first, solve
-from pytest_hricdv.bdi.logic.substitution import renamed_apart
+from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.logic.unify import undo, unify
 
 
@@ -35,7 +35,7 @@ def _values_of_solutions(invocation: Invocation) -> list[Term]:
     agent.enter_query(invocation.formula(1))
     try:
         solutions = solve(agent, invocation.formula(1), invocation.bindings)
-        return [agent.value(invocation.args[0], solution) for solution in limited(solutions)]
+        return [agent.value(invocation.args[0], solution) for solution in limit_answers(solutions)]
     finally:
         agent.leave_query()
 
@@ -144,7 +144,7 @@ def _relevant_rules(invocation: Invocation) -> Outcome:
     rules = [
         PlanTerm(entry)
         for entry in invocation.agent.beliefs.candidates(literal.key)
-        if isinstance(entry, Rule) and unify(literal, renamed_apart(entry.head, "_rule_"), {}, [])
+        if isinstance(entry, Rule) and unify(literal, rename_apart(entry.head, "_rule_"), {}, [])
     ]
     return invocation.unify(1, ListTerm(tuple(rules)))
 

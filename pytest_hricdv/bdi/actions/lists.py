@@ -7,7 +7,7 @@ from itertools import chain
 
 from pytest_hricdv.bdi.actions.registry import INTERNAL, MANY, WRONG, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
-from pytest_hricdv.bdi.language.collection import Collection, SetTerm
+from pytest_hricdv.bdi.language.collection import CollectionTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import ITEMS, check_text, spend
 from pytest_hricdv.bdi.language.terms import (
@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.language.terms import (
     Structure,
     Term,
     size_of,
-    sorted_terms,
+    sort_terms,
     term_order,
 )
 from pytest_hricdv.bdi.logic.unify import undo
@@ -37,7 +37,7 @@ def _length(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
     if isinstance(value, String):
         return invocation.unify(1, Number(len(value.value)))
-    if isinstance(value, Collection):
+    if isinstance(value, CollectionTerm):
         return invocation.unify(1, Number(len(value)))
     return isinstance(value, ListTerm) and invocation.unify(1, Number(len(value.items)))
 
@@ -45,7 +45,7 @@ def _length(invocation: Invocation) -> Outcome:
 @internal_action("empty", 1)
 def _empty(invocation: Invocation) -> Outcome:
     value = invocation.value(0)
-    if isinstance(value, Collection):
+    if isinstance(value, CollectionTerm):
         return not len(value)
     return not value.value if isinstance(value, String) else not invocation.items(0)
 
@@ -170,7 +170,7 @@ def _delete_range(invocation: Invocation) -> Outcome:
 
 @internal_action("union", 3)
 def _union(invocation: Invocation) -> Outcome:
-    return invocation.unify(2, ListTerm(sorted_terms(_comparable(invocation.items(0) + invocation.items(1)))))
+    return invocation.unify(2, ListTerm(sort_terms(_comparable(invocation.items(0) + invocation.items(1)))))
 
 
 @internal_action("intersection", 3)
@@ -187,7 +187,7 @@ def _select(invocation: Invocation, *, in_other: bool) -> bool:
     """The items of the first list that are in the second, or are not."""
     other, items = invocation.items(1), invocation.items(0)
     spend(len(items) * (1 + len(other) // ITEMS))
-    return invocation.unify(2, ListTerm(sorted_terms(tuple(item for item in items if (item in other) is in_other))))
+    return invocation.unify(2, ListTerm(sort_terms(tuple(item for item in items if (item in other) is in_other))))
 
 
 def _any_of(invocation: Invocation, lists: Iterable[tuple[Term, ...]]) -> Iterator[object]:

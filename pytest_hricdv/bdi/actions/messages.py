@@ -6,7 +6,7 @@ import re
 
 from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import Outcome
-from pytest_hricdv.bdi.agent.intentions import Question
+from pytest_hricdv.bdi.agent.intentions import PendingQuestion
 from pytest_hricdv.bdi.agent.messages import send, text_of
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_term
@@ -40,7 +40,7 @@ def _send(invocation: Invocation) -> Outcome:
 def _wait_for_answers(invocation: Invocation, force: str, names: list[str], asked: int | None) -> None:
     agent = invocation.agent
     deadline = agent.run.deadline(invocation.number(4)) if len(invocation.args) == 5 else None
-    question = Question(invocation.own_intention(), force, invocation.args[3], deadline, asked)
+    question = PendingQuestion(invocation.own_intention(), force, invocation.args[3], deadline, asked)
     agent.questions.update(dict.fromkeys(names, question))
     if deadline is not None:
         agent.run.note_deadline(deadline)
@@ -64,16 +64,16 @@ def _text(invocation: Invocation, start: int = 0) -> str:
 
     A variable without a value is marked as one, as Jason does.
     """
-    return "".join(_shown_as_written(invocation, index) for index in range(start, len(invocation.args)))
+    return "".join(_argument_text(invocation, index) for index in range(start, len(invocation.args)))
 
 
-def _shown_as_written(invocation: Invocation, index: int) -> str:
+def _argument_text(invocation: Invocation, index: int) -> str:
     value, written = invocation.value(index), invocation.args[index]
     # A variable that stands for another one without a value is known by its own name.
-    return _shown(written if isinstance(value, Variable) and isinstance(written, Variable) else value)
+    return _plain_text(written if isinstance(value, Variable) and isinstance(written, Variable) else value)
 
 
-def _shown(value: Term) -> str:
+def _plain_text(value: Term) -> str:
     if isinstance(value, String):
         return value.value
     return f"{value}<no-value>" if isinstance(value, Variable) else str(value)
@@ -98,14 +98,16 @@ def _puts(invocation: Invocation) -> Outcome:
     """As ``.print``, with the values of the expressions in the texts, as in ``"#{X+1} left"``."""
     agent, bindings = invocation.agent, invocation.bindings
 
-    def filled(index: int) -> str:
+    def fill(index: int) -> str:
         value = invocation.value(index)
-        text = _shown(value)
+        text = _plain_text(value)
         if not isinstance(value, String):
             return text
-        return _EXPRESSION.sub(lambda match: _shown(agent.value(invocation.read(match[1], parse_term), bindings)), text)
+        return _EXPRESSION.sub(
+            lambda match: _plain_text(agent.value(invocation.read(match[1], parse_term), bindings)), text
+        )
 
-    agent.run.print(agent.name, "".join(map(filled, range(len(invocation.args)))))
+    agent.run.print(agent.name, "".join(map(fill, range(len(invocation.args)))))
     return True
 
 
@@ -117,7 +119,7 @@ def _printf(invocation: Invocation) -> Outcome:
     """``.printf("%5.2f %s", X, Y)``, with the formats of Java for doubles, which all numbers are, and for text."""
     left = [invocation.value(index) for index in range(1, len(invocation.args))]
 
-    def filled(match: re.Match[str]) -> str:
+    def fill(match: re.Match[str]) -> str:
         flags, kind = match[1].replace("(", ""), match[2]
         if kind in "n%":
             return "\n" if kind == "n" else "%"
@@ -126,14 +128,14 @@ def _printf(invocation: Invocation) -> Outcome:
         value = left.pop(0)
         if kind in "sS":
             width = flags.replace("-", "<") if "-" in flags else f">{flags}" if flags else ""
-            text = format(repr(float(value)) if isinstance(value, Number) else _shown(value), width)
+            text = format(repr(float(value)) if isinstance(value, Number) else _plain_text(value), width)
             return text.upper() if kind == "S" else text
         if kind not in "feEgG" or not isinstance(value, Number):
             # As in Java: numbers are none that `%d` takes.
             raise EvaluationError(f"{invocation.call}: {match[0]} is no format of {value}", "unknown")
         return format(float(value), (flags.replace("-", "<") or "") + kind)
 
-    invocation.agent.run.print(invocation.agent.name, _FORMAT.sub(filled, invocation.text(0)).rstrip("\n"))
+    invocation.agent.run.print(invocation.agent.name, _FORMAT.sub(fill, invocation.text(0)).rstrip("\n"))
     return True
 
 

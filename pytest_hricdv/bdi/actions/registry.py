@@ -242,7 +242,7 @@ def _is_missing(call: Call) -> bool:
     return call.name not in ACTIONS and call.name not in FUNCTIONS
 
 
-def missing(call: Call) -> str:
+def describe_missing(call: Call) -> str:
     """What an action or function is that is not here, and what to write instead, with the place of its call."""
     return f"{call.location}: {unknown_action(call.name, {*ACTIONS, *FUNCTIONS} - {VALUE_BY_RULE})}"
 
@@ -250,7 +250,7 @@ def missing(call: Call) -> str:
 def check_exists(call: Call) -> None:
     """Raise BdiError unless there is an internal action or function of this name."""
     if _is_missing(call):
-        raise BdiError(missing(call))
+        raise BdiError(describe_missing(call))
 
 
 def check_call(call: Call) -> None:
@@ -258,7 +258,7 @@ def check_call(call: Call) -> None:
     if _is_missing(call):
         if is_foreign(call.name):
             return
-        raise BdiError(missing(call))
+        raise BdiError(describe_missing(call))
     action = ACTIONS.get(call.name)
     limits = (action.least, action.most) if action is not None else FUNCTIONS[call.name]
     if action is not None and call.name in FUNCTIONS:

@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.actions.registry import (
 )
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.messages import text_of
-from pytest_hricdv.bdi.language.collection import Collection, MapTerm, QueueTerm, SetTerm
+from pytest_hricdv.bdi.language.collection import CollectionTerm, MapTerm, QueueTerm, SetTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.limits import check_text, spend
 from pytest_hricdv.bdi.language.parser import parse_term
@@ -345,7 +345,7 @@ def _value(agent: AgentState, name: str, args: list[Term]) -> float:
         return math.floor(agent.run.time_ms)
     if name == ".length":
         value = args[0]
-        if isinstance(value, Collection):
+        if isinstance(value, CollectionTerm):
             return len(value)
         return len(value.value) if isinstance(value, String) else len(value.items) if isinstance(value, ListTerm) else 0
     if name in _OF_LISTS:

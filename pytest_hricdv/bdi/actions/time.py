@@ -7,7 +7,7 @@ from datetime import date, timedelta
 
 from pytest_hricdv.bdi.actions.registry import WRONG, Invocation, internal_action, is_function
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
-from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Wait
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, PendingWait
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, Trigger
@@ -36,7 +36,7 @@ def _wait(invocation: Invocation) -> Outcome:
     awaited = invocation.args[0]
     intention = invocation.own_intention()
     value = invocation.value(0) if _is_value(awaited) else awaited
-    wait = Wait(intention, run.ticks)
+    wait = PendingWait(intention, run.ticks)
     if isinstance(value, Number):
         if value <= 0:
             # As an action that is done at once: it goes on behind the others, and behind a plan selected meanwhile.
@@ -90,7 +90,7 @@ def _at(invocation: Invocation) -> Outcome:
     intention.stack.append(IntendedMeans(plan, "+", _AT, {}))
     deadline = run.deadline(delay_ms)
     run.note_deadline(deadline)
-    agent.waits.append(Wait(intention, run.ticks, deadline))
+    agent.waits.append(PendingWait(intention, run.ticks, deadline))
     return True
 
 

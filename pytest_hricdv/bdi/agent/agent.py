@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pytest_hricdv.bdi.agent.agent_state import ActionTable, AgentState
 from pytest_hricdv.bdi.agent.failures import end_deadlines, fail, no_applicable_plan
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message, Question, RunServices
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, PendingQuestion, RunServices, SpeechAct
 from pytest_hricdv.bdi.agent.messages import receive
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.agent.statements import EXECUTE
@@ -113,7 +113,7 @@ class Agent(AgentState):
             f"it goes on, the agent does nothing else, and {others} of its events and intentions are left"
         )
 
-    def receive(self, message: Message) -> None:
+    def receive(self, message: SpeechAct) -> None:
         """Process a message."""
         receive(self, message)
 
@@ -152,7 +152,7 @@ class Agent(AgentState):
             if name in self.questions and question.deadline is not None and question.deadline <= now:
                 self._end_question(question)
 
-    def _end_question(self, question: Question) -> None:
+    def _end_question(self, question: PendingQuestion) -> None:
         """Let an intention go on whose question has not been answered in time."""
         self.questions = {name: other for name, other in self.questions.items() if other is not question}
         answer = Structure("timeout") if question.asked is None else ListTerm(tuple(question.answers))

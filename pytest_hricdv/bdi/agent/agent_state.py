@@ -12,10 +12,10 @@ from pytest_hricdv.bdi.agent.intentions import (
     HardDeadline,
     IntendedMeans,
     Intention,
-    Message,
-    Question,
+    PendingQuestion,
+    PendingWait,
     RunServices,
-    Wait,
+    SpeechAct,
 )
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError
@@ -72,16 +72,16 @@ class AgentState:
         self.actions = actions
         self.beliefs = beliefs
         self.library = library
-        self.mailbox: deque[Message] = deque()
+        self.mailbox: deque[SpeechAct] = deque()
         self.events: deque[Event] = deque((sign, literal, None) for sign, literal in events)
         self.feedback: deque[tuple[Intention, bool]] = deque()
         """Intentions whose external action has been executed, and whether it succeeded."""
         self.intentions: deque[Intention] = deque()
         """The intentions that are ready for their next statement."""
-        self.waits: list[Wait] = []
+        self.waits: list[PendingWait] = []
         self.awaits_goals = False
         """Whether an intention has ever waited for what becomes of a goal."""
-        self.questions: dict[str, Question] = {}
+        self.questions: dict[str, PendingQuestion] = {}
         """What intentions have asked other agents, by the name of the message."""
         self.deadlines: list[HardDeadline] = []
         """Of goals, those that were posted first first; some of the goals may have ended."""
@@ -266,7 +266,7 @@ class AgentState:
             intentions.append((self.current, None))
         return intentions
 
-    def pending_deadlines(self) -> list[HardDeadline]:
+    def open_deadlines(self) -> list[HardDeadline]:
         """The deadlines of goals that have not ended yet; the others are forgotten."""
         if self.deadlines:
             posted = {id(literal) for _, literal, _ in self.events}
@@ -318,7 +318,7 @@ class AgentState:
                 self.end_wait(wait)
                 self.woken.append(wait.intention)
 
-    def end_wait(self, wait: Wait) -> None:
+    def end_wait(self, wait: PendingWait) -> None:
         """Remove a wait and bind how long it took."""
         self.waits.remove(wait)
         wait.bind_elapsed(self.run.ticks)
@@ -364,14 +364,14 @@ class AgentState:
         if self._queries > MAX_NESTED_QUERIES:
             raise BdiError(
                 f"{self.name}: runaway recursion while looking for {formula}, more than {MAX_NESTED_QUERIES} queries "
-                f"within queries: {self.doing()}"
+                f"within queries: {self.activity()}"
             )
 
     def leave_query(self) -> None:
         """The end of a query."""
         self._queries -= 1
 
-    def doing(self) -> str:
+    def activity(self) -> str:
         """What the agent is doing, for error messages."""
         if self.current is not None and self.current.stack:
             means = self.current.top

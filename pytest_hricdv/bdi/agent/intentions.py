@@ -31,7 +31,7 @@ def ticks_of(wait_ms: float) -> float:
 
 
 @dataclass(slots=True, eq=False)
-class Loop:
+class LoopState:
     """A ``for`` or ``while`` being executed: the bindings to restore, and the solutions that a ``for`` has left."""
 
     statement: For | While
@@ -52,9 +52,9 @@ class IntendedMeans:
         self.body: Body = plan.body
         self.pc = 0
         """The index of the next statement in the body."""
-        self.blocks: list[tuple[Body, int, Loop | None]] = []
+        self.blocks: list[tuple[Body, int, LoopState | None]] = []
         """The enclosing bodies of the block being executed, the innermost last, and where to continue in them."""
-        self.loop: Loop | None = None
+        self.loop: LoopState | None = None
         """The loop whose statement is next, if it has been executed at least once."""
 
     def copy(self) -> IntendedMeans:
@@ -79,7 +79,7 @@ class IntendedMeans:
         blocks = all(loop is None and pc >= len(body) for body, pc, loop in self.blocks)
         return blocks and self.pc + 1 >= len(self.body)
 
-    def enter(self, body: Body, loop: Loop | None) -> None:
+    def enter(self, body: Body, loop: LoopState | None) -> None:
         """Execute a block next; afterwards the loop's statement again, or else the statement after this one."""
         self.blocks.append((self.body, self.pc if loop else self.pc + 1, loop))
         self.body, self.pc = body, 0
@@ -152,7 +152,7 @@ Event = tuple[str, Structure, Intention | None]
 
 
 @dataclass(slots=True, eq=False)
-class Wait:
+class PendingWait:
     """An intention that waits for an event, for a condition, or for virtual time to pass."""
 
     intention: Intention
@@ -194,7 +194,7 @@ class HardDeadline:
 
 
 @dataclass(slots=True, eq=False)
-class Message:
+class SpeechAct:
     """A speech act."""
 
     sender: str
@@ -214,7 +214,7 @@ class Message:
 
 
 @dataclass(slots=True, eq=False)
-class Question:
+class PendingQuestion:
     """An intention that waits for answers, and the term that they are unified with."""
 
     intention: Intention
@@ -228,7 +228,7 @@ class Question:
     answers: list[Term] = field(default_factory=list)
 
 
-class Percepts(Protocol):
+class PerceptSource(Protocol):
     """What an agent perceives."""
 
     @property
@@ -271,10 +271,10 @@ class RunServices(Protocol):
     def note_deadline(self, deadline: float) -> None:
         """An intention has begun to wait until then."""
 
-    def percepts_of(self, agent: str) -> Percepts:
+    def percepts_of(self, agent: str) -> PerceptSource:
         """What an agent perceives, now and from now on."""
 
-    def deliver(self, receiver: str, message: Message) -> None:
+    def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Put a message into its receiver's mailbox."""
 
     def create_agent(self, name: str, source: str, place: Location) -> None:

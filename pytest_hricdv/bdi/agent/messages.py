@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail
-from pytest_hricdv.bdi.agent.intentions import Message, Question
+from pytest_hricdv.bdi.agent.intentions import PendingQuestion, SpeechAct
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.terms import (
     ListTerm,
@@ -47,7 +47,7 @@ _ground_with_source = lru_cache(maxsize=4096)(with_source)
 plan terms may be equal although they are from different places in the sources."""
 
 
-def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: str = "") -> Message:
+def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: str = "") -> SpeechAct:
     """Send a message on its way to the receiver's mailbox; it is visible from the receiver's next cycle.
 
     Returns:
@@ -65,17 +65,17 @@ def send(agent: AgentState, receiver: str, force: str, content: Term, reply_to: 
         content = substitute_only(content, renaming) if renaming else content
     agent.run.messages += 1
     sender = "self" if to == agent.name else agent.name
-    message = Message(sender, force, content, agent.run.messages, reply_to)
+    message = SpeechAct(sender, force, content, agent.run.messages, reply_to)
     agent.run.deliver(to, message)
     return message
 
 
-def receive(agent: AgentState, message: Message) -> None:
+def receive(agent: AgentState, message: SpeechAct) -> None:
     """Act on one message."""
     if message.reply_to:
         question = agent.questions.pop(message.reply_to, None)
         if question is not None:
-            _answered(agent, question, message)
+            _take_answer(agent, question, message)
             return
     content, force = message.content, message.force
     if not is_processed_directly(agent, message):
@@ -94,13 +94,13 @@ def receive(agent: AgentState, message: Message) -> None:
         agent.post("+", literal, None)
 
 
-def is_processed_directly(agent: AgentState, message: Message) -> bool:
+def is_processed_directly(agent: AgentState, message: SpeechAct) -> bool:
     """Whether a message is processed without plans for messages."""
     direct = message.force in _DIRECT and isinstance(message.content, Structure)
     return direct and not agent.library.has_own_message_plans
 
 
-def _answered(agent: AgentState, question: Question, message: Message) -> None:
+def _take_answer(agent: AgentState, question: PendingQuestion, message: SpeechAct) -> None:
     """An intention that waited for an answer goes on with it, once all have answered that it asked."""
     content: Term = message.content
     if message.force == "untell" and question.force == "askOne":

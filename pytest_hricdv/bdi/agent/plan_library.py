@@ -43,7 +43,7 @@ class PlanLibrary:
         self.plans = plans
         self.private = private
         self._by_event: dict[EventKey, tuple[Plan, ...]] = {}
-        self.options = {sign: Options(self, sign) for sign in SIGNS}
+        self.options = {sign: PlanOptions(self, sign) for sign in SIGNS}
         """The :meth:`relevant` plans by sign and predicate, prepared for selection."""
         self._by_sign = {sign: tuple(plan for plan in plans if plan.trigger.sign == sign) for sign in SIGNS}
         self.follows_goals = bool(self._by_sign[GOAL_STATE])
@@ -67,7 +67,7 @@ class PlanLibrary:
         It could depend on the source of the event, too, and evaluating a context could draw a random number or warn.
         """
         if goal not in self._steady:
-            self._steady[goal] = all(map(_selected_by_beliefs, self.relevant("+!", goal)))
+            self._steady[goal] = all(map(_depends_on_beliefs, self.relevant("+!", goal)))
         return self._steady[goal]
 
     def forgets(self, plan: Plan) -> bool:
@@ -87,7 +87,7 @@ class PlanLibrary:
         return PlanLibrary(tuple(plan for plan in self.plans if plan.label != label), self.private)
 
 
-class Options(dict[Key, tuple[Option, ...]]):
+class PlanOptions(dict[Key, tuple[Option, ...]]):
     """The relevant plans for the events of a sign by predicate, prepared when there is the first such event.
 
     Args:
@@ -151,7 +151,7 @@ def _match(trigger: Trigger) -> Match:
     return match_names
 
 
-def _selected_by_beliefs(plan: Plan) -> bool:
+def _depends_on_beliefs(plan: Plan) -> bool:
     goal = plan.trigger.literal
     if not isinstance(goal, Structure) or goal.annots or goal.annots_tail is not None:
         return False

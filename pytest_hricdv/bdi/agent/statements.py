@@ -9,16 +9,16 @@ from typing import Any
 
 from pytest_hricdv.bdi.agent.agent_state import AgentState
 from pytest_hricdv.bdi.agent.failures import fail, note_deadline
-from pytest_hricdv.bdi.agent.intentions import ForkedIntention, IntendedMeans, Intention, Loop
+from pytest_hricdv.bdi.agent.intentions import ForkedIntention, IntendedMeans, Intention, LoopState
 from pytest_hricdv.bdi.language.errors import EvaluationError
-from pytest_hricdv.bdi.language.limits import limited
+from pytest_hricdv.bdi.language.limits import limit_answers
 from pytest_hricdv.bdi.language.syntax import (
     AchievementGoal,
     BeliefUpdate,
     ConditionStatement,
     ExternalAction,
     For,
-    Fork,
+    ForkStatement,
     GoalTerm,
     If,
     InternalActionCall,
@@ -228,7 +228,7 @@ def _if(agent: AgentState, intention: Intention, means: IntendedMeans, statement
 def _while(agent: AgentState, intention: Intention, means: IntendedMeans, statement: While) -> None:
     """Enter the block again if the condition holds, or leave the loop."""
     # `means.loop` says that this is not the first iteration; it is taken away, for the body may have a loop of its own.
-    loop, means.loop = means.loop or Loop(statement, means.unifier, deque()), None
+    loop, means.loop = means.loop or LoopState(statement, means.unifier, deque()), None
     # What was bound in the last iteration is not bound any more.
     solution = first(agent, statement.condition, loop.outer)
     if solution is None:
@@ -246,7 +246,9 @@ def _for(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
     """
     loop, means.loop = means.loop, None
     if loop is None:
-        loop = Loop(statement, means.unifier, deque(limited(solve(agent, statement.condition, means.unifier))))
+        loop = LoopState(
+            statement, means.unifier, deque(limit_answers(solve(agent, statement.condition, means.unifier)))
+        )
     if loop.solutions:
         means.unifier = loop.solutions.popleft()
         means.enter(statement.body, loop)
@@ -255,13 +257,13 @@ def _for(agent: AgentState, intention: Intention, means: IntendedMeans, statemen
         _leave_loop(agent, intention, means, loop)
 
 
-def _leave_loop(agent: AgentState, intention: Intention, means: IntendedMeans, loop: Loop) -> None:
+def _leave_loop(agent: AgentState, intention: Intention, means: IntendedMeans, loop: LoopState) -> None:
     """What was bound in a loop is not bound after it."""
     means.unifier = loop.outer
     agent.go_on(intention)
 
 
-def _fork(agent: AgentState, intention: Intention, means: IntendedMeans, statement: Fork) -> None:
+def _fork(agent: AgentState, intention: Intention, means: IntendedMeans, statement: ForkStatement) -> None:
     """Start an intention for each branch; this one goes on when they are done."""
     if intention.atomic:
         raise EvaluationError(f"{statement}: an atomic plan has no statements side by side")
@@ -286,7 +288,7 @@ EXECUTE: dict[type, Callable[[AgentState, Intention, IntendedMeans, Any], None]]
     If: _if,
     While: _while,
     For: _for,
-    Fork: _fork,
+    ForkStatement: _fork,
 }
 """Executes a statement that an intention is at; afterwards the intention is queued, waiting, failed or ended.
 

@@ -11,7 +11,7 @@ READING = 50
 """Units of work to read a collection of any size (chosen: 20 us for a small one): sets in sets can be read for ever."""
 
 
-class Collection:
+class CollectionTerm:
     """A set, map or queue of terms.
 
     Two of them are the same value only if they are the same object: what is in them changes while they are parts of
@@ -48,7 +48,7 @@ class Collection:
         return duplicate
 
 
-class SetTerm(Collection):
+class SetTerm(CollectionTerm):
     """A set, in the order of terms."""
 
     __slots__ = ()
@@ -72,7 +72,7 @@ class SetTerm(Collection):
         return f"{{{_join(self.items(), ',')}}}"
 
 
-class MapTerm(Collection):
+class MapTerm(CollectionTerm):
     """A map from keys to values, in the order of its keys."""
 
     __slots__ = ()
@@ -83,7 +83,7 @@ class MapTerm(Collection):
         return f"{{{_join((f'{key}->{self.content[key]}' for key in self.items()), ',')}}}"
 
 
-class QueueTerm(Collection):
+class QueueTerm(CollectionTerm):
     """A queue: first in, first out; with an order, the least first."""
 
     __slots__ = ()

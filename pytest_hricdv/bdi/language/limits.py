@@ -59,7 +59,7 @@ class _Work:
 WORK = _Work()
 
 
-class Counted(Protocol):
+class WorkCounter(Protocol):
     """A run whose work is counted."""
 
     work_left: int
@@ -69,16 +69,16 @@ def spend(units: int) -> None:
     """Count work, before it is done. Raises LimitError: the run has done too much."""
     WORK.left -= units
     if WORK.left < 0:
-        raise overworked()
+        raise too_much_work()
 
 
-def overworked() -> LimitError:
+def too_much_work() -> LimitError:
     """The error of a run that has done too much."""
     return LimitError(f"does not come to an end within {MAX_WORK:,} steps")
 
 
 @contextmanager
-def counted(run: Counted) -> Iterator[None]:
+def count_work(run: WorkCounter) -> Iterator[None]:
     """What is done inside counts as the run's; runs may contain others."""
     outside, WORK.left = WORK.left, run.work_left
     try:
@@ -97,7 +97,7 @@ def too_large() -> LimitError:
     return LimitError(f"makes a term of more than {MAX_SIZE:,} parts")
 
 
-def limited(answers: Iterator[Item]) -> Iterator[Item]:
+def limit_answers(answers: Iterator[Item]) -> Iterator[Item]:
     """Answers that are kept. Raises LimitError: there are too many."""
     for number, answer in enumerate(answers):
         if number >= MAX_ANSWERS:

@@ -135,37 +135,37 @@ def _in_blocks(items: list[Any], scope: _Scope, numbers: Iterator[int]) -> Itera
         elif isinstance(item, Include):
             yield item if item.space else replace(item, space=scope.names.get(scope.space, scope.space))
         elif isinstance(item, InitialGoal):
-            yield InitialGoal(resolved(item.literal, scope, True))
+            yield InitialGoal(resolve(item.literal, scope, True))
         elif isinstance(item, PlanPattern):
-            yield PlanPattern(resolved(item.plans, scope, True), resolved(item.beliefs, scope, True))
+            yield PlanPattern(resolve(item.plans, scope, True), resolve(item.beliefs, scope, True))
         elif item is not None:
-            yield resolved(item, scope, True)
+            yield resolve(item, scope, True)
 
 
-def resolved(part: Any, scope: _Scope, qualify: bool) -> Any:
+def resolve(part: Any, scope: _Scope, qualify: bool) -> Any:
     """A part of a source with its name spaces; ``qualify``: whether a literal there is in that of the block."""
     if isinstance(part, tuple):
-        return tuple(resolved(item, scope, qualify) for item in part)
+        return tuple(resolve(item, scope, qualify) for item in part)
     if isinstance(part, Structure):
         return _literal(part, scope, qualify)
     if isinstance(part, (Variable, AnnotatedVariable)):
         return _variable(part, scope, qualify)
     if isinstance(part, Qualified):
-        space, literal = part.space, resolved(part.literal, scope, False)
+        space, literal = part.space, resolve(part.literal, scope, False)
         if isinstance(space, Structure):
             space = Structure(scope.functor(f"{space.functor}::", 0, True).removesuffix("::") or DEFAULT)
         return Qualified(space, literal)
     if isinstance(part, ListTerm):
-        return ListTerm(resolved(part.items, scope, False), resolved(part.tail, scope, False))
+        return ListTerm(resolve(part.items, scope, False), resolve(part.tail, scope, False))
     if isinstance(part, ExternalAction) and isinstance(part.action, Variable):
         return part  # a body
     if isinstance(part, Call):
-        return replace(part, args=resolved(part.args, scope, part.name == VALUE_BY_RULE))
+        return replace(part, args=resolve(part.args, scope, part.name == VALUE_BY_RULE))
     fields = child_fields(part)
     if not fields:
         return part
     inner = qualify and not isinstance(part, Comparison)
-    changed = {name: resolved(getattr(part, name), scope, inner) for name in fields}
+    changed = {name: resolve(getattr(part, name), scope, inner) for name in fields}
     if isinstance(part, Plan) and part.has_label:
         changed["label"] = scope.functor(part.label, 0, qualify)
     return replace(part, **changed)
@@ -175,13 +175,13 @@ def _literal(literal: Structure, scope: _Scope, qualify: bool) -> Structure:
     functor = scope.functor(literal.functor, len(literal.args), qualify)
     if literal.functor == THIS and not literal.args:
         functor = scope.names.get(scope.space, scope.space)
-    args, annots = (resolved(part, scope, False) for part in (literal.args, literal.annots))
+    args, annots = (resolve(part, scope, False) for part in (literal.args, literal.annots))
     return Structure(functor, args, (), literal.negated).with_annotations(annots, literal.annots_tail)
 
 
 def _variable(variable: Variable | AnnotatedVariable, scope: _Scope, qualify: bool) -> Term:
     if isinstance(variable, AnnotatedVariable):
-        annots = resolved(variable.annots, scope, False)
+        annots = resolve(variable.annots, scope, False)
         variable = AnnotatedVariable(variable.variable, annots, variable.annots_tail, variable.negated)
     if not qualify or scope.space == DEFAULT:
         return variable

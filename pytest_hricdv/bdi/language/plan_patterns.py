@@ -87,7 +87,7 @@ def _declarative(directive: Structure, inside: PlanPattern, at: Location) -> Pla
     return PlanPattern((achieved, *plans, ends), inside.beliefs)
 
 
-def _backtracking(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
+def _with_backtracking(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``bdg(g)``: as dg; after a failure, g is tried again."""
     goal = _argument(directive, 0)
     again = _plan(Trigger("-!", goal), None, (AchievementGoal(goal, False, at),), at)
@@ -105,7 +105,7 @@ def _exclusive(directive: Structure, inside: PlanPattern, at: Location) -> PlanP
             note = BeliefUpdate("+", tried, at)
             plan = replace(plan, context=And(parts) if len(parts) > 1 else parts[0], body=(note, *plan.body))
         plans.append(plan)
-    expanded = _backtracking(directive, PlanPattern(tuple(plans), inside.beliefs), at)
+    expanded = _with_backtracking(directive, PlanPattern(tuple(plans), inside.beliefs), at)
     forget = _call(".abolish", Structure("p__f", (Variable("_Number"), goal)), at)
     ends = Trigger("+", goal)
     return replace(
@@ -128,17 +128,17 @@ def _blind(directive: Structure, inside: PlanPattern, at: Location, inner: int =
 
 def _single_minded(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``smc(g, f)``: as bc, until f is believed; then the intention of g is dropped."""
-    return _given_up(_blind(directive, inside, at, inner=2), directive, at)
+    return _give_up(_blind(directive, inside, at, inner=2), directive, at)
 
 
-def _relativised(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
+def _relative(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``rc(g, m)``: as bc, as long as the motivation m is believed."""
     return _and(_blind(directive, inside, at, inner=2), _no_longer_motivated(directive, 1, at))
 
 
 def _open_minded(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``omc(g, f, m)``: as smc and rc together."""
-    expanded = _given_up(_blind(directive, inside, at, inner=3), directive, at)
+    expanded = _give_up(_blind(directive, inside, at, inner=3), directive, at)
     return _and(expanded, _no_longer_motivated(directive, 2, at))
 
 
@@ -153,7 +153,7 @@ def _maintenance(directive: Structure, inside: PlanPattern, at: Location) -> Pla
     return PlanPattern((*expanded.plans, again), (*expanded.beliefs, perceived))
 
 
-def _sequenced(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
+def _in_sequence(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``sga(t, c, g)``: whenever t is believed while c holds, g is adopted: one after the other."""
     event, context, goal = (_argument(directive, index) for index in range(3))
     waiting, pursued = Structure(_ADOPTING, (goal,)), Structure(_ADOPTED, (goal,))
@@ -172,14 +172,14 @@ def _sequenced(directive: Structure, inside: PlanPattern, at: Location) -> PlanP
 
 _PATTERNS: dict[str, tuple[int, int, Callable[[Structure, PlanPattern, Location], PlanPattern]]] = {
     "dg": (1, 1, _declarative),
-    "bdg": (1, 1, _backtracking),
+    "bdg": (1, 1, _with_backtracking),
     "ebdg": (1, 1, _exclusive),
     "bc": (1, 2, _blind),
     "smc": (2, 3, _single_minded),
-    "rc": (2, 3, _relativised),
+    "rc": (2, 3, _relative),
     "omc": (3, 4, _open_minded),
     "mg": (1, 2, _maintenance),
-    "sga": (3, 3, _sequenced),
+    "sga": (3, 3, _in_sequence),
 }
 """The patterns: the least and greatest number of arguments, and what each makes of the plans inside."""
 
@@ -190,7 +190,7 @@ def _argument(directive: Structure, index: int) -> Structure:
     return argument
 
 
-def _given_up(pattern: PlanPattern, directive: Structure, at: Location) -> PlanPattern:
+def _give_up(pattern: PlanPattern, directive: Structure, at: Location) -> PlanPattern:
     """The pattern, with the goal given up once the second argument is believed: then it is not tried again either."""
     goal, hopeless = _argument(directive, 0), _argument(directive, 1)
     again = _plan(Trigger("-!", goal), None, (AchievementGoal(goal, False, at),), at)

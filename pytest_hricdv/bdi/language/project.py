@@ -81,7 +81,7 @@ def read_project(path: Path) -> Project:
         BdiError: it cannot be read, is not a project, or has no agents.
     """
     source = read_source(path)
-    project = _Reader(source.text, str(path)).project()
+    project = _ProjectReader(source.text, str(path)).project()
     if source.not_utf8:
         project = replace(project, warnings=(f"{source.not_utf8}: read as Latin-1", *project.warnings))
     return project
@@ -122,7 +122,7 @@ class _Token:
     position: int
 
 
-class _Reader:
+class _ProjectReader:
     """A recursive descent parser of a project text. Settings of Jason's Java side are skipped."""
 
     def __init__(self, text: str, file: str) -> None:
@@ -156,11 +156,11 @@ class _Reader:
                 self._other_section(section)
         self._expect("}")
         if self._peek().kind != "end":
-            raise self._unexpected("the end of the file")
+            raise self._error_unexpected("the end of the file")
         if not entries:
             raise self._error("a project needs agents", seen_agents or self._tokens[0])
         warnings = tuple(self._warnings.values())
-        return Project(name, self._located(entries), self._text, warnings, self._environment)
+        return Project(name, self._at_entry(entries), self._text, warnings, self._environment)
 
     def _other_section(self, section: _Token) -> None:
         """A section other than ``agents``: of these, only the source path and the environment are used."""
@@ -201,7 +201,7 @@ class _Reader:
                 self._ignore(extra, f"{extra.text} of agents")
                 self._skip_value()
             else:
-                raise self._unexpected("';'")
+                raise self._error_unexpected("';'")
         self._expect(";")
         names = [name] if count == 1 else [f"{name}{number}" for number in range(1, count + 1)]
         place = self._place(token)
@@ -226,7 +226,7 @@ class _Reader:
             self._expect("=")
             value = self._advance()
             if value.kind not in ("string", "word", "number"):
-                raise self._unexpected("an option's value", value)
+                raise self._error_unexpected("an option's value", value)
             options[name] = value.text[1:-1].replace('\\"', '"') if value.kind == "string" else value.text
             if name not in _SUPPORTED_OPTIONS and options[name] != _DEFAULTS_OF_OPTIONS.get(name):
                 self._ignore(option, f"option {name} of agents")
@@ -241,7 +241,7 @@ class _Reader:
         if self._at("("):
             while not self._at(")"):
                 if self._advance().kind == "end":
-                    raise self._unexpected("')'")
+                    raise self._error_unexpected("')'")
             self._advance()
 
     def _section_strings(self) -> list[str]:
@@ -250,7 +250,7 @@ class _Reader:
         while self._in_section():
             token = self._advance()
             if token.kind == "end":
-                raise self._unexpected("'}'", token)
+                raise self._error_unexpected("'}'", token)
             if token.kind == "string":
                 strings.append(token.text[1:-1])
         return strings
@@ -261,7 +261,7 @@ class _Reader:
         starts_section = self._peek().text in _SECTIONS and following.text == ":"
         return not starts_section and not self._at("}")
 
-    def _located(self, entries: Iterable[AgentEntry]) -> tuple[AgentEntry, ...]:
+    def _at_entry(self, entries: Iterable[AgentEntry]) -> tuple[AgentEntry, ...]:
         """The entries, each of another name, with their sources searched for in the folders of the source path."""
         # As in Jason, beside the project file, too: many projects name a folder that is not there.
         folders = [Path(self._file).parent / folder for folder in dict.fromkeys([*self._source_paths, Path()])]
@@ -303,15 +303,15 @@ class _Reader:
 
     def _expect(self, text: str) -> None:
         if not self._at(text):
-            raise self._unexpected(f"'{text}'")
+            raise self._error_unexpected(f"'{text}'")
         self._advance()
 
     def _take(self, kind: str, expected: str) -> _Token:
         if self._peek().kind != kind:
-            raise self._unexpected(expected)
+            raise self._error_unexpected(expected)
         return self._advance()
 
-    def _unexpected(self, expected: str, token: _Token | None = None) -> BdiSyntaxError:
+    def _error_unexpected(self, expected: str, token: _Token | None = None) -> BdiSyntaxError:
         token = token or self._peek()
         actual = "the end of the file" if token.kind == "end" else f"'{token.text}'"
         return self._error(f"expected {expected}, found {actual}", token)

@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.language.syntax import (
     ConditionStatement,
     ExternalAction,
     For,
-    Fork,
+    ForkStatement,
     Formula,
     GoalTerm,
     If,
@@ -41,17 +41,17 @@ class StatementTransformer(TermTransformer):
     body_text = body
 
     def achieve(self, meta: Meta, items: Children) -> Statement:
-        return AchievementGoal(self._handed_over(items[0]), False, self._at(meta))
+        return AchievementGoal(self._hand_over(items[0]), False, self._at(meta))
 
     def achieve_later(self, meta: Meta, items: Children) -> Statement:
-        return AchievementGoal(self._handed_over(items[0]), True, self._at(meta))
+        return AchievementGoal(self._hand_over(items[0]), True, self._at(meta))
 
     def test(self, meta: Meta, items: Children) -> Statement:
         return TestGoal(self._formula(meta, items[0]), self._at(meta))
 
     def believe(self, meta: Meta, items: Children) -> Statement:
         # '+<' adds what queries find first: a belief that is added always is.
-        return BeliefUpdate(str(items[0]).removesuffix("<"), self._handed_over(items[1]), self._at(meta))
+        return BeliefUpdate(str(items[0]).removesuffix("<"), self._hand_over(items[1]), self._at(meta))
 
     def add_plan(self, meta: Meta, items: Children) -> Statement:
         sign, _, plan, _ = items
@@ -65,10 +65,10 @@ class StatementTransformer(TermTransformer):
         return BeliefUpdate(str(sign), PlanTerm(rule), self._at(meta))
 
     def fork_all(self, meta: Meta, items: Children) -> Statement:
-        return Fork(tuple((item,) for item in items), True, self._at(meta))
+        return ForkStatement(tuple((item,) for item in items), True, self._at(meta))
 
     def fork_one(self, meta: Meta, items: Children) -> Statement:
-        return Fork(tuple((item,) for item in items), False, self._at(meta))
+        return ForkStatement(tuple((item,) for item in items), False, self._at(meta))
 
     def literal_group(self, meta: Meta, items: Children) -> GoalTerm:
         if not isinstance(items[0], GoalTerm):
@@ -109,7 +109,7 @@ def as_block(call: Call, place: Location) -> Statement | None:
     if not isinstance(condition, Formula) or not bodies or len(bodies) < len(blocks):
         return None
     if call.name == ".fork" and str(condition) in ("and", "or"):
-        return Fork(tuple(bodies), str(condition) == "and", place)
+        return ForkStatement(tuple(bodies), str(condition) == "and", place)
     if call.name == ".foreach" and len(bodies) == 1:
         return For(condition, bodies[0], place)
     if call.name == ".loop" and len(bodies) == 1:

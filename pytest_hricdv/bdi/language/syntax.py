@@ -192,7 +192,7 @@ class For:
 
 
 @dataclass(frozen=True, slots=True)
-class Fork:
+class ForkStatement:
     """``!a |&| !b``, until all branches are done, or ``!a ||| !b``, until one is."""
 
     branches: tuple[Body, ...]
@@ -212,7 +212,7 @@ Statement = (
     | ConditionStatement
     | If
     | While
-    | Fork
+    | ForkStatement
     | For
 )
 Body = tuple[Statement, ...]

@@ -73,7 +73,7 @@ class TooDeepError(Exception):
 def syntax_error(error: UnexpectedInput | TooDeepError, text: str, file: str) -> BdiSyntaxError:
     """The error of the parser as an error with a message and its place in the text."""
     if isinstance(error, UnexpectedToken):
-        message, (line, column) = _unexpected(error, text), _place(error.token, text)
+        message, (line, column) = _describe_unexpected(error, text), _place(error.token, text)
         if _starts_plan(error.token, text):
             column -= 1
     elif isinstance(error, TooDeepError):
@@ -93,7 +93,7 @@ def _place(token: Token, text: str) -> tuple[int, int]:
     return stripped.count("\n") + 1, len(stripped) - (stripped.rfind("\n") + 1) + 1
 
 
-def _unexpected(error: UnexpectedToken, text: str) -> str:
+def _describe_unexpected(error: UnexpectedToken, text: str) -> str:
     token = error.token
     if token.type == "$END":
         return f"expected {_expectation(error.accepts)}, found the end of the file"

@@ -15,7 +15,7 @@ from pytest_hricdv.bdi.language.syntax import (
     ConditionStatement,
     ExternalAction,
     For,
-    Fork,
+    ForkStatement,
     If,
     InternalActionCall,
     Not,
@@ -52,20 +52,20 @@ def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
     if size > MAX_SIZE:
         raise too_large()
     spend(size)
-    return PlanTerm(_valued(term.plan, value)) if variables_of(term) else term
+    return PlanTerm(_replace_terms(term.plan, value)) if variables_of(term) else term
 
 
 def call_with_values(call: Call, value: Valuation) -> Call:
     """The call of an action with the terms in its arguments replaced by their values; it is not executed."""
-    return Call(call.name, _valued(call.args, value), call.location)
+    return Call(call.name, _replace_terms(call.args, value), call.location)
 
 
 def condition_with_values(term: FormulaTerm, value: Valuation) -> FormulaTerm:
     """The condition with its terms replaced by their values."""
-    return FormulaTerm(_valued(term.formula, value), term.location)
+    return FormulaTerm(_replace_terms(term.formula, value), term.location)
 
 
-def _valued(part: Any, value: Valuation) -> Any:
+def _replace_terms(part: Any, value: Valuation) -> Any:
     if isinstance(part, tuple):
         return tuple(replacement for item in part for replacement in _replacements(item, value))
     if isinstance(part, _VALUED):
@@ -76,7 +76,7 @@ def _valued(part: Any, value: Valuation) -> Any:
     names = child_fields(part)
     if not names:
         return part
-    return replace(part, **{name: _valued(getattr(part, name), value) for name in names})
+    return replace(part, **{name: _replace_terms(getattr(part, name), value) for name in names})
 
 
 def _replacements(part: Any, value: Valuation) -> tuple[Statement, ...]:
@@ -85,7 +85,7 @@ def _replacements(part: Any, value: Valuation) -> tuple[Statement, ...]:
         body = value(part.action)
         if isinstance(body, PlanTerm) and isinstance(body.plan, tuple):
             return body.plan
-    return (_valued(part, value),)
+    return (_replace_terms(part, value),)
 
 
 def with_constants_evaluated(term: Term) -> Term:
@@ -152,7 +152,7 @@ _CHILDREN: dict[type, tuple[str, ...]] = {
     If: ("condition", "then", "otherwise"),
     While: ("condition", "body"),
     For: ("condition", "body"),
-    Fork: ("branches",),
+    ForkStatement: ("branches",),
     Trigger: ("literal",),
     Plan: ("trigger", "context", "body"),
     Rule: ("head", "body"),

@@ -96,7 +96,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         self._conditions.append(FormulaTerm(value, self._at(meta)))
         return self._conditions[-1]
 
-    def _handed_over(self, goal: GoalTerm) -> GoalTerm:
+    def _hand_over(self, goal: GoalTerm) -> GoalTerm:
         """The literal of a goal, whose arguments may be conditions."""
         if self._conditions:
             own = [part for part in parts_of(goal) if isinstance(part, FormulaTerm)]
@@ -128,10 +128,10 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         return Number(items[0])
 
     def string(self, meta: Meta, items: Children) -> Term:
-        return String(self._unquoted(items[0]))
+        return String(self._unquote(items[0]))
 
     @staticmethod
-    def _unquoted(token: str) -> str:
+    def _unquote(token: str) -> str:
         return re.sub(r"\\(.)", lambda m: _ESCAPES.get(m[1], m[1]), token[1:-1], flags=re.DOTALL)
 
     def call(self, meta: Meta, items: Children) -> Term:
@@ -150,7 +150,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     def empty_body(self, meta: Meta, items: Children) -> Term:
         return PlanTerm(())
 
-    def quoted(self, meta: Meta, items: Children) -> Term:
+    def plan_term(self, meta: Meta, items: Children) -> Term:
         return PlanTerm(items[0])
 
     def literal(self, meta: Meta, items: Children) -> Structure | Qualified:

@@ -14,7 +14,7 @@ from operator import neg
 
 from pytest_hricdv.bdi.language.arithmetic import OPERATIONS
 from pytest_hricdv.bdi.language.arithmetic import Number as Number
-from pytest_hricdv.bdi.language.collection import Collection
+from pytest_hricdv.bdi.language.collection import CollectionTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import CHARACTERS, ITEMS, MAX_SIZE, spend, too_large
 
@@ -116,7 +116,7 @@ class Structure:
 
     def with_annotations(self, annots: tuple[Term, ...], tail: Variable | None = None) -> Structure:
         """The same literal with exactly these annotations, which are put in order."""
-        ordered = sorted_terms(annots) if len(annots) > 1 else annots
+        ordered = sort_terms(annots) if len(annots) > 1 else annots
         return Structure(self.functor, self.args, ordered, self.negated, tail)
 
     def has_source(self) -> bool:
@@ -148,7 +148,7 @@ class Structure:
         return text
 
     def _write(self) -> str:
-        text = self.functor if not self.negated else negated_text(self.functor)
+        text = self.functor if not self.negated else negate_text(self.functor)
         if self.args:
             text += f"({','.join(map(str, self.args))})"
         if self.annots or self.annots_tail is not None:
@@ -163,7 +163,7 @@ class Structure:
         return Structure, (self.functor, self.args, self.annots, self.negated, self.annots_tail)
 
 
-def negated_text(functor: str) -> str:
+def negate_text(functor: str) -> str:
     """A functor with the sign of strong negation, which stands behind its name space: ``ns::~p``."""
     space, separator, name = functor.partition("::")
     return f"{space}::~{name}" if separator and not functor.startswith("'") else f"~{functor}"
@@ -347,7 +347,7 @@ Term = (
     | Qualified
     | PlanTerm
     | FormulaTerm
-    | Collection
+    | CollectionTerm
 )
 """A term of AgentSpeak."""
 
@@ -363,7 +363,7 @@ def is_ground(term: Term) -> bool:
     """Whether a term has neither variables nor expressions to evaluate."""
     if type(term) is Structure or type(term) is ListTerm:
         return term.ground
-    return isinstance(term, (Number, String, Collection))
+    return isinstance(term, (Number, String, CollectionTerm))
 
 
 def holds_collection(term: Term | None) -> bool:
@@ -373,7 +373,7 @@ def holds_collection(term: Term | None) -> bool:
         return term._text is None and any(map(holds_collection, term.args + term.annots))
     if isinstance(term, ListTerm):
         return holds_collection(term.tail) or any(map(holds_collection, term.items))
-    return isinstance(term, Collection)
+    return isinstance(term, CollectionTerm)
 
 
 def is_evaluable(term: Term) -> bool:
@@ -398,7 +398,7 @@ SOURCE_SELF = source("self")
 SOURCE_PERCEPT = source("percept")
 
 
-def sorted_terms(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+def sort_terms(terms: tuple[Term, ...]) -> tuple[Term, ...]:
     """The terms in term order, each once."""
     if len(terms) < 2:
         return terms

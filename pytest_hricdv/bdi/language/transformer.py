@@ -56,9 +56,9 @@ class AgentSpeakTransformer(StatementTransformer):
 
     def belief(self, meta: Meta, items: Children) -> Structure | Rule:
         # A condition may be believed, and be asked where a variable for it is a condition.
-        self._handed_over(items[0])
+        self._hand_over(items[0])
         self._without_conditions()
-        literal = self._computed(meta, self._of_known_space(meta, items[0]))
+        literal = self._evaluate(meta, self._of_known_space(meta, items[0]))
         free = variables_of(literal)
         # As in Jason, an initial belief with variables holds for any value of them: a rule without conditions.
         return Rule(literal, TRUE, self._at(meta), tuple(sorted(free))) if free else literal
@@ -76,14 +76,14 @@ class AgentSpeakTransformer(StatementTransformer):
         self._without_conditions()
         if not isinstance(items[0], Structure):
             raise self._error(meta, f"expected a literal as an initial goal, found {items[0]}")
-        return InitialGoal(self._computed(meta, items[0]))
+        return InitialGoal(self._evaluate(meta, items[0]))
 
     def _of_known_space(self, meta: Meta, literal: GoalTerm) -> Structure:
         if not isinstance(literal, Structure):
             raise self._error(meta, f"expected a literal with a name as its name space, found {literal}")
         return literal
 
-    def _computed(self, meta: Meta, literal: Structure) -> Structure:
+    def _evaluate(self, meta: Meta, literal: Structure) -> Structure:
         """An initial belief or goal with the values of expressions without variables: ``p(1 + 2)`` is ``p(3)``."""
         try:
             return cast(Structure, with_constants_evaluated(literal))
@@ -91,7 +91,7 @@ class AgentSpeakTransformer(StatementTransformer):
             raise self._error(meta, str(error)) from None
 
     def include(self, meta: Meta, items: Children) -> Include:
-        return Include(self._unquoted(items[0]), self._at(meta), None if items[1] is None else str(items[1]))
+        return Include(self._unquote(items[0]), self._at(meta), None if items[1] is None else str(items[1]))
 
     def declaration(self, meta: Meta, items: Children) -> NameSpaceBlock:
         return self._name_space(meta, Structure("namespace", tuple(items[0])), None)
@@ -106,7 +106,7 @@ class AgentSpeakTransformer(StatementTransformer):
         return NameSpaceBlock(str(name), scope, None if items is None else tuple(items), self._at(meta))
 
     def function(self, meta: Meta, items: Children) -> None:
-        name = self._unquoted(items[0])
+        name = self._unquote(items[0])
         if items[1] is None:
             if "." in name:
                 return  # a class of Java, which there is none of: as that of an action, an error where it is called
@@ -115,7 +115,7 @@ class AgentSpeakTransformer(StatementTransformer):
                 f"{name} is a function in Java; expected one of a rule: "
                 f'{{ register_function("{name}", 1, "p") }} for a rule p(X, Value)',
             )
-        self._functions[name, int(items[1])] = self._unquoted(items[2])
+        self._functions[name, int(items[1])] = self._unquote(items[2])
 
     def pattern(self, meta: Meta, items: Children) -> PlanPattern | NameSpaceBlock:
         directive, *parts = items

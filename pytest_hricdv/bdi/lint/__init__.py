@@ -109,7 +109,7 @@ CHECKS: tuple[Check, ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class _Ignored:
+class _Remark:
     """A remark that justifies the findings of one check in one line."""
 
     file: str
@@ -136,7 +136,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
     for path in paths:
         agents, closed = _agents(Path(path))
         files = dict.fromkeys(file for agent in agents for file in files_of(agent))
-        ignored: set[_Ignored] = set()
+        ignored: set[_Remark] = set()
         perceived: set[tuple[str, str | None]] = set(declared)
         for file in files:
             for finding in _read_remarks(file, ignored, perceived):
@@ -146,7 +146,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
         system = System(agents, closed, frozenset(perceived))
         for check in CHECKS:
             for place, message in check.findings(system):
-                if _Ignored(place.file, place.line, check.name) not in ignored:
+                if _Remark(place.file, place.line, check.name) not in ignored:
                     text = text_of(place.file)
                     findings.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
     return sorted(findings.values(), key=_position)
@@ -171,26 +171,26 @@ def _position(finding: Finding) -> tuple[str, int, int, str]:
 def _agents(path: Path) -> tuple[tuple[AgentModel, ...], bool]:
     """The agents of a project or of a single source file, and whether there are no others."""
     if path.suffix != ".mas2j":
-        return (build_model(path.stem, str(path), _checked(read_program(path))),), False
+        return (build_model(path.stem, str(path), _check_calls(read_program(path))),), False
     try:
         project = read_project(path)
     except FileNotFoundError:
         raise BdiError(f"{path}: no such file") from None
     agents = []
     for entry in project.agents:
-        program = _checked(read_program(entry.source, entry.location, project.text))
+        program = _check_calls(read_program(entry.source, entry.location, project.text))
         beliefs, goals = beliefs_and_goals(entry)
         with_options = replace(program, beliefs=(*program.beliefs, *beliefs), goals=(*program.goals, *goals))
         agents.append(build_model(entry.name, str(entry.source), with_options))
     return tuple(agents), True
 
 
-def _checked(program: Program) -> Program:
+def _check_calls(program: Program) -> Program:
     check_calls(program)
     return program
 
 
-def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, str | None]]) -> list[Finding]:
+def _read_remarks(file: str, ignored: set[_Remark], percepts: set[tuple[str, str | None]]) -> list[Finding]:
     """Collect the remarks of a source file; returns findings for those that cannot be read."""
     text = text_of(file)
     bad: list[Finding] = []
@@ -211,7 +211,7 @@ def _read_remarks(file: str, ignored: set[_Ignored], percepts: set[tuple[str, st
             message = f"expected a reason to ignore {words[0]}"
         else:
             alone = not line[: remark.start()].strip()
-            ignored.add(_Ignored(file, number + alone, words[0]))
+            ignored.add(_Remark(file, number + alone, words[0]))
         if message:
             place = Location(file, number, remark.start() + 1)
             bad.append(Finding(_BAD_REMARK, place, message, _WHY_BAD_REMARK, text))

@@ -152,7 +152,7 @@ def build_model(name: str, file: str, program: Program) -> AgentModel:
             _formula(model, belief.body, belief.location, belief.head.functor, None)
         else:
             place = location_of(belief.functor, start)
-            model.additions += _added(belief, place, False)
+            model.additions += _add(belief, place, False)
     for goal in program.goals:
         model.goals.append(Mention(goal, location_of(goal.functor, start)))
     for plan in program.plans:
@@ -205,7 +205,7 @@ def _believe(model: AgentModel, statement: BeliefUpdate, plan: Plan) -> None:
     if statement.sign == "-":
         model.deletions.append(Mention(literal, place, plan))
     else:
-        model.additions += _added(literal, place, True)
+        model.additions += _add(literal, place, True)
 
 
 def _has_source_annotation(literal: Term) -> bool:
@@ -213,7 +213,7 @@ def _has_source_annotation(literal: Term) -> bool:
     return isinstance(literal, AnnotatedVariable) and bool(literal.annots)
 
 
-def _added(literal: Structure, place: Location, during_run: bool) -> list[Addition]:
+def _add(literal: Structure, place: Location, during_run: bool) -> list[Addition]:
     return [Addition(literal.key, source, place, during_run) for source in annotated_sources(literal) or {SELF}]
 
 

@@ -9,7 +9,7 @@ from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
 from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, System, annotated_sources, predicate_text
 from pytest_hricdv.bdi.lint.model_builder import declaration_of
-from pytest_hricdv.bdi.logic.substitution import renamed_apart
+from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.logic.unify import unify
 
 SHORTEST = 3
@@ -109,7 +109,7 @@ class UntestedPercept:
             if any(map(_tests_any_belief, agents)):
                 continue
             used = {mention.literal.functor for agent in agents for mention in (*agent.tests, *agent.deletions)}
-            if agents and percept not in used and not any(percept in _asked_for(agent) for agent in agents):
+            if agents and percept not in used and not any(percept in _names_in_calls(agent) for agent in agents):
                 near = one_letter_away(percept, used)
                 hint = f"; did you mean {near}?" if near else ""
                 place = declaration_of(percept, agents[0].file if file is None else file)
@@ -124,7 +124,7 @@ def _tests_any_belief(agent: AgentModel) -> bool:
     return ".add_plan" in agent.actions or ".belief" in agent.actions
 
 
-def _asked_for(agent: AgentModel) -> set[str]:
+def _names_in_calls(agent: AgentModel) -> set[str]:
     """The names in messages and other calls, which may be questions about beliefs."""
     parts = parts_of(tuple((plan.context, plan.body) for plan in agent.plans))
     return {part.functor for part in parts if isinstance(part, Structure)}
@@ -162,10 +162,10 @@ def goals_without_plan(system: System, agent: AgentModel) -> Iterator[tuple[Ment
 
 def has_plan(system: System, agent: AgentModel, mention: Mention) -> bool:
     """Whether some plan of the agent may be relevant for a goal."""
-    goal = _generalized(mention.literal)
+    goal = _generalize(mention.literal)
     triggers = [plan.trigger.literal for plan in agent.plans if plan.trigger.sign == "+!"]
     return system.may_receive_plans(agent) or any(
-        not isinstance(literal, Structure) or unify(renamed_apart(literal, "_Plan"), goal, {}, [])
+        not isinstance(literal, Structure) or unify(rename_apart(literal, "_Plan"), goal, {}, [])
         for literal in triggers
     )
 
@@ -177,7 +177,7 @@ def goal_suggestion(agent: AgentModel, mention: Mention) -> str | None:
     return one_letter_away(mention.literal.functor, names)
 
 
-def _generalized(goal: Structure) -> Structure:
+def _generalize(goal: Structure) -> Structure:
     """The goal with variables in place of computed arguments, from any source."""
     args = tuple(Variable(f"_Any{n}") if is_evaluable(arg) else arg for n, arg in enumerate(goal.args))
     any_source: Term = Structure("source", (Variable("_AnySource"),))
@@ -207,7 +207,7 @@ class NearName:
                         f"{agent.name} has no plan for {mention.literal.functor}; did you mean {near}?",
                     )
             yield from _never_used(system, agent)
-            yield from _misspelled_receivers(system, agent)
+            yield from _unknown_receivers(system, agent)
 
 
 def _never_used(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
@@ -222,7 +222,7 @@ def _never_used(system: System, agent: AgentModel) -> Iterator[tuple[Location, s
                 yield addition.location, f"{agent.name} never tests {addition.key[1]}; did you mean {near}?"
 
 
-def _misspelled_receivers(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
+def _unknown_receivers(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
     names = {other.name for other in system.agents}
     for message in agent.sent:
         for receiver in message.receivers or ():

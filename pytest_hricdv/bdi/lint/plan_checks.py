@@ -21,7 +21,7 @@ from pytest_hricdv.bdi.language.syntax import (
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure, Term
 from pytest_hricdv.bdi.lint.model import AgentModel, System
-from pytest_hricdv.bdi.logic.substitution import Bindings, renamed_apart, substitute_only
+from pytest_hricdv.bdi.logic.substitution import Bindings, rename_apart, substitute_only
 from pytest_hricdv.bdi.logic.unify import unify
 
 NONDETERMINISTIC = frozenset({".random", "math.random", ".time", "system.time"})
@@ -69,7 +69,7 @@ def shadows(earlier: Plan, later: Plan) -> bool:
     if earlier.trigger.sign != later.trigger.sign:
         return False
     bindings: Bindings = {}
-    if not unify(renamed_apart(earlier.trigger.literal, "_Earlier"), _frozen(later.trigger.literal), bindings, []):
+    if not unify(rename_apart(earlier.trigger.literal, "_Earlier"), _frozen(later.trigger.literal), bindings, []):
         return False
     return earlier.context is None or _follows(_parts(earlier.context), _parts(later.context), bindings)
 
@@ -112,7 +112,7 @@ def _same(wanted: object, candidate: object, bindings: Bindings) -> bool:
         )
     if isinstance(wanted, (And, Or, Not, Comparison, Call)) or isinstance(candidate, (And, Or, Not, Comparison, Call)):
         return False
-    return unify(renamed_apart(wanted, "_Earlier"), _frozen(candidate), bindings, [])  # type: ignore[arg-type]
+    return unify(rename_apart(wanted, "_Earlier"), _frozen(candidate), bindings, [])  # type: ignore[arg-type]
 
 
 def _frozen(term: Term) -> Term:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.bdi.actions import foreign_calls, missing
+from pytest_hricdv.bdi.actions import describe_missing, foreign_calls
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
@@ -42,7 +42,7 @@ class ForeignAction:
         """One finding for each call."""
         for agent in system.agents:
             for call in foreign_calls((agent.rules, agent.plans)):
-                yield call.location, missing(call).removeprefix(f"{call.location}: ")
+                yield call.location, describe_missing(call).removeprefix(f"{call.location}: ")
 
 
 class NotUtf8:

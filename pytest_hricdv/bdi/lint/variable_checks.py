@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.language.syntax import (
     ConditionStatement,
     ExternalAction,
     For,
-    Fork,
+    ForkStatement,
     Formula,
     If,
     InternalActionCall,
@@ -119,7 +119,7 @@ class _BindingAnalysis:
             yield from self.body(statement.then, inside)
             yield from self.body(statement.otherwise, bound)
             bound.update(inside)
-        elif isinstance(statement, Fork):
+        elif isinstance(statement, ForkStatement):
             for branch in statement.branches:
                 yield from self.body(branch, bound)
         elif isinstance(statement, (For, While)):
@@ -131,10 +131,10 @@ class _BindingAnalysis:
             yield from self.formula(statement.formula, bound)
         elif isinstance(statement, (AchievementGoal, InternalActionCall, ExternalAction, BeliefUpdate)):
             if not isinstance(statement, InternalActionCall):
-                yield from self._computed(statement, bound)
+                yield from self._expressions(statement, bound)
             bound.update(variables_of(statement))
 
-    def _computed(self, statement: Statement, bound: set[Variable]) -> Iterator[Problem]:
+    def _expressions(self, statement: Statement, bound: set[Variable]) -> Iterator[Problem]:
         pending: list[object] = list(children(statement))
         while pending:
             part = pending.pop()

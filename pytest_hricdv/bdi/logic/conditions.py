@@ -42,10 +42,10 @@ def condition_of(formula: Formula) -> Condition:
         return _negation(formula)
     if isinstance(formula, Comparison):
         return lambda agent, bindings: compare(formula, bindings, [], agent.function)
-    return _undecided
+    return _leave_open
 
 
-def _undecided(agent: Reasoner, bindings: Bindings) -> bool | None:
+def _leave_open(agent: Reasoner, bindings: Bindings) -> bool | None:
     return None
 
 
@@ -104,11 +104,11 @@ def _negation(formula: Not) -> Condition:
 
 def _literal(literal: Structure) -> Condition:
     if literal.functor in _CONSTANTS or literal.evaluable or literal.annots_tail is not None:
-        return _undecided
+        return _leave_open
     if literal.ground:
         return _ground_literal(literal)
     if not all(map(is_ground, literal.annots)):
-        return _undecided
+        return _leave_open
     return _only_belief(literal)
 
 

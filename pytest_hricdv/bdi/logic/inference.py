@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
-from pytest_hricdv.bdi.language.limits import WORK, LimitError, overworked
+from pytest_hricdv.bdi.language.limits import WORK, LimitError, too_much_work
 from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, split
 from pytest_hricdv.bdi.language.syntax import And, Comparison, Formula, Not, Or, Rule
 from pytest_hricdv.bdi.language.terms import (
@@ -58,7 +58,7 @@ class Reasoner(Protocol):
     def leave_query(self) -> None:
         """The end of a query."""
 
-    def doing(self) -> str:
+    def activity(self) -> str:
         """What the agent is doing, for error messages."""
 
 
@@ -76,7 +76,7 @@ def first(agent: Reasoner, formula: Formula, bindings: Bindings) -> Bindings | N
             return bindings if answer else None
         only = _only_candidate(agent, formula)  # type: ignore[arg-type]
         if only is not None:
-            return _unified(formula, only, bindings)  # type: ignore[arg-type]
+            return _extend(formula, only, bindings)  # type: ignore[arg-type]
     elif isinstance(formula, Not):
         return bindings if first(agent, formula.part, bindings) is None else None
     elif isinstance(formula, And):
@@ -102,7 +102,7 @@ def _first_of_all(agent: Reasoner, formula: And, bindings: Bindings) -> Bindings
             if answer is None:
                 only = _only_candidate(agent, part)
                 if only is not None:
-                    extended = _unified(part, only, bindings)
+                    extended = _extend(part, only, bindings)
                     if extended is None:
                         return None
                     bindings = extended
@@ -152,7 +152,7 @@ def _only_candidate(agent: Reasoner, literal: Structure) -> Structure | None:
     return entry
 
 
-def _unified(literal: Structure, belief: Structure, bindings: Bindings) -> Bindings | None:
+def _extend(literal: Structure, belief: Structure, bindings: Bindings) -> Bindings | None:
     """The bindings extended so that the literal is the belief; None if it cannot be."""
     extended = dict(bindings)
     trail: Trail = []
@@ -193,7 +193,7 @@ def _solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bi
     while True:
         WORK.left -= 1
         if WORK.left < 0:
-            raise overworked()
+            raise too_much_work()
         if goals is None:
             yield _answer(agent, env, renamed)
         else:
@@ -216,7 +216,7 @@ def _solve(agent: Reasoner, formula: Formula, bindings: Bindings) -> Iterator[Bi
                 if len(choices) > MAX_CHOICES:
                     raise BdiError(
                         f"{agent.name}: runaway recursion while looking for {goal}, more than {MAX_CHOICES:,} calls "
-                        f"deep: {_used_rule(agent)}{agent.doing()}"
+                        f"deep: {_used_rule(agent)}{agent.activity()}"
                     )
                 choices.append((_alternatives(agent, goal, rest, env, trail, renamed), len(trail)))
         while choices:
@@ -251,7 +251,7 @@ def _alternatives(
             yield (part, rest)
         return
     if not isinstance(goal, (Structure, Call)):
-        goal = _meant(agent, goal, env)  # type: ignore[assignment]
+        goal = _meaning(agent, goal, env)  # type: ignore[assignment]
     if isinstance(goal, FormulaTerm):
         yield (goal.formula, rest)
         return
@@ -283,7 +283,7 @@ def _alternatives(
             yield from _by_belief(literal, entry, rest, env, trail)
 
 
-def _meant(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
+def _meaning(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
     """What a variable in the place of a condition stands for: what was handed over, or itself if it has no value."""
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
     if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable, Qualified)):

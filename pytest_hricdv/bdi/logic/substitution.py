@@ -24,7 +24,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
     is_ground,
-    sorted_terms,
+    sort_terms,
 )
 
 Bindings = dict[Variable, Term]
@@ -105,7 +105,7 @@ def _substitute_structure(term: Structure, bindings: Bindings, functions: Functi
     if not term.annots and term.annots_tail is None:
         return Structure(term.functor, args, (), term.negated)
     annots, tail = _substitute_annots(term, bindings, functions)
-    return Structure(term.functor, args, sorted_terms(annots), term.negated, tail)
+    return Structure(term.functor, args, sort_terms(annots), term.negated, tail)
 
 
 def _substitute_annots(
@@ -163,7 +163,7 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
     return term
 
 
-def renamed_apart(term: Term, prefix: str) -> Term:
+def rename_apart(term: Term, prefix: str) -> Term:
     """The term with a prefix to its variables' names, so that it shares none with another term."""
     return substitute_only(term, {variable: Variable(prefix + variable) for variable in free_variables(term)})
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from pytest_hricdv.bdi.language.collection import Collection
+from pytest_hricdv.bdi.language.collection import CollectionTerm
 from pytest_hricdv.bdi.language.errors import EvaluationError, Location
-from pytest_hricdv.bdi.language.limits import WORK, overworked, spend
+from pytest_hricdv.bdi.language.limits import WORK, spend, too_much_work
 from pytest_hricdv.bdi.language.name_spaces import DEFAULT, LOCAL, without_space
 from pytest_hricdv.bdi.language.syntax import TRUE, And, Comparison, Formula, Not, Or, Plan
 from pytest_hricdv.bdi.language.terms import (
@@ -65,7 +65,7 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
         return _unify_structures(pattern, target, bindings, trail)
     if isinstance(pattern, ListTerm) and isinstance(target, ListTerm):
         return _unify_lists(pattern, target, bindings, trail)
-    return pattern == target or (isinstance(pattern, Collection) and pattern.matches(target))
+    return pattern == target or (isinstance(pattern, CollectionTerm) and pattern.matches(target))
 
 
 def _bind(variable: Variable, value: Term, bindings: Bindings, trail: Trail) -> bool:
@@ -96,7 +96,7 @@ def _unify_structures(pattern: Structure, target: Structure, bindings: Bindings,
     # Variables bound to each other's terms can make this go on for 2 to the power of their number.
     WORK.left -= 1
     if WORK.left < 0:
-        raise overworked()
+        raise too_much_work()
     for left, right in zip(pattern.args, target.args, strict=True):
         if not unify(left, right, bindings, trail):
             return False
@@ -139,7 +139,7 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
         return False
     if isinstance(value, Variable):
         return _bind(value, stands_for(pattern, target), bindings, trail)
-    return unify(value, _unsigned(pattern, target), bindings, trail)
+    return unify(value, _without_sign(pattern, target), bindings, trail)
 
 
 def _unify_qualified(pattern: Qualified, target: Term, bindings: Bindings, trail: Trail) -> bool:
@@ -159,10 +159,10 @@ def stands_for(pattern: AnnotatedVariable, target: Structure) -> Structure:
     not negated.
     """
     bare = target.without_annotations() if pattern.annots or pattern.annots_tail is not None else target
-    return _unsigned(pattern, bare)
+    return _without_sign(pattern, bare)
 
 
-def _unsigned(pattern: AnnotatedVariable, literal: Structure) -> Structure:
+def _without_sign(pattern: AnnotatedVariable, literal: Structure) -> Structure:
     if not pattern.negated:
         return literal
     return Structure(literal.functor, literal.args, literal.annots, False, literal.annots_tail)
@@ -199,7 +199,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     if operator == "=":
         return unify(_valued(left), _valued(right), bindings, trail)
     if operator in ("==", "\\=="):
-        equal = left.matches(right) if isinstance(left, Collection) else left == right
+        equal = left.matches(right) if isinstance(left, CollectionTerm) else left == right
         return equal == (operator == "==")
     if operator == "=..":
         return _univ(left, right, bindings, trail, functions)

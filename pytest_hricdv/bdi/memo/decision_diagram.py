@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.memo.snapshot import AgentSnapshot
 
 
 @dataclass(slots=True, eq=False)
-class Node:
+class StateNode:
     """A point of a run between two segments, and where it continues.
 
     Args:
@@ -23,7 +23,7 @@ class Node:
 
 @final
 @dataclass(slots=True, eq=False)
-class Decision:
+class AtomDecision:
     """Whether an atom is among those forwarded."""
 
     atom: str
@@ -53,14 +53,14 @@ class Segment:
     warnings: list[str]
     plans: list[tuple[str, list[str]]]
     ended: str = ""
-    then: Node | None = field(default=None, repr=False)
+    then: StateNode | None = field(default=None, repr=False)
 
 
-Edge = Decision | Segment | None
+Edge = AtomDecision | Segment | None
 """None where no run has been executed yet."""
 
 
-def follow(node: Node, atoms: Container[str], segments: list[Segment], most: int) -> Node | None:
+def follow(node: StateNode, atoms: Container[str], segments: list[Segment], most: int) -> StateNode | None:
     """Follow the diagram from a node as far as it is known.
 
     Args:
@@ -74,7 +74,7 @@ def follow(node: Node, atoms: Container[str], segments: list[Segment], most: int
     """
     for _ in range(most - len(segments)):
         edge = node.edge
-        while type(edge) is Decision:
+        while type(edge) is AtomDecision:
             edge = edge.yes if edge.atom in atoms else edge.no
         if edge is None:
             break
@@ -85,7 +85,7 @@ def follow(node: Node, atoms: Container[str], segments: list[Segment], most: int
     return node
 
 
-def add(node: Node, answers: dict[str, bool], segment: Segment) -> None:
+def add(node: StateNode, answers: dict[str, bool], segment: Segment) -> None:
     """Add a segment that leaves a node.
 
     Args:
@@ -94,14 +94,14 @@ def add(node: Node, answers: dict[str, bool], segment: Segment) -> None:
             query is a function of the node and the answers so far: up to there, the decisions are the same.
         segment: the segment.
     """
-    place: Node | Decision = node
+    place: StateNode | AtomDecision = node
     branch = "edge"
     for atom, answer in answers.items():
         decision = getattr(place, branch)
         if decision is None:
-            decision = Decision(atom)
+            decision = AtomDecision(atom)
             setattr(place, branch, decision)
-        assert isinstance(decision, Decision)
+        assert isinstance(decision, AtomDecision)
         assert decision.atom == atom
         place, branch = decision, "yes" if answer else "no"
     setattr(place, branch, segment)
@@ -148,17 +148,17 @@ class ExhaustiveExploration:
         fixed: atoms that are in every set that counts, or in none.
     """
 
-    complete: Callable[[Node, frozenset[str]], bool]
+    complete: Callable[[StateNode, frozenset[str]], bool]
     fold: Fold
     atoms: frozenset[str]
     fixed: Mapping[str, bool]
-    _later: dict[Node, frozenset[str]] = field(default_factory=dict)
+    _later: dict[StateNode, frozenset[str]] = field(default_factory=dict)
     """The atoms that can be queried from a node on, as far as is known."""
-    _runs_from: dict[tuple[Node, Answers], Runs | None] = field(default_factory=dict)
+    _runs_from: dict[tuple[StateNode, Answers], Runs | None] = field(default_factory=dict)
     _contents: dict[Segment, Content] = field(default_factory=dict)
     _held: int = 0
 
-    def runs(self, start: Node) -> Runs | None:
+    def runs(self, start: StateNode) -> Runs | None:
         """All runs from a node; None if one of them cannot be separated into segments, or never ends.
 
         Raises:
@@ -178,11 +178,11 @@ class ExhaustiveExploration:
         except NeverEndsError:
             return None
 
-    def _visit(self, start: Node) -> list[Node] | None:
+    def _visit(self, start: StateNode) -> list[StateNode] | None:
         """Complete the diagram for all sets of atoms; the nodes that these lead to."""
-        nodes: dict[Node, None] = {}
-        visited: set[tuple[Node, Answers]] = set()
-        pending: list[tuple[Node, Mapping[str, bool]]] = [(start, self.fixed)]
+        nodes: dict[StateNode, None] = {}
+        visited: set[tuple[StateNode, Answers]] = set()
+        pending: list[tuple[StateNode, Mapping[str, bool]]] = [(start, self.fixed)]
         while pending:
             node, decided = pending.pop()
             key = (node, self._relevant(node, decided))
@@ -200,11 +200,11 @@ class ExhaustiveExploration:
                     pending.append((edge.then, {**decided, **answers}))
         return list(nodes)
 
-    def _relevant(self, node: Node, decided: Mapping[str, bool]) -> Answers:
+    def _relevant(self, node: StateNode, decided: Mapping[str, bool]) -> Answers:
         asked = self._later.get(node, frozenset())
         return frozenset(item for item in decided.items() if item[0] in asked)
 
-    def _runs(self, node: Node, decided: Answers) -> Runs:
+    def _runs(self, node: StateNode, decided: Answers) -> Runs:
         key = (node, decided)
         if key not in self._runs_from:
             self._runs_from[key] = None  # whoever comes here before the runs are there has come round in a circle
@@ -217,7 +217,7 @@ class ExhaustiveExploration:
             raise NeverEndsError
         return cached
 
-    def _compose(self, node: Node, decided: Mapping[str, bool]) -> Runs:
+    def _compose(self, node: StateNode, decided: Mapping[str, bool]) -> Runs:
         runs: Runs = {}
         for answers, segment in self._edges(node, decided):
             assert isinstance(segment, Segment)
@@ -240,12 +240,12 @@ class ExhaustiveExploration:
             self._contents[segment] = self.fold(segment.actions, segment.plans)
         return self._contents[segment]
 
-    def _edges(self, node: Node, decided: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Edge]]:
+    def _edges(self, node: StateNode, decided: Mapping[str, bool]) -> Iterator[tuple[dict[str, bool], Edge]]:
         """The edges that leave a node under the answers decided so far, each with the answers that it needs."""
         pending: list[tuple[dict[str, bool], Edge]] = [({}, node.edge)]
         while pending:
             answers, here = pending.pop()
-            if not isinstance(here, Decision):
+            if not isinstance(here, AtomDecision):
                 yield answers, here
                 continue
             certain = decided.get(here.atom, None if here.atom in self.atoms else False)
@@ -253,14 +253,14 @@ class ExhaustiveExploration:
                 if certain is None or certain == answer:
                     pending.append(({**answers, here.atom: answer}, edge))
 
-    def _gap(self, node: Node, decided: Mapping[str, bool]) -> frozenset[str] | None:
+    def _gap(self, node: StateNode, decided: Mapping[str, bool]) -> frozenset[str] | None:
         """Atoms for which the diagram has no edge at a node; None if it is complete there."""
         for answers, edge in self._edges(node, decided):
             if edge is None:
                 return frozenset(atom for atom, answer in {**decided, **answers}.items() if answer)
         return None
 
-    def _asked_later(self, nodes: Sequence[Node]) -> dict[Node, frozenset[str]]:
+    def _asked_later(self, nodes: Sequence[StateNode]) -> dict[StateNode, frozenset[str]]:
         """The atoms that can be queried from each node on: a least fixed point."""
         edges = {node: [(set(answers), edge) for answers, edge in self._edges(node, {})] for node in nodes}
         later = {node: frozenset(atom for answers, _ in edges[node] for atom in answers) for node in nodes}

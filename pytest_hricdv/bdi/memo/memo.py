@@ -12,9 +12,9 @@ from pytest_hricdv.bdi.memo.decision_diagram import (
     Content,
     ExhaustiveExploration,
     Fold,
-    Node,
     Runs,
     Segment,
+    StateNode,
     add,
     follow,
 )
@@ -45,9 +45,9 @@ class Memo:
         self.system = system
         self._forwarding: dict[tuple[str, Key], Forwarding | None] = {}
         """How agents forward atoms, by their name and the predicate of their percepts."""
-        self._roots: dict[tuple[str, Key, int, int], Node] = {}
+        self._roots: dict[tuple[str, Key, int, int], StateNode] = {}
         """Where runs begin, by the steering agent, its percepts' predicate, the number of atoms and the seed."""
-        self._nodes: dict[Hashable, Node] = {}
+        self._nodes: dict[Hashable, StateNode] = {}
         self._remembered: dict[Hashable, Segments | Result] = {}
         """Runs by all that they are given: their segments, or the result of executing them as a whole."""
 
@@ -77,7 +77,7 @@ class Memo:
                 self._forwarding.clear()
             remembered = self._remembered[key] = self._find(perceived, environment, seed, max_rounds)
         if not isinstance(remembered, Result):
-            result = self._joined(remembered)
+            result = self._join(remembered)
             if result.rounds < max_rounds:
                 return result
             remembered = self._remembered[key] = self.system.run(max_rounds=max_rounds, seed=seed)
@@ -118,7 +118,7 @@ class Memo:
             BdiError: an agent cannot go on.
             ValueError: there is no such agent.
         """
-        starts: dict[tuple[Node, Content], None] = {}
+        starts: dict[tuple[StateNode, Content], None] = {}
         percepts = [f"{functor}({atom})" for atom in atoms]
         environment = Environment()
         case = None
@@ -138,7 +138,7 @@ class Memo:
             return None
         forwarding = case[0]
 
-        def complete(node: Node, chosen: frozenset[str]) -> bool:
+        def complete(node: StateNode, chosen: frozenset[str]) -> bool:
             run = self._at(node, forwarding, chosen, environment, seed)
             return self._add(node, run, seed, max_rounds) is not None
 
@@ -199,12 +199,12 @@ class Memo:
                 return None
             reached = segment.then
 
-    def _root(self, forwarding: Forwarding, atoms: int, seed: int) -> Node:
+    def _root(self, forwarding: Forwarding, atoms: int, seed: int) -> StateNode:
         """Where a run with so many atoms begins."""
-        return self._roots.setdefault((forwarding.steering, forwarding.key, atoms, seed), Node())
+        return self._roots.setdefault((forwarding.steering, forwarding.key, atoms, seed), StateNode())
 
     def _at(
-        self, node: Node, forwarding: Forwarding, atoms: frozenset[str], environment: Environment, seed: int
+        self, node: StateNode, forwarding: Forwarding, atoms: frozenset[str], environment: Environment, seed: int
     ) -> RecordingRun:
         """A run that is at a node."""
         dependencies = Dependencies(forwarding, atoms, arrived=node.states is not None)
@@ -212,7 +212,7 @@ class Memo:
         run.new_agent = self.system.new_agent
         return run
 
-    def _add(self, node: Node, run: RecordingRun, seed: int, max_rounds: int, done: int = 0) -> Segment | None:
+    def _add(self, node: StateNode, run: RecordingRun, seed: int, max_rounds: int, done: int = 0) -> Segment | None:
         """Execute the next segment of a run that is at a node; None if that is not possible."""
         work_left = run.work_left
         recorded = run.record(max_rounds - done)
@@ -222,7 +222,7 @@ class Memo:
         if not is_even(work_left - run.work_left, segment.rounds, max_rounds):
             return None
         if states is not None:
-            segment.then = self._nodes.setdefault((seed, states), Node(states))
+            segment.then = self._nodes.setdefault((seed, states), StateNode(states))
         add(node, run.dependencies.answers, segment)
         return segment
 
@@ -240,7 +240,7 @@ class Memo:
         atoms = {*map(forwarding.atoms.__getitem__, percepts)}
         return None if "" in atoms else (forwarding, atoms)
 
-    def _joined(self, segments: Segments) -> Result:
+    def _join(self, segments: Segments) -> Result:
         prints: list[str] = []
         actions: list[tuple[str, str]] = []
         warnings: list[str] = []

@@ -8,7 +8,7 @@ from pytest_hricdv.bdi.actions import StandardActions
 from pytest_hricdv.bdi.actions.registry import ACTIONS
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
-from pytest_hricdv.bdi.agent.intentions import Intention, Message
+from pytest_hricdv.bdi.agent.intentions import Intention, SpeechAct
 from pytest_hricdv.bdi.agent.messages import is_processed_directly
 from pytest_hricdv.bdi.language.terms import Call, Structure, Variable
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase
@@ -210,7 +210,7 @@ class _RecordedAgent(Agent):
 
     run: RecordingRun
 
-    def receive(self, message: Message) -> None:
+    def receive(self, message: SpeechAct) -> None:
         """Process a message; plans for messages can see its number, which is different in every run."""
         if message.reply_to or not is_processed_directly(self, message):
             self.run.dependencies.certain = False
@@ -231,7 +231,7 @@ class _Receiver(_RecordedAgent):
 
     beliefs: ReceiverBeliefs
 
-    def receive(self, message: Message) -> None:
+    def receive(self, message: SpeechAct) -> None:
         """Process a message; a forwarded atom is believed without noting that."""
         dependencies = self.run.dependencies
         atom = message.content

@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from typing import Any, NamedTuple
 
 from pytest_hricdv.bdi.agent.agent import Agent
-from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, Loop, Message, Wait
+from pytest_hricdv.bdi.agent.intentions import IntendedMeans, Intention, LoopState, PendingWait, SpeechAct
 from pytest_hricdv.bdi.language.terms import Key
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Entry
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -68,19 +68,21 @@ def restore(agent: Agent, state: AgentSnapshot, beliefs: BeliefBase) -> None:
     """Put an agent that has not begun yet into a state, with these beliefs."""
     now = agent.run.ticks
     agent.beliefs = beliefs
-    agent.mailbox = deque(Message(sender, force, content, 0, reply) for sender, force, content, reply in state.mailbox)
+    agent.mailbox = deque(
+        SpeechAct(sender, force, content, 0, reply) for sender, force, content, reply in state.mailbox
+    )
     agent.events = deque((sign, literal, _intention(agent, waiting)) for sign, literal, waiting in state.events)
     agent.feedback = deque((_intention(agent, intention), success) for intention, success in state.feedback)
     agent.intentions = deque(_intention(agent, intention) for intention in state.intentions)
     for intention, elapsed, left, *awaited in state.waits:
         deadline = None if left is None else now + left
-        agent.waits.append(Wait(_intention(agent, intention), now - elapsed, deadline, *awaited))
+        agent.waits.append(PendingWait(_intention(agent, intention), now - elapsed, deadline, *awaited))
         if deadline is not None:
             agent.run.note_deadline(deadline)
     agent.note_restored()
 
 
-def _of_wait(agent: Agent, wait: Wait, now: int) -> tuple[Hashable, ...]:
+def _of_wait(agent: Agent, wait: PendingWait, now: int) -> tuple[Hashable, ...]:
     left = None if wait.deadline is None else wait.deadline - now
     intention = _of_intention(agent, wait.intention)
     return intention, now - wait.since, left, wait.trigger, wait.condition, wait.elapsed
@@ -117,18 +119,18 @@ def _means(state: Any) -> IntendedMeans:
     return means
 
 
-def _of_loop(loop: Loop | None) -> Hashable:
+def _of_loop(loop: LoopState | None) -> Hashable:
     if loop is None:
         return None
     solutions = tuple([tuple(solution.items()) for solution in loop.solutions])
     return _Identity(loop.statement), tuple(loop.outer.items()), solutions
 
 
-def _loop(state: Any) -> Loop | None:
+def _loop(state: Any) -> LoopState | None:
     if state is None:
         return None
     statement, outer, solutions = state
-    return Loop(statement.value, dict(outer), deque(_bindings(solution) for solution in solutions))
+    return LoopState(statement.value, dict(outer), deque(_bindings(solution) for solution in solutions))
 
 
 def _bindings(items: Any) -> Bindings:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable
 
-from pytest_hricdv.bdi.agent.intentions import Message, Percepts
+from pytest_hricdv.bdi.agent.intentions import PerceptSource, SpeechAct
 from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.system_run import SystemRun
@@ -36,7 +36,7 @@ class JitteredRun(SystemRun):
         self._jitter = jitter
         # A stream of its own: agents draw the same random numbers whatever the delays.
         self._chance = random.Random(f"jitter {seed}")
-        self._under_way: list[tuple[int, str, Message]] = []
+        self._under_way: list[tuple[int, str, SpeechAct]] = []
         self._last_arrivals: dict[tuple[str, str], int] = {}
         self._late: dict[str, _LatePercepts] = {}
 
@@ -44,12 +44,12 @@ class JitteredRun(SystemRun):
         """The round in which something arrives that is sent now."""
         return self.rounds + self._chance.randint(0, self._jitter)
 
-    def percepts_of(self, agent: str) -> Percepts:
+    def percepts_of(self, agent: str) -> PerceptSource:
         """What an agent perceives; it is late to learn of changes."""
         percepts = super().percepts_of(agent)
         return self._late.setdefault(agent, _LatePercepts(self, percepts)) if self._jitter else percepts
 
-    def deliver(self, receiver: str, message: Message) -> None:
+    def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Send a message on its way, not to arrive before an earlier one from the same sender."""
         if not self._jitter:
             super().deliver(receiver, message)
@@ -65,11 +65,11 @@ class JitteredRun(SystemRun):
 
     def only_busy_waiting(self) -> bool:
         """As in any run; a message or percept under way may still change everything."""
-        return not self._expecting() and super().only_busy_waiting()
+        return not self._expects() and super().only_busy_waiting()
 
-    def _expecting(self) -> bool:
+    def _expects(self) -> bool:
         """Whether any message or percept is under way."""
-        return bool(self._under_way) or any(late.pending for late in self._late.values())
+        return bool(self._under_way) or any(late.is_pending for late in self._late.values())
 
     def do_round(self) -> bool:
         """Do a round, unless no agent has anything to do, now or once what is under way has arrived."""
@@ -80,7 +80,7 @@ class JitteredRun(SystemRun):
         self._chance.shuffle(agents)
         for agent in agents:
             agent.awake = agent.has_work()
-        expecting = self._expecting()
+        expecting = self._expects()
         if not expecting and not any(agent.awake for agent in agents):
             return False
         self.order = agents
@@ -102,14 +102,14 @@ class JitteredRun(SystemRun):
 class _LatePercepts:
     """What an agent perceives; the version is the one that the agent knows of, some rounds late."""
 
-    def __init__(self, run: JitteredRun, percepts: Percepts) -> None:
+    def __init__(self, run: JitteredRun, percepts: PerceptSource) -> None:
         self._run = run
         self._percepts = percepts
         self._arrived = self._newest = percepts.version
         self._arrival = 0
 
     @property
-    def pending(self) -> bool:
+    def is_pending(self) -> bool:
         """Whether a change has not arrived yet."""
         return self.version != self._newest
 

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from pytest_hricdv.bdi.actions import StandardActions, check_calls, foreign_calls, inspects_intentions, missing
+from pytest_hricdv.bdi.actions import StandardActions, check_calls, describe_missing, foreign_calls, inspects_intentions
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
@@ -19,7 +19,7 @@ from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, Plan, Program, Rule, with_state
 from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
-from pytest_hricdv.bdi.logic.substitution import renamed_apart
+from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.jitter import MAX_JITTER, JitteredRun
 from pytest_hricdv.bdi.run.system_run import SystemRun
@@ -256,7 +256,7 @@ class MultiAgentSystem:
 def _warnings_of(program: Program) -> list[str]:
     """What the author of a source should know: how it was read, and what ends a run, each action once."""
     calls = {call.name: call for call in reversed(foreign_calls(program))}
-    ends = [f"{missing(call)}; a run ends where it is called" for call in reversed(calls.values())]
+    ends = [f"{describe_missing(call)}; a run ends where it is called" for call in reversed(calls.values())]
     return [*program.warnings, *ends]
 
 
@@ -328,7 +328,7 @@ def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> Agen
 
 def _with_own_variables(goal: Structure) -> Structure:
     """The goal with variables of names that no plan uses."""
-    renamed = renamed_apart(goal, "_initial_")
+    renamed = rename_apart(goal, "_initial_")
     return renamed if isinstance(renamed, Structure) else goal
 
 

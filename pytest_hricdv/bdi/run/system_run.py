@@ -14,7 +14,15 @@ from collections.abc import Callable, Iterable
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.directory import Directory
-from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, HardDeadline, Message, Percepts, Question, Wait, ticks_of
+from pytest_hricdv.bdi.agent.intentions import (
+    TICKS_PER_MS,
+    HardDeadline,
+    PendingQuestion,
+    PendingWait,
+    PerceptSource,
+    SpeechAct,
+    ticks_of,
+)
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError, Location
 from pytest_hricdv.bdi.language.limits import (
     CHARACTERS,
@@ -24,9 +32,9 @@ from pytest_hricdv.bdi.language.limits import (
     WORK,
     WORK_PER_CYCLE,
     LimitError,
-    counted,
-    overworked,
+    count_work,
     spend,
+    too_much_work,
 )
 from pytest_hricdv.bdi.language.project import MAX_AGENTS
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
@@ -102,7 +110,7 @@ class SystemRun:
         """The tick at which a wait that begins now is over."""
         return self.ticks + ticks_of(wait_ms)
 
-    def percepts_of(self, agent: str) -> Percepts:
+    def percepts_of(self, agent: str) -> PerceptSource:
         """What an agent perceives, now and from now on."""
         return self.environment.percepts_of(agent)
 
@@ -134,7 +142,7 @@ class SystemRun:
         """Whether :meth:`fresh` made the variable."""
         return variable[:1] == "_" and variable[1:].isdigit() and int(variable[1:]) > FIRST_FRESH
 
-    def deliver(self, receiver: str, message: Message) -> None:
+    def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Put a message into its receiver's mailbox."""
         spend(1)
         agent = self.agents.get(receiver)
@@ -236,7 +244,7 @@ class SystemRun:
         Raises:
             BdiError: an agent cannot go on.
         """
-        with counted(self):
+        with count_work(self):
             try:
                 ended = self._do_rounds(max_rounds)
             except LimitError as error:  # of the comparison of states; what agents do has a place
@@ -298,7 +306,7 @@ class SystemRun:
     def _count_held(self) -> None:
         """See that beliefs, plans and what waits do not grow without end. Raises BdiError: they do."""
         if WORK.left < 0:
-            raise overworked()
+            raise too_much_work()
         agents = self.agents.values()
         WORK.left += WORK_PER_CYCLE * ROUNDS_BETWEEN_COUNTS * len(agents)
         for kind, count in (
@@ -309,7 +317,7 @@ class SystemRun:
             held = {agent.name: count(agent) for agent in agents}
             if sum(held.values()) > MAX_HELD:
                 most = max(agents, key=lambda agent: held[agent.name])
-                problem = f"agents have more than {MAX_HELD:,} {kind}, most of them {most.name}: {most.doing()}"
+                problem = f"agents have more than {MAX_HELD:,} {kind}, most of them {most.name}: {most.activity()}"
                 raise BdiError(f"after {self.rounds} rounds, {problem}")
 
     def only_busy_waiting(self) -> bool:
@@ -341,12 +349,12 @@ class SystemRun:
         self._find_earliest_deadline()
 
     def _find_earliest_deadline(self) -> None:
-        waiting: list[Wait | Question | HardDeadline] = []
+        waiting: list[PendingWait | PendingQuestion | HardDeadline] = []
         for agent in self.agents.values():
             if agent.waits or agent.questions or agent.deadlines:
                 waiting += agent.waits
                 waiting += agent.questions.values()
-                waiting += agent.pending_deadlines()
+                waiting += agent.open_deadlines()
         deadlines = [wait.deadline for wait in waiting if wait.deadline is not None]
         self.earliest_deadline = min(deadlines, default=math.inf)
 
@@ -354,10 +362,10 @@ class SystemRun:
 def _limit(error: Exception, agent: Agent) -> str:
     """What an agent did that has reached a limit: with its rule, and its plan."""
     if isinstance(error, LimitError):
-        return f"{error.rule}{agent.doing()}: {error}"
+        return f"{error.rule}{agent.activity()}: {error}"
     if isinstance(error, MemoryError):
-        return f"{agent.doing()}: takes more memory than there is"
-    return f"terms nested too deeply for Python's stack of {sys.getrecursionlimit()} frames: {agent.doing()}"
+        return f"{agent.activity()}: takes more memory than there is"
+    return f"terms nested too deeply for Python's stack of {sys.getrecursionlimit()} frames: {agent.activity()}"
 
 
 def _count_waiting(agent: Agent) -> int:

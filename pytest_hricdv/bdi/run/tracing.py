@@ -15,7 +15,7 @@ from typing import Any
 
 from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.agent_state import ActionTable
-from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, Message
+from pytest_hricdv.bdi.agent.intentions import Event, IntendedMeans, Intention, SpeechAct
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.errors import BdiError, Location
 from pytest_hricdv.bdi.language.syntax import And, ExternalAction, Formula, Plan
@@ -145,7 +145,7 @@ class Noting(SystemRun):
             self.note(self.acting.name, "warning", text, self._cause)
         super().warn(text)
 
-    def deliver(self, receiver: str, message: Message) -> None:
+    def deliver(self, receiver: str, message: SpeechAct) -> None:
         """Note a message when it is sent."""
         if message.number not in self.sendings:
             sender = receiver if message.sender == "self" else message.sender
@@ -190,7 +190,7 @@ class TracedAgent(Agent):
         self.notes.acting, self.cause = self, None
         super().cycle()
 
-    def receive(self, message: Message) -> None:
+    def receive(self, message: SpeechAct) -> None:
         """Process a message; its effects are caused by its being sent."""
         self.cause = self.notes.steps[self.notes.sendings[message.number] - 1]
         super().receive(message)

@@ -92,7 +92,7 @@ def power_and_force(
     >>> print(power_and_force(signal("contact_force"), limit_n=signal("force_limit")))
     always(contact_force > 0 -> contact_force <= force_limit)
     """
-    return _limited(force, limit_n, transient_limit_n, transient_s, "transient_limit_n")
+    return _limit(force, limit_n, transient_limit_n, transient_s, "transient_limit_n")
 
 
 @pattern
@@ -120,7 +120,7 @@ def contact_pressure(
     >>> print(contact_pressure(signal("pressure"), **limits))
     always(pressure > 0 -> pressure <= 2 * limit & !(pressure > limit [for 0.5]))
     """
-    return _limited(pressure, limit_n_cm2, transient_limit_n_cm2, transient_s, "transient_limit_n_cm2")
+    return _limit(pressure, limit_n_cm2, transient_limit_n_cm2, transient_s, "transient_limit_n_cm2")
 
 
 @pattern
@@ -174,7 +174,7 @@ def hand_guiding(enabled: TruthValue, moving: TruthValue, *, within_s: float = 0
     return always(require_duration(moving, "moving") >> (once(enabled, 0, within_s) if within_s else enabled))
 
 
-def _limited(
+def _limit(
     value: NumberValue,
     limit: NumberValue | float,
     transient_limit: NumberValue | float | None,

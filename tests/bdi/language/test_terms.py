@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.bdi import BdiError, BdiSyntaxError, Environment, ListTerm, Number, String, Structure, Term, Variable
 from pytest_hricdv.bdi.language.parser import parse_literal, parse_program, parse_term
-from pytest_hricdv.bdi.language.terms import Arithmetic, sorted_terms, term_order
+from pytest_hricdv.bdi.language.terms import Arithmetic, sort_terms, term_order
 from pytest_hricdv.bdi.logic.substitution import substitute_only
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -27,7 +27,7 @@ leaves: st.SearchStrategy[Term] = numbers | strings | variables | names.map(Stru
 def _compound(parts: st.SearchStrategy[Term]) -> st.SearchStrategy[Term]:
     several = st.lists(parts, max_size=3).map(tuple)
     structures = st.builds(
-        lambda functor, args, annots, negated: Structure(functor, args, sorted_terms(annots), negated),
+        lambda functor, args, annots, negated: Structure(functor, args, sort_terms(annots), negated),
         names,
         several,
         several,
