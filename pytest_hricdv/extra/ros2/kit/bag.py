@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.extra.ros2.bag_file import BagContent, BagError, BagMessage, read_bag
+from pytest_hricdv.extra.ros2.bag_file import BagContent, BagError, RecordedMessage, read_bag
 from pytest_hricdv.extra.ros2.cdr import CdrError, class_of, deserialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.vocabulary import loaded
@@ -69,7 +69,7 @@ class BagPlayer:
         }
         self._kernel.spawn(f"{node}: {Path(path).name}", self._play)
 
-    def _from(self, content: BagContent, start_s: float) -> list[BagMessage]:
+    def _from(self, content: BagContent, start_s: float) -> list[RecordedMessage]:
         bag = f"bag {content.path}"
         for name, value, is_right in (
             ("rate", self._rate, math.isfinite(self._rate) and self._rate > 0),
@@ -105,7 +105,7 @@ class BagPlayer:
             begins_s += (self._messages[-1].time_ns - self._from_ns) / _NS_PER_S / self._rate
         self.is_over = True
 
-    def _message(self, number: int, recorded: BagMessage, begins_ns: int) -> Any:
+    def _message(self, number: int, recorded: RecordedMessage, begins_ns: int) -> Any:
         kind = self._kinds[recorded.topic]
         try:
             message = deserialize(recorded.data, kind)
