@@ -102,11 +102,7 @@ class TraceWriter:
 
         @contextlib.contextmanager
         def observing(again: Run) -> Iterator[None]:
-            if (
-                again.kernel.world is not None
-                and self._testbench.simulation.film
-                and self._testbench.simulation.film.bodies
-            ):
+            if again.kernel.world is not None:
                 observed.append(ObservedWorld(again.kernel.world, bodies, SCENE_PERIOD_US))
                 again.kernel.world = observed[0]
             yield
