@@ -19,6 +19,8 @@ LIMIT_S = 900.0
 """No run needs as long: one that does has hung. It is well above the 300 s of R5, so that a table can be late."""
 FIDELITY = "dynamic"
 """Unless --hri-fidelity=kinematic: no masses and forces, for planner and logic only, and many times faster."""
+TURN_DONE = "on(turn_done) & turn_done.outcome"
+"""The end of a turn, up to its outcome."""
 ENGINE_TOLERANCES = {"R1": 0.084, "R2": 0.005, "R3": 0.005, "R4": 0.0005}
 """By how much margins may differ between engines: by a control tick on either side of a deadline (s), by 5 mm where a
 leg leaves the hand and in how near a closing hand comes (m), by a five-hundredth of an arm's speed limit (rad/s);
@@ -52,6 +54,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         InteractiveAgent,
         Model,
         ModelOracle,
+        People,
         PerceptMapping,
         Simulation,
         Sometimes,
@@ -139,14 +142,14 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         run=run,
         outcome_label="legs",
         # What the robot should do, by its agent in the model. Times are from when the agent is ready for it.
-        conformance=ModelOracle(
+        oracle=ModelOracle(
             agent="robot_code",
-            hears=(
+            percepts=(
                 PerceptMapping("leg_wanted", "on(request)", source="human"),
                 PerceptMapping("human_ready", "on(human_ready)", source="human"),
                 PerceptMapping("reading(Gaze, Pressure, Location)", "on(reading)", source="sensors"),
             ),
-            does=(
+            actions=(
                 ActionMapping("@p3", "on(state) & state == 'Move_hand'", within_s=(0.0, 0.1)),
                 ActionMapping("close_hand", "rise(hand_closing)", within_s=(0.0, 15.0)),
                 ActionMapping(
@@ -212,12 +215,16 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "ready_late": Delay("human_ready", Uniform(1.0, 20.0, "s")),
             "end_lost": Drop("turn_done"),
         },
-        online=InteractiveAgent(
-            agent="human",
-            hears=(
-                PerceptMapping("leg_ready", "on(leg_ready)", source="robot_code"),
-                PerceptMapping("leg_released", "on(turn_done) & turn_done.outcome == 'released'", source="robot_code"),
-                PerceptMapping("leg_discarded", "on(turn_done) & turn_done.outcome != 'released'", source="robot_code"),
+        people=People(
+            agents=(
+                InteractiveAgent(
+                    agent="human",
+                    percepts=(
+                        PerceptMapping("leg_ready", "on(leg_ready)", source="robot_code"),
+                        PerceptMapping("leg_released", f"{TURN_DONE} == 'released'", source="robot_code"),
+                        PerceptMapping("leg_discarded", f"{TURN_DONE} != 'released'", source="robot_code"),
+                    ),
+                ),
             ),
         ),
         by_hand=HERE / "tests" / "hri" / "by_hand.toml",

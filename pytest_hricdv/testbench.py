@@ -10,12 +10,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.coverage.cross_product import Bin, CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
-from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.declarations.film import Camera, Film
-from pytest_hricdv.declarations.groups import Simulation, VirtualTime
+from pytest_hricdv.declarations.model_oracle import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.declarations.ros2 import Launch, Ros2, RosNode
 from pytest_hricdv.disturbance import Delay, Disturbance, Disturbances, Drop, Duplicate, lines
 from pytest_hricdv.generate import GenerateError
@@ -33,6 +32,7 @@ from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.geometry import Body
+from pytest_hricdv.testbench_groups import People, Simulation, VirtualTime
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -59,6 +59,7 @@ __all__ = [
     "ModelOracle",
     "ModelOracleError",
     "Outcome",
+    "People",
     "PerceptMapping",
     "QLearning",
     "Ros2",
@@ -158,11 +159,9 @@ class Testbench:
         learning: the constants of Q-learning, for the suite `rl`.
         lengths: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are several.
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
-        conformance: the agent of the model that each run is compared with, and what corresponds to what; None where
+        oracle: the agent of the model that each run is compared with, and what corresponds to what; None where
             there is none.
-        online: the agent of the model that decides in a run what the person does, and what it hears there; where the
-            model has several actors, a tuple with one `InteractiveAgent` for each; None where all actions are known
-            before.
+        people: the agents that decide during a run, and bystanders.
         time: how the code under test waits, and how its runs may end.
         simulation: the fidelities and physics engines of the world, and how it is filmed.
         disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
@@ -171,8 +170,6 @@ class Testbench:
         transitions: from one such state to the next one: those that the suite `closure` is to cover.
         ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
             "time" and "threading" in virtual time, whatever `time` says.
-        bystanders: actors without a model, such as a dog: `Bystander("dog", {"walk": {...}})`; a node of the world
-            takes what each does, `run.actions("dog")`.
     """
 
     __test__ = False
@@ -192,8 +189,8 @@ class Testbench:
     lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
-    conformance: ModelOracle | None = None
-    online: InteractiveAgent | tuple[InteractiveAgent, ...] | None = None
+    oracle: ModelOracle | None = None
+    people: People = field(default_factory=People)
     time: VirtualTime = field(default_factory=VirtualTime)
     simulation: Simulation = field(default_factory=Simulation)
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
@@ -202,7 +199,6 @@ class Testbench:
     state: str = ""
     transitions: tuple[tuple[str, str], ...] = ()
     ros2: Ros2 | None = None
-    bystanders: tuple[Bystander, ...] = ()
 
     @cached_property
     def commands(self) -> Concretization:
@@ -211,17 +207,10 @@ class Testbench:
         declared = self.concretization
         if self.model.actors:
             declared = declared.with_turns(self.model.actors)
-            declared = declared.with_pauses(self.model.actors) if self.deciding else declared
-        for bystander in self.bystanders:
+            declared = declared.with_pauses(self.model.actors) if self.people.agents else declared
+        for bystander in self.people.bystanders:
             declared = dataclasses.replace(declared, run={**declared.run, **bystander.parameters})
         return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
-
-    @property
-    def deciding(self) -> tuple[InteractiveAgent, ...]:
-        """Who decides during runs: `online`, one for each actor; empty where nobody does."""
-        if self.online is None:
-            return ()
-        return self.online if isinstance(self.online, tuple) else (self.online,)
 
     def choose(self, *, fidelity: str | None = None, engine: str | None = None) -> Testbench:
         """The testbench with this fidelity or engine; None keeps the current one.

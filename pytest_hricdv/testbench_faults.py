@@ -9,8 +9,7 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.coverage.cross_product import CrossProduct
 from pytest_hricdv.declarations.bystander import Bystander
-from pytest_hricdv.declarations.conformance import ModelOracle
-from pytest_hricdv.declarations.groups import Simulation, VirtualTime
+from pytest_hricdv.declarations.model_oracle import ModelOracle
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.disturbance import faults
 from pytest_hricdv.generate import GenerateError
@@ -25,8 +24,9 @@ from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_fields import FORMS
 from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
+from pytest_hricdv.testbench_groups import People, Simulation, VirtualTime
 
-NEEDED_PARTS = {"conformance": "oracle", "ros2": "ros2"}
+NEEDED_PARTS = {"oracle": "oracle", "ros2": "ros2"}
 """What a testbench declares -> the optional part without which it would be passed over in silence."""
 
 MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
@@ -34,12 +34,17 @@ MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
         "virtual": "time=VirtualTime(apis=...)",
         "patience_s": "time=VirtualTime(stall_timeout_s=...)",
         "may_end": "time=VirtualTime(allowed_endings=...)",
+        "online": "people=People(agents=(InteractiveAgent(...),))",
+        "bystanders": "people=People(bystanders=...)",
+        "conformance": "oracle=ModelOracle(...)",
         "fidelities": "simulation=Simulation(fidelities=...)",
         "engines": "simulation=Simulation(engines=...)",
         "engine_tolerances": "simulation=Simulation(engine_tolerances=...)",
         "requires": "simulation=Simulation(requires=...)",
         "film": "simulation=Simulation(film=...)",
     },
+    "InteractiveAgent": {"hears": "percepts=..."},
+    "ModelOracle": {"hears": "percepts=...", "does": "actions=..."},
 }
 """A class -> its former keywords -> what replaces each."""
 
@@ -69,7 +74,7 @@ def checked(candidate: object, where: str) -> Testbench:
             *candidate.time.faults(),
             *_sampling_faults(candidate),
             *_bystander_faults(candidate),
-            *_online_faults(candidate),
+            *_agent_faults(candidate),
             *disturbance_faults,
         ):
             raise TestbenchError(f"{where}: {fault}")
@@ -97,7 +102,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {FIELD_PURPOSES[name]}")
-    groups: Mapping[str, type[Any]] = {"time": VirtualTime, "simulation": Simulation}
+    groups: Mapping[str, type[Any]] = {"time": VirtualTime, "simulation": Simulation, "people": People}
     for name, kind in groups.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {kind.__name__}(...)")
@@ -110,7 +115,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, product in testbench.cross.items():
         if not isinstance(product, CrossProduct):
             raise TestbenchError(f"{where}: cross product {name!r} is {product!r}; expected a CrossProduct")
-    optional: Mapping[str, type[Any]] = {"conformance": ModelOracle, "ros2": Ros2}
+    optional: Mapping[str, type[Any]] = {"oracle": ModelOracle, "ros2": Ros2}
     for name, kind in optional.items():
         part = getattr(testbench, name)
         if not isinstance(part, kind | None):
@@ -163,42 +168,41 @@ def _state_faults(testbench: Testbench) -> Iterator[str]:
                 yield f"transitions has {pair!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
 
 
-def _online_faults(testbench: Testbench) -> Iterator[str]:
-    if testbench.online is None:
+def _agent_faults(testbench: Testbench) -> Iterator[str]:
+    agents = testbench.people.agents
+    if not isinstance(agents, tuple) or not all(isinstance(agent, InteractiveAgent) for agent in agents):
+        yield f"people: agents is {agents!r}; expected a tuple of InteractiveAgent(...), one for each actor"
         return
-    deciding = testbench.deciding
-    if not deciding or not all(isinstance(online, InteractiveAgent) for online in deciding):
-        expected = "expected InteractiveAgent(...), a tuple with one for each actor, or None"
-        yield f"online is {testbench.online!r}; {expected}"
+    if not agents:
         return
-    names, actors = [online.agent for online in deciding], testbench.model.actors
+    names, actors = [agent.agent for agent in agents], testbench.model.actors
     if not actors:
         if len(names) > 1:
             yield (
-                f"online has the agents {', '.join(names)}, and the model the actor {testbench.model.actor}; expected "
+                f"people: agents has {', '.join(names)}, and the model the actor {testbench.model.actor}; expected "
                 "one, or Model(actors=(...)) with all of them"
             )
         return
     for place, name in enumerate(names):
         if name not in actors:
-            yield f"online has {name!r}, which is no actor of the model{nearest(name, actors)}"
+            yield f"people: agents has {name!r}, which is no actor of the model{nearest(name, actors)}"
         if name in names[:place]:
-            yield f"online has {name!r} twice; expected one InteractiveAgent(...) for each actor"
+            yield f"people: agents has {name!r} twice; expected one InteractiveAgent(...) for each actor"
     missing = [actor for actor in actors if actor not in names]
     if missing:
         listed = ", ".join(f"InteractiveAgent({actor!r})" for actor in missing)
-        yield f"online has not all actors of the model, who decide during a run together; add {listed}"
+        yield f"people: agents does not have all actors of the model, who decide during a run together; add {listed}"
 
 
 def _bystander_faults(testbench: Testbench) -> Iterator[str]:
-    if not isinstance(testbench.bystanders, tuple):
-        yield f"bystanders is {testbench.bystanders!r}; expected a tuple of Bystander(...)"
+    if not isinstance(testbench.people.bystanders, tuple):
+        yield f"people: bystanders is {testbench.people.bystanders!r}; expected a tuple of Bystander(...)"
         return
     names = [*testbench.model.who_acts]
     parameters = {*testbench.concretization.run}
-    for bystander in testbench.bystanders:
+    for bystander in testbench.people.bystanders:
         if not isinstance(bystander, Bystander):
-            yield f"bystanders has {bystander!r}; expected a Bystander(...)"
+            yield f"people: bystanders has {bystander!r}; expected a Bystander(...)"
             continue
         if bystander.name in names:
             yield f"bystander {bystander.name!r}: another actor has this name; rename one of them"

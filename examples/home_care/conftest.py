@@ -30,18 +30,18 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from house import house
     from house.fidelity import ENGINES, FILM, TOLERANCES
     from people.beliefs import BELIEFS, LENGTHS, MODEL
-    from people.coupling import CONFORMANCE, ONLINE
+    from people.coupling import ONLINE, ORACLE
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, Simulation, Testbench, Uniform, VirtualTime
+    from pytest_hricdv.testbench import Concretization, People, Simulation, Testbench, Uniform, VirtualTime
 
     return Testbench(
         name="home-care",
         model=MODEL,
         beliefs=BELIEFS,
         lengths=LENGTHS,
-        bystanders=bystanders(),
+        people=People(agents=(ONLINE,), bystanders=bystanders()),
         disturbances=DISTURBANCES,
         concretization=Concretization(COMMANDS, {**RUN, "battery": Uniform(0.19, 1.0)}),
         by_hand=HERE / "tests" / "by_hand.toml",
@@ -56,8 +56,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         time=VirtualTime(apis=("asyncio",)),
         run=run,
         simulation=Simulation(engines=ENGINES, engine_tolerances=TOLERANCES, film=FILM),
-        conformance=CONFORMANCE,
-        online=ONLINE,
+        oracle=ORACLE,
         outcome_label="orders",
         cross=CROSS,
     )

@@ -13,7 +13,7 @@ from pytest_hricdv.bdi.language.syntax import ExternalAction, Plan
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Call, Key
 from pytest_hricdv.bdi.run.system import AgentTemplate, read_templates
-from pytest_hricdv.coupling.hears import CouplingError, PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import CouplingError, PerceptMapping
 from pytest_hricdv.coupling.terms import comparable
 from pytest_hricdv.generate.model import Model
 

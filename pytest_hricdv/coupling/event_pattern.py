@@ -10,7 +10,7 @@ from pytest_hricdv.bdi import Structure, Term, Variable
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.logic.substitution import substitute_only
 from pytest_hricdv.coupling.agent_names import AgentNames
-from pytest_hricdv.coupling.hears import PERCEPT, CouplingError, PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import PERCEPT, CouplingError, PerceptMapping
 from pytest_hricdv.coupling.terms import term_of
 from pytest_hricdv.monitor import FormulaSource, PastFormula, Value, Vocabulary, parse_condition
 from pytest_hricdv.monitor.analysis import topics_of

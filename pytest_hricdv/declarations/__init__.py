@@ -1,7 +1,7 @@
 """What a testbench declares for optional parts, as plain data that says nothing of how a part goes by it.
 
 - `bystander` (an actor that no plan describes: what it can do)
-- `conformance` (an agent of the model that each run is compared with; for `extra.oracle`)
+- `model_oracle` (an agent of the model that each run is compared with; for `extra.oracle`)
 - `film` (camera, key moments and shapes of a world; for `extra.film` and `extra.traces`)
 - `ros2` (a ROS 2 system: what requirements name of its graph, and its nodes; for `extra.ros2`)
 - `ros2_system` (what `extra.ros2` makes of it in a run, as protocols)

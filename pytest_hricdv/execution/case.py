@@ -210,7 +210,7 @@ def execute(
         disturbances=testbench.disturbances,
         producing=producing,
         actors=testbench.model.who_acts,
-        bystanders={bystander.name: bystander for bystander in testbench.bystanders},
+        bystanders={bystander.name: bystander for bystander in testbench.people.bystanders},
         may_go_round=bool({"limit", "cycle"}.intersection(testbench.time.allowed_endings)),
     )
     kernel.virtual = frozenset(testbench.time.apis)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.run import TestbenchError
 
 PATIENCE_S = 30.0
@@ -26,16 +26,16 @@ class InteractiveAgent:
 
     Args:
         agent: its name in the model; its external actions are commands.
-        hears: what it hears and perceives of the run.
+        percepts: what it hears and perceives of the run.
         patience_s: of several people: how long one waits at most, with nothing to do, for something to happen, before
             its actions are over (s). While its agent waits for a time itself, it does not count.
 
     Raises:
-        InteractiveAgentError: no name, `hears` is no tuple of `PerceptMapping`, or a patience that is no time.
+        InteractiveAgentError: no name, `percepts` is no tuple of `PerceptMapping`, or a patience that is no time.
     """
 
     agent: str
-    hears: tuple[PerceptMapping, ...] = ()
+    percepts: tuple[PerceptMapping, ...] = ()
     patience_s: float = PATIENCE_S
 
     def __post_init__(self) -> None:
@@ -43,9 +43,9 @@ class InteractiveAgent:
             raise InteractiveAgentError(
                 f"InteractiveAgent: agent is {self.agent!r}; expected the name of an agent of the model"
             )
-        if not (isinstance(self.hears, tuple) and all(isinstance(heard, PerceptMapping) for heard in self.hears)):
+        if not (isinstance(self.percepts, tuple) and all(isinstance(heard, PerceptMapping) for heard in self.percepts)):
             raise InteractiveAgentError(
-                f"InteractiveAgent: hears is {self.hears!r}; expected a tuple of PerceptMapping(...)"
+                f"InteractiveAgent: percepts is {self.percepts!r}; expected a tuple of PerceptMapping(...)"
             )
         is_number = isinstance(self.patience_s, int | float) and not isinstance(self.patience_s, bool)
         if not (is_number and 0.0 <= self.patience_s < math.inf):

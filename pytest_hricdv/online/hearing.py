@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from pytest_hricdv.bdi import Structure
 from pytest_hricdv.coupling.events import Events, Happening
-from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.role import Role
 
@@ -32,8 +32,8 @@ class Hearing:
     def __init__(self, role: Role) -> None:
         self._role = role
         self._events = Events(
-            [event.condition for event in role.hears],
-            [name for event in role.hears for name in event.sources.values()],
+            [event.condition for event in role.percepts],
+            [name for event in role.percepts for name in event.sources.values()],
         )
         self._heard: deque[Heard] = deque()
         self._error: CouplingError | None = None
@@ -70,7 +70,7 @@ class Hearing:
     def _note(self, happenings: Iterable[Happening]) -> None:
         for happening in happenings:
             for number in happening.numbers:
-                event, declared = self._role.hears[number], self._role.declaration.hears[number]
+                event, declared = self._role.percepts[number], self._role.declaration.percepts[number]
                 try:
                     literal = event.literal(event.bindings(self._events.values))
                 except CouplingError as error:

@@ -11,7 +11,7 @@ from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.coupling.coupled_agent import CoupledAgent
 from pytest_hricdv.coupling.coupled_run import CoupledRun
-from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action

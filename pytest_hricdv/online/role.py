@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_heard
-from pytest_hricdv.coupling.hears import CouplingError
+from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import RequirementError, Vocabulary
@@ -29,7 +29,7 @@ class Role:
         agent: the online agent.
         steering: the agent that steers it.
         others: the names of the other agents of the model.
-        hears: an event for each of `declaration.hears`.
+        percepts: an event for each of `declaration.percepts`.
         goals: the goals without parameters that the agent has plans for.
         disturbances: the lines of the testbench's disturbances.
         state: the field that has the state of the code under test, as `state.name`; empty where there is none.
@@ -42,7 +42,7 @@ class Role:
     agent: AgentTemplate
     steering: AgentTemplate
     others: tuple[str, ...]
-    hears: tuple[EventPattern, ...]
+    percepts: tuple[EventPattern, ...]
     goals: tuple[str, ...]
     disturbances: tuple[str, ...] = ()
     state: str = ""
@@ -71,7 +71,7 @@ def load_role(
     try:
         (agent, steering), others = read_agents([declaration.agent, model.steering_agent], model)
         names = AgentNames(agent.name, agent.program.plans)
-        hears = parse_heard(declaration.hears, names, (*others, steering.name), vocabulary)
+        hears = parse_heard(declaration.percepts, names, (*others, steering.name), vocabulary)
     except (CouplingError, RequirementError) as error:
         raise InteractiveAgentError(f"InteractiveAgent: {error}") from error
     return Role(

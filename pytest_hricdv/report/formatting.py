@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.declarations.conformance import MODEL
+from pytest_hricdv.declarations.model_oracle import MODEL
 
 Style = Literal["plain", "title", "ok", "bad", "warn", "dim"]
 

@@ -24,6 +24,7 @@ from pytest_hricdv.testbench import (
     InteractiveAgent,
     InteractiveAgentError,
     Outcome,
+    People,
     PerceptMapping,
     Run,
     Testbench,
@@ -37,7 +38,7 @@ PEOPLE = (InteractiveAgent("nurse", patience_s=2.0), InteractiveAgent("child", p
 
 @cache
 def bench() -> Testbench:
-    return checked(replace(ward(), online=PEOPLE), "tests")
+    return checked(replace(ward(), people=People(PEOPLE)), "tests")
 
 
 def wishes(**chosen: str) -> list[Weight]:
@@ -102,7 +103,7 @@ def test_they_hear_the_run_and_disturbances_come_between_them() -> None:
     people = (PEOPLE[0], InteractiveAgent("child", hears, patience_s=3.0))
     pushes: list[float] = []
     disturbances = {"push": Disturbance({}, lambda corridor, parameters: pushes.append(corridor.cart_m))}
-    testbench = checked(replace(with_robot(), online=people, disturbances=disturbances), "tests")
+    testbench = checked(replace(with_robot(), people=People(people), disturbances=disturbances), "tests")
     often: list[Weight] = [(ANY_STATE, ANY_INTERACTION, "disturbance", line, 0.5) for line in ("", "disturb push")]
     result, test = decided(testbench, 1, [*wishes(start="playful", nurse="watchful"), *often])
     assert len(pushes) == test.lines.count("disturb push") > 0
@@ -165,30 +166,30 @@ def test_waiting_is_not_for_the_testbench_to_say() -> None:
     ("online", "complaint"),
     [
         (
-            InteractiveAgent("nurse"),
-            "online has not all actors of the model, who decide during a run together; add "
+            (InteractiveAgent("nurse"),),
+            "people: agents does not have all actors of the model, who decide during a run together; add "
             r"InteractiveAgent\('child'\)",
         ),
-        ((), r"online is \(\); expected InteractiveAgent\(...\), a tuple with one for each actor, or None"),
+        (None, r"people: agents is None; expected a tuple of InteractiveAgent\(...\), one for each actor"),
         (
             (InteractiveAgent("nurse"), InteractiveAgent("chid")),
-            "online has 'chid', which is no actor of the model; nearest: child",
+            "people: agents has 'chid', which is no actor of the model; nearest: child",
         ),
         (
             (InteractiveAgent("nurse"), InteractiveAgent("nurse"), InteractiveAgent("child")),
-            "online has 'nurse' twice; expected one",
+            "people: agents has 'nurse' twice; expected one",
         ),
     ],
 )
 def test_a_declaration_that_is_none_is_refused(online: object, complaint: str) -> None:
     with pytest.raises(TestbenchError, match=complaint):
-        checked(replace(ward(), online=online), "tests")  # type: ignore[arg-type]
+        checked(replace(ward(), people=People(online)), "tests")  # type: ignore[arg-type]
 
 
 def test_a_wait_for_a_turn_that_cannot_be_left_out_is_refused() -> None:
     concretization = replace(ward().concretization, turn_wait_s=Constant(3.0, "s"))
     with pytest.raises(TestbenchError, match=r"turn_wait_s is 3 s; expected a range from 0 s on"):
-        checked(replace(ward(), online=PEOPLE, concretization=concretization), "tests")
+        checked(replace(ward(), people=People(PEOPLE), concretization=concretization), "tests")
 
 
 @pytest.mark.parametrize("patience_s", [-1.0, float("inf"), float("nan"), "3", True])

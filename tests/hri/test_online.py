@@ -36,10 +36,12 @@ def table(fidelity: str = "kinematic") -> Testbench:
 def role() -> Role:
     """Of the table's person."""
     bench = table()
-    assert bench.deciding
+    assert bench.people.agents
     lines = [line for line in bench.commands.commands if line not in bench.concretization.commands]
     planned = [product.planned for product in bench.cross.values() if product.planned is not None]
-    return load_role(bench.deciding[0], bench.model, bench.beliefs, bench.vocabulary(), lines, bench.state, planned)
+    return load_role(
+        bench.people.agents[0], bench.model, bench.beliefs, bench.vocabulary(), lines, bench.state, planned
+    )
 
 
 def weights(goal: float, disturbance: float) -> list[Weight]:

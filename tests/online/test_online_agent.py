@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Situation
 from pytest_hricdv.online.decisions import MOST_GOALS
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
@@ -195,7 +195,7 @@ def test_names_and_conditions_that_are_none_are_refused(
     "made", [lambda: InteractiveAgent(""), lambda: InteractiveAgent("person", ("cup",)), lambda: InteractiveAgent(None)]
 )  # type: ignore[arg-type]
 def test_values_that_make_no_sense_are_refused(made) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(InteractiveAgentError, match=r"^InteractiveAgent: (agent|hears) is .*; expected "):
+    with pytest.raises(InteractiveAgentError, match=r"^InteractiveAgent: (agent|percepts) is .*; expected "):
         made()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Vocabulary

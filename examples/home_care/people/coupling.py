@@ -22,10 +22,10 @@ GIVEN_UP = "on(refused) & " + " & ".join(f'refused.reason != "{reason}"' for rea
 
 KEPT_FROM_CHARGER = 'on(state) & state == "Ready" & previously(state == "Recharge") & !on(docked) & !on(accepted)'
 
-CONFORMANCE = ModelOracle(
+ORACLE = ModelOracle(
     agent="robot",
-    hears=(PerceptMapping("order(Kind)", "on(order)", source="person"),),
-    does=(
+    percepts=(PerceptMapping("order(Kind)", "on(order)", source="person"),),
+    actions=(
         ActionMapping("accept(Order)", "on(accepted)", within_s=AT_ONCE_S),
         ActionMapping("refuse(Order)", "on(refused)", within_s=AT_ONCE_S),
         ActionMapping("enter(Name)", "on(state)", within_s=DRIVES_S),
@@ -42,7 +42,7 @@ CONFORMANCE = ModelOracle(
 
 ONLINE = InteractiveAgent(
     agent="person",
-    hears=(
+    percepts=(
         PerceptMapping("refused(Order)", f'on(refused) & refused.reason == "{UNKNOWN}"', source="robot"),
         PerceptMapping("given_up(Order)", GIVEN_UP, source="robot"),
         PerceptMapping("idle", "on(idle)", source="robot"),

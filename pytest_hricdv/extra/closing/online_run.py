@@ -27,7 +27,9 @@ def roles_of(testbench: Testbench) -> tuple[Role, ...]:
     """
     planned = [product.planned for product in testbench.cross.values() if product.planned is not None]
     lines, model = disturbance.lines(testbench.disturbances), testbench.model
-    deciding = sorted(testbench.deciding, key=lambda online: model.who_acts.index(online.agent) if model.actors else 0)
+    deciding = sorted(
+        testbench.people.agents, key=lambda online: model.who_acts.index(online.agent) if model.actors else 0
+    )
     return tuple(
         load_role(online, model, testbench.beliefs, testbench.vocabulary(), lines, testbench.state, planned)
         for online in deciding

@@ -1,7 +1,7 @@
 """The model as an oracle: one of its agents follows each run, and the code under test has to do what the agent does.
 
 - `execution` (its part in the execution of tests)
-- `oracle` (`declarations.conformance` of a testbench, checked against model and vocabulary, and made ready)
+- `oracle` (`declarations.model_oracle` of a testbench, checked against model and vocabulary, and made ready)
 - `follower` (the agent, which goes on only when what it does has been observed)
 - `product` (agent and observed events step by step: what is expected, and what deviates)
 - `conformance_monitor` (follows one run, and gives the verdict)

@@ -8,8 +8,8 @@ from functools import partial
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
 from pytest_hricdv.coupling.events import Events, Happening
-from pytest_hricdv.coupling.hears import CouplingError
-from pytest_hricdv.declarations.conformance import MODEL, ModelOracleError
+from pytest_hricdv.coupling.percept_mapping import CouplingError
+from pytest_hricdv.declarations.model_oracle import MODEL, ModelOracleError
 from pytest_hricdv.extra.oracle.oracle import Oracle
 from pytest_hricdv.extra.oracle.product import NOTHING, ModelDeviation, ModelPercept, ObservedEvent, Product
 from pytest_hricdv.monitor import Trigger, Value, Verdict, Violation
@@ -32,8 +32,8 @@ class ConformanceMonitor:
         limits = oracle.declaration.limits
         self._limits = {name: parameters[limit] if isinstance(limit, str) else limit for name, limit in limits.items()}
         self._declared: list[tuple[str, int, EventPattern]] = [
-            *(("heard", number, event) for number, event in enumerate(oracle.hears)),
-            *(("does", number, event) for number, event in enumerate(oracle.does)),
+            *(("heard", number, event) for number, event in enumerate(oracle.percepts)),
+            *(("does", number, event) for number, event in enumerate(oracle.actions)),
             *(("fails", number, event) for number, event in oracle.fails.items()),
             *((("until", 0, oracle.until),) if oracle.until is not None else ()),
         ]
@@ -119,7 +119,7 @@ class ConformanceMonitor:
             kind, number, event = self._declared[index]
             bindings = event.bindings(self._events.values)
             if kind == "heard":
-                declared = self._oracle.declaration.hears[number]
+                declared = self._oracle.declaration.percepts[number]
                 heard.append(ModelPercept(event.literal(bindings), declared.source, declared.is_goal))
             else:
                 (does if kind == "does" else fails)[number] = bindings

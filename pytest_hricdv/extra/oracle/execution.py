@@ -24,12 +24,12 @@ class OracleExecution(ExecutionFeature):
             ModelOracleError: a correspondence names what the model, or the run, does not have.
             RequirementError: a condition of it does not parse.
         """
-        if testbench.conformance is None:
+        if testbench.oracle is None:
             return ()
         from pytest_hricdv.extra.oracle.oracle import load_oracle
 
         vocabulary, parameters = testbench.vocabulary(), testbench.concretization.run
-        return (load_oracle(testbench.conformance, testbench.model, vocabulary, parameters),)
+        return (load_oracle(testbench.oracle, testbench.model, vocabulary, parameters),)
 
     def followers(self, criteria: Sequence[Criterion], test: ConcreteTest) -> tuple[Follower, ...]:
         """A monitor for the agent, if it is one of the criteria."""

@@ -33,7 +33,7 @@ class FollowedAgent(CoupledAgent):
 
     def acts_of(self, intention: Intention, literal: Structure) -> tuple[int, ...] | None:
         """The declared acts that this one is; None if it is none."""
-        does = self.oracle.does
+        does = self.oracle.actions
         acts = tuple(
             number
             for number in self.oracle.literals.get(literal.key, ())

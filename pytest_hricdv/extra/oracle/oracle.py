@@ -14,8 +14,8 @@ from pytest_hricdv.bdi.language.terms import Key
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_event, parse_heard
-from pytest_hricdv.coupling.hears import CouplingError
-from pytest_hricdv.declarations.conformance import MODEL, ModelOracle, ModelOracleError
+from pytest_hricdv.coupling.percept_mapping import CouplingError
+from pytest_hricdv.declarations.model_oracle import MODEL, ModelOracle, ModelOracleError
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Vocabulary
 
@@ -28,17 +28,17 @@ class Oracle:
         declaration: of the testbench.
         agent: the agent that is followed.
         others: the names of the other agents of the model, which it may send messages to.
-        hears: an event for each of `declaration.hears`.
-        does: an event for each of `declaration.does`.
-        fails: the number of an act in `does` -> the event by which it fails.
+        percepts: an event for each of `declaration.percepts`.
+        actions: an event for each of `declaration.actions`.
+        fails: the number of an act in `actions` -> the event by which it fails.
         until: the event up to which a run is followed; None for the whole run.
     """
 
     declaration: ModelOracle
     agent: AgentTemplate
     others: tuple[str, ...]
-    hears: tuple[EventPattern, ...]
-    does: tuple[EventPattern, ...]
+    percepts: tuple[EventPattern, ...]
+    actions: tuple[EventPattern, ...]
     fails: Mapping[int, EventPattern]
     until: EventPattern | None
 
@@ -65,18 +65,20 @@ class Oracle:
     @property
     def text(self) -> str:
         """The acts, and when they have to be observed."""
-        return ", ".join(f"{does.act} {window_text(*does.within_s)}" for does in self.declaration.does)
+        return ", ".join(f"{does.act} {window_text(*does.within_s)}" for does in self.declaration.actions)
 
     @cached_property
     def labels(self) -> Mapping[str, tuple[int, ...]]:
         """Label of a plan -> the acts that are its beginning."""
-        acts = [(number, does.act[1:]) for number, does in enumerate(self.declaration.does) if does.act.startswith("@")]
+        acts = [
+            (number, does.act[1:]) for number, does in enumerate(self.declaration.actions) if does.act.startswith("@")
+        ]
         return {label: tuple(number for number, of in acts if of == label) for _, label in acts}
 
     @cached_property
     def literals(self) -> Mapping[Key, tuple[int, ...]]:
         """Predicate of a message or an external action -> the acts that are about it."""
-        keys = [(number, event.pattern.key) for number, event in enumerate(self.does) if event.pattern is not None]
+        keys = [(number, event.pattern.key) for number, event in enumerate(self.actions) if event.pattern is not None]
         return {key: tuple(number for number, of in keys if of == key) for _, key in keys}
 
 
@@ -104,10 +106,10 @@ def load_oracle(declaration: ModelOracle, model: Model, vocabulary: Vocabulary, 
             declaration,
             agent,
             others,
-            hears=parse_heard(declaration.hears, names, others, vocabulary),
-            does=tuple(
+            percepts=parse_heard(declaration.percepts, names, others, vocabulary),
+            actions=tuple(
                 parse_event(does.owner, names.act(does.owner, does.act), does.when, vocabulary)
-                for does in declaration.does
+                for does in declaration.actions
             ),
             fails=dict(_failures(declaration, names, vocabulary)),
             until=parse_event("ModelOracle, until", None, declaration.until, vocabulary) if declaration.until else None,
@@ -119,7 +121,7 @@ def load_oracle(declaration: ModelOracle, model: Model, vocabulary: Vocabulary, 
 def _failures(
     declaration: ModelOracle, names: AgentNames, vocabulary: Vocabulary
 ) -> Iterator[tuple[int, EventPattern]]:
-    for number, does in enumerate(declaration.does):
+    for number, does in enumerate(declaration.actions):
         if does.fails:
             owner = f"{does.owner}, fails"
             yield number, parse_event(owner, names.failing(owner, does.act), does.fails, vocabulary)

@@ -80,7 +80,7 @@ class Product:
 
     def __init__(self, oracle: Oracle, limits: Mapping[str, float], delayed: frozenset[int] = frozenset()) -> None:
         self._oracle = oracle
-        self._does = oracle.declaration.does
+        self._does = oracle.declaration.actions
         self._tolerance_s = oracle.declaration.tolerance_s
         self._delayed = delayed
         self._count = 0
@@ -170,7 +170,7 @@ class Product:
         return None
 
     def _is(self, act: ReadyAct, number: int, bindings: Bindings) -> bool:
-        pattern = self._oracle.does[number].pattern
+        pattern = self._oracle.actions[number].pattern
         return act.literal is None or pattern is None or unify(pattern, act.literal, dict(bindings), [])
 
     def _expire(self, before_s: float) -> None:

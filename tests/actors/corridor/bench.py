@@ -204,15 +204,15 @@ def followed_ward(obeys: bool = True) -> Testbench:
     made = ward(obeys=obeys)
     oracle = ModelOracle(
         agent="robot",
-        hears=(
+        percepts=(
             PerceptMapping("in_the_way", "on(near) & near.somebody"),
             PerceptMapping("free_again", "on(near) & !near.somebody"),
         ),
-        does=(ActionMapping("arrive", "on(arrived)", within_s=(0.0, 60.0)),),
+        actions=(ActionMapping("arrive", "on(arrived)", within_s=(0.0, 60.0)),),
     )
     film = Film(camera=Camera, moments={"steps in": "near", "sent on": "send_on"}, period_s=0.1)
     model = replace(made.model, path=HERE / "models" / "ward_with_robot.mas2j")
-    return replace(made, conformance=oracle, simulation=Simulation(film=film), model=model)
+    return replace(made, oracle=oracle, simulation=Simulation(film=film), model=model)
 
 
 def crossed_ward() -> Testbench:

@@ -14,6 +14,7 @@ from pytest_hricdv.testbench import (
     InteractiveAgent,
     Model,
     Outcome,
+    People,
     Run,
     Testbench,
     Uniform,
@@ -163,6 +164,6 @@ def hospital(looks_late: bool = False, online: bool = False) -> Testbench:
         disturbances=DISTURBANCES,
         code=("tests.actors.hospital.robot",),
         time=VirtualTime(apis=("asyncio", "threading"), allowed_endings=("limit", "cycle")),
-        online=tuple(InteractiveAgent(actor, patience_s=5.0) for actor in ACTS) if online else None,
+        people=People(tuple(InteractiveAgent(actor, patience_s=5.0) for actor in ACTS) if online else ()),
         run=running(looks_late),
     )

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coupling.hears import PerceptMapping
-from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle, ModelOracleError
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
+from pytest_hricdv.declarations.model_oracle import ActionMapping, ModelOracle, ModelOracleError
 from pytest_hricdv.monitor import RequirementError
 from tests.extra.oracle.toy import TOY, Toy
 
@@ -27,36 +27,36 @@ def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
     [
         ({"agent": "robto"}, "ModelOracle: no agent 'robto' in * nearest: robot"),
         (
-            {"does": (ActionMapping("@ofer", "on(offer)"),)},
+            {"actions": (ActionMapping("@ofer", "on(offer)"),)},
             "ActionMapping('@ofer'): robot has no plan @ofer; nearest: @offer",
         ),
         (
-            {"does": (ActionMapping("ofered", "on(offer)"),)},
+            {"actions": (ActionMapping("ofered", "on(offer)"),)},
             "ActionMapping('ofered'): robot has no action or message ofered; nearest: offered",
         ),
         (
-            {"does": (ActionMapping("take", "on(taken)"),)},
+            {"actions": (ActionMapping("take", "on(taken)"),)},
             "ActionMapping('take'): robot has no action or message take with 0 arguments; it has 1",
         ),
-        ({"does": (ActionMapping("take(", "on(taken)"),)}, "ActionMapping('take('): *"),
+        ({"actions": (ActionMapping("take(", "on(taken)"),)}, "ActionMapping('take('): *"),
         (
-            {"does": (ActionMapping("take(Thign)", "on(taken)"),)},
+            {"actions": (ActionMapping("take(Thign)", "on(taken)"),)},
             "ActionMapping('take(Thign)'): Thign is no field of its message and no signal; nearest: thing",
         ),
         (
-            {"does": (ActionMapping("offered", "on(offer)", fails="rise(gripping)"),)},
+            {"actions": (ActionMapping("offered", "on(offer)", fails="rise(gripping)"),)},
             "ActionMapping('offered'), fails: only an external action can fail; offered is none of robot",
         ),
         (
-            {"hears": (PerceptMapping("wnated(Thing)", "on(order)"),)},
+            {"percepts": (PerceptMapping("wnated(Thing)", "on(order)"),)},
             "PerceptMapping('wnated(Thing)'): robot has no belief wnated; nearest: wanted",
         ),
         (
-            {"hears": (PerceptMapping("!ofer", "on(order)"),)},
+            {"percepts": (PerceptMapping("!ofer", "on(order)"),)},
             "PerceptMapping('!ofer'): robot has no goal ofer; nearest: offer",
         ),
         (
-            {"hears": (PerceptMapping("thanks", "on(thank)", source="persn"),)},
+            {"percepts": (PerceptMapping("thanks", "on(thank)", source="persn"),)},
             "PerceptMapping('thanks'): no agent 'persn'; nearest: person",
         ),
         (
@@ -99,7 +99,7 @@ def test_names_that_do_not_exist_are_refused(tmp_path: Path, changes: dict[str, 
 )
 def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, does: ActionMapping, told: str) -> None:
     with pytest.raises(RequirementError) as error:
-        Toy(tmp_path, does=(does,))
+        Toy(tmp_path, actions=(does,))
     assert str(error.value).startswith(told), str(error.value)
 
 
@@ -114,9 +114,9 @@ def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, d
             lambda: ActionMapping("offered", "on(offer)", within_s=3.0),
             "ActionMapping('offered'): within_s is 3.0; expected",
         ),  # type: ignore[arg-type]
-        (lambda: ModelOracle("robot", ()), "ModelOracle: does is empty"),
-        (lambda: ModelOracle("robot", OFFERED), "ModelOracle: does is ActionMapping("),  # type: ignore[arg-type]
-        (lambda: ModelOracle("robot", (OFFERED,), hears=("wanted",)), "ModelOracle: hears is ('wanted',)"),  # type: ignore[arg-type]
+        (lambda: ModelOracle("robot", ()), "ModelOracle: actions is empty"),
+        (lambda: ModelOracle("robot", OFFERED), "ModelOracle: actions is ActionMapping("),  # type: ignore[arg-type]
+        (lambda: ModelOracle("robot", (OFFERED,), percepts=("wanted",)), "ModelOracle: percepts is ('wanted',)"),  # type: ignore[arg-type]
         (lambda: ModelOracle("robot", (OFFERED,), tolerance_s=-1.0), "ModelOracle: tolerance_s is -1.0"),
     ],
 )
@@ -133,13 +133,13 @@ def test_an_end_that_is_no_event_is_refused_with_its_place(tmp_path: Path) -> No
 
 def test_a_message_whose_content_is_a_variable_can_be_anything_that_the_agent_mentions(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !say(offered). +!say(What) <- .send(person, tell, What)."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=TOY.hears[:1], limits={})
+    toy = Toy(tmp_path, robot, actions=(OFFERED,), percepts=TOY.percepts[:1], limits={})
     assert toy.follow((1.0, "order", {"thing": "cup"}), (1.5, "offer")).verdict == "Passed"
 
 
 def test_a_variable_can_be_a_signal_which_needs_a_value(tmp_path: Path) -> None:
     robot = "+heavy(Weight) : Weight > 2 <- offered."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=(PerceptMapping("heavy(Weight)", "on(order)"),), limits={})
+    toy = Toy(tmp_path, robot, actions=(OFFERED,), percepts=(PerceptMapping("heavy(Weight)", "on(order)"),), limits={})
     order = (1.0, "order", {"thing": "cup"})
     assert toy.follow((0.0, "weight", 3.0), order, (1.5, "offer")).verdict == "Passed"
     assert toy.follow((0.0, "weight", 1.0), order, (1.5, "offer")).verdict == "Failed"
@@ -149,28 +149,28 @@ def test_a_variable_can_be_a_signal_which_needs_a_value(tmp_path: Path) -> None:
 
 def test_an_agent_that_waits_busily_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .print(x); !spin. +thanks <- offered."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
     with pytest.raises(ModelOracleError, match=r"robot does not come to rest: it has to wait with \.wait, not busily"):
         toy.follow((1.0, "order", {"thing": "cup"}))
 
 
 def test_an_agent_that_waits_for_no_time_again_and_again_is_refused(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !spin. +!spin <- .wait(0); !spin. +thanks <- offered."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
     with pytest.raises(ModelOracleError, match=r"robot does not come to rest: .*@_plan2 \(.*robot\.asl:1:\d+\)"):
         toy.follow((1.0, "order", {"thing": "cup"}))
 
 
 def test_an_agent_that_only_waits_for_a_belief_comes_to_rest(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !ready; offered. +!ready : thanks. +!ready <- !ready."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), limits={})
+    toy = Toy(tmp_path, robot, actions=(OFFERED,), limits={})
     assert toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "thank"), (2.5, "offer")).verdict == "Passed"
     assert toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "offer")).verdict == "Failed"
 
 
 def test_a_goal_of_the_agent_that_fails_is_named_in_the_deviation(tmp_path: Path) -> None:
     robot = "+wanted(Thing) <- !missing; offered."
-    toy = Toy(tmp_path, robot, does=(OFFERED,), hears=TOY.hears[:1], limits={})
+    toy = Toy(tmp_path, robot, actions=(OFFERED,), percepts=TOY.percepts[:1], limits={})
     [violation] = toy.follow((1.0, "order", {"thing": "cup"}), (2.0, "offer")).violations
     assert "nothing, as robot waits (robot: " in violation.text
     assert "no relevant plan for +!missing" in violation.text

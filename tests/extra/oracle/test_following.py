@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coupling.hears import PerceptMapping
-from pytest_hricdv.declarations.conformance import ActionMapping
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
+from pytest_hricdv.declarations.model_oracle import ActionMapping
 from tests.extra.oracle.toy import HANDED_OVER, TOY, Event, Toy, moved, violation, without
 
 
@@ -115,9 +115,9 @@ def test_the_agent_may_become_ready_a_little_later_than_observed(toy: Toy) -> No
 
 
 def test_an_action_can_fail_and_the_agent_handles_it(tmp_path: Path) -> None:
-    does = [each for each in TOY.does if each.act != "let_go"]
+    does = [each for each in TOY.actions if each.act != "let_go"]
     failing = ActionMapping("let_go", "fall(holding)", within_s=(0.0, 1.0), fails="rise(gripping)")
-    toy = Toy(tmp_path, does=(*does, failing))
+    toy = Toy(tmp_path, actions=(*does, failing))
     gripped: tuple[Event, ...] = (*HANDED_OVER[:6], (7.5, "gripping", False), (7.7, "gripping", True))
     assert toy.follow(*gripped, (8.0, "put_back")).verdict == "Passed"
     assert violation(toy.follow(*gripped, (8.0, "holding", False))).endswith("observed holding = False")
@@ -127,7 +127,9 @@ def test_an_action_can_fail_and_the_agent_handles_it(tmp_path: Path) -> None:
 def test_what_the_agent_does_at_once_is_observed_in_any_order(tmp_path: Path) -> None:
     robot = "+!serve <- !!pour; !!greet. +!pour <- pour. +!greet <- greet."
     does = (ActionMapping("pour", "on(offer)"), ActionMapping("greet", "on(put_back)"))
-    toy = Toy(tmp_path, robot, hears=(PerceptMapping("!serve", "on(order)", source="person"),), does=does, limits={})
+    toy = Toy(
+        tmp_path, robot, percepts=(PerceptMapping("!serve", "on(order)", source="person"),), actions=does, limits={}
+    )
     order: Event = (1.0, "order", {"thing": "tea"})
     assert toy.follow(order, (1.5, "offer"), (1.6, "put_back")).verdict == "Passed"
     assert toy.follow(order, (1.5, "put_back"), (1.6, "offer")).verdict == "Passed"
@@ -135,8 +137,8 @@ def test_what_the_agent_does_at_once_is_observed_in_any_order(tmp_path: Path) ->
 
 
 def test_the_beginning_of_a_plan_can_be_observed(tmp_path: Path) -> None:
-    does = (ActionMapping("@fetch", "on(state) & state == 'Fetching'"), *TOY.does)
-    toy = Toy(tmp_path, does=does)
+    does = (ActionMapping("@fetch", "on(state) & state == 'Fetching'"), *TOY.actions)
+    toy = Toy(tmp_path, actions=does)
     run: tuple[Event, ...] = ((1.5, "state", {"name": "Fetching"}), *HANDED_OVER)
     assert toy.follow(*sorted(run, key=lambda each: each[0])).verdict == "Passed"
     assert violation(toy.follow(*HANDED_OVER)).startswith("2 s: expected @fetch within 1 s of 1.0 s (plan @fetch")
@@ -145,7 +147,9 @@ def test_the_beginning_of_a_plan_can_be_observed(tmp_path: Path) -> None:
 def test_messages_of_one_instant_are_observed_one_by_one(tmp_path: Path) -> None:
     robot = "@a +!serve <- !go. @b +!go."
     does = (ActionMapping("@a", "on(state) & state == 'A'"), ActionMapping("@b", "on(state) & state == 'B'"))
-    toy = Toy(tmp_path, robot, hears=(PerceptMapping("!serve", "on(order)", source="person"),), does=does, limits={})
+    toy = Toy(
+        tmp_path, robot, percepts=(PerceptMapping("!serve", "on(order)", source="person"),), actions=does, limits={}
+    )
     order: Event = (1.0, "order", {"thing": "tea"})
     a, b, c = ((1.0, "state", {"name": name}) for name in "ABC")
     assert toy.follow(order, a, c, b, c).verdict == "Passed"
@@ -153,7 +157,9 @@ def test_messages_of_one_instant_are_observed_one_by_one(tmp_path: Path) -> None
 
 
 def test_signals_of_one_instant_are_observed_together(tmp_path: Path) -> None:
-    toy = Toy(tmp_path, does=(*TOY.does[:2], ActionMapping("let_go", "fall(holding) & !gripping"), TOY.does[3]))
+    toy = Toy(
+        tmp_path, actions=(*TOY.actions[:2], ActionMapping("let_go", "fall(holding) & !gripping"), TOY.actions[3])
+    )
     begin: tuple[Event, ...] = ((0.0, "gripping", True), *HANDED_OVER)
     assert toy.follow(*begin, (7.5, "gripping", False)).verdict == "Passed"
     assert toy.follow(*begin, (7.6, "gripping", False)).verdict == "Failed"
@@ -189,7 +195,7 @@ def test_a_condition_that_only_takes_time_happens_when_it_becomes_true(
 ) -> None:
     """Not at the next message or change of a signal, here at 7 s."""
     offered = ActionMapping("offered", "rise(historically[0:1](gripping))", within_s=(0.0, 2.0))
-    toy = Toy(tmp_path, does=(TOY.does[0], offered, *TOY.does[2:]))
+    toy = Toy(tmp_path, actions=(TOY.actions[0], offered, *TOY.actions[2:]))
     run = [(0.0, "gripping", False), *without("offer", HANDED_OVER), (gripped_s, "gripping", True)]
     verdict = toy.follow(*sorted(run, key=lambda event: event[0]))
     assert verdict.verdict == ("Failed" if expected else "Passed")
@@ -198,6 +204,6 @@ def test_a_condition_that_only_takes_time_happens_when_it_becomes_true(
 
 def test_what_only_takes_time_happens_at_the_end_of_a_run_too(tmp_path: Path) -> None:
     offered = ActionMapping("offered", "rise(historically[0:1](gripping))", within_s=(0.0, 2.0))
-    toy = Toy(tmp_path, does=(TOY.does[0], offered, *TOY.does[2:]))
+    toy = Toy(tmp_path, actions=(TOY.actions[0], offered, *TOY.actions[2:]))
     run: list[Event] = [(0.0, "gripping", False), *HANDED_OVER[:4], (4.5, "gripping", True)]
     assert (toy.follow(*run, end_s=5.4).pending, toy.follow(*run, end_s=5.6).passes) == (1, 2)

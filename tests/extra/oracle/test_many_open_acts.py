@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.coupling.ready_acts import ReadyAct, ReadyActs
-from pytest_hricdv.declarations.conformance import ActionMapping
+from pytest_hricdv.declarations.model_oracle import ActionMapping
 from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
 from tests.extra.oracle.toy import TOY, Toy, violation
 from tests.steps import steps_of
@@ -23,7 +23,7 @@ TAKES = """
 def taking(folder: Path) -> Toy:
     """A robot that takes whatever is ordered, within 100 s."""
     does = (ActionMapping("take(Thing)", "on(taken)", within_s=(0.0, 100.0)),)
-    return Toy(folder, TAKES, hears=TOY.hears[:1], does=does, limits={})
+    return Toy(folder, TAKES, percepts=TOY.percepts[:1], actions=does, limits={})
 
 
 def test_the_act_that_is_ready_longest_is_the_one_that_is_observed_and_that_is_due(tmp_path: Path) -> None:

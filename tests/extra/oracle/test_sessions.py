@@ -8,10 +8,10 @@ from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 
 SUITE = "--hri-suite=rl"
 DECLARED = """
-        conformance=ModelOracle(
+        oracle=ModelOracle(
             agent="guide",
-            hears=(PerceptMapping("asked", "on(wish)", source="visitor"),),
-            does=(ActionMapping("switch", "on(switched)", within_s=(0.2, 0.4)),),
+            percepts=(PerceptMapping("asked", "on(wish)", source="visitor"),),
+            actions=(ActionMapping("switch", "on(switched)", within_s=(0.2, 0.4)),),
         ),
 """
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from pytest_hricdv.coupling.hears import PerceptMapping
-from pytest_hricdv.declarations.conformance import ActionMapping, ModelOracle
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
+from pytest_hricdv.declarations.model_oracle import ActionMapping, ModelOracle
 from pytest_hricdv.extra.oracle.conformance_monitor import ConformanceMonitor
 from pytest_hricdv.extra.oracle.oracle import load_oracle
 from pytest_hricdv.generate.model import Model
@@ -37,11 +37,11 @@ VOCABULARY = Vocabulary(
 )
 TOY = ModelOracle(
     agent="robot",
-    hears=(
+    percepts=(
         PerceptMapping("wanted(Thing)", "on(order)", source="person"),
         PerceptMapping("thanks", "on(thank)", source="person"),
     ),
-    does=(
+    actions=(
         ActionMapping("take(Thing)", "on(taken)", within_s=(1.0, 10.0)),
         ActionMapping("offered", "on(offer)", within_s=(0.0, 2.0)),
         ActionMapping("let_go", "fall(holding)", within_s=(0.0, 1.0)),

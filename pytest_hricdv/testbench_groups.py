@@ -8,7 +8,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv._base.suggestion import nearest
+from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.film import Film
+from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.runtime.blocking_calls import KINDS
 
 ENDINGS = ("limit", "idle", "early", "cycle")
@@ -84,3 +86,18 @@ class Simulation:
             if value is not None:
                 object.__setattr__(chosen, name, value)
         return chosen
+
+
+@dataclass(frozen=True)
+class People:
+    """Who acts during a run, other than by the lines of a test.
+
+    Args:
+        agents: the agents of the model that can decide during a run what people do, one for each actor; empty where all
+            actions are known before.
+        bystanders: actors without a model, such as a dog: `Bystander("dog", {"walk": {...}})`. A node of the world
+            takes what each does, `run.actions("dog")`.
+    """
+
+    agents: tuple[InteractiveAgent, ...] = ()
+    bystanders: tuple[Bystander, ...] = ()

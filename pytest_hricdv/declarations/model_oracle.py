@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.coupling.hears import PerceptMapping
+from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 
 MODEL = "MODEL"
 """The id of the verdict."""
@@ -59,8 +59,8 @@ class ModelOracle:
 
     Args:
         agent: its name in the model.
-        hears: what it hears and perceives of the run.
-        does: what it does, and how that is observed.
+        percepts: what it hears and perceives of the run.
+        actions: what it does, and how that is observed.
         limits: durations that it believes in a run instead of those in its source: belief -> seconds, or the name of
             a parameter of the run: `{"patience": 15, "patience_for_sensors": "timeout_s"}`. The agent believes them in
             whole milliseconds, for its clock (`.wait`) goes with the run: a millisecond is one of simulated time.
@@ -73,18 +73,18 @@ class ModelOracle:
     """
 
     agent: str
-    does: tuple[ActionMapping, ...]
-    hears: tuple[PerceptMapping, ...] = ()
+    actions: tuple[ActionMapping, ...]
+    percepts: tuple[PerceptMapping, ...] = ()
     limits: Mapping[str, float | str] = field(default_factory=dict, hash=False)
     tolerance_s: float = 0.5
     until: str = ""
 
     def __post_init__(self) -> None:
-        for name, kind in (("does", ActionMapping), ("hears", PerceptMapping)):
+        for name, kind in (("actions", ActionMapping), ("percepts", PerceptMapping)):
             declared = getattr(self, name)
             if not (isinstance(declared, tuple) and all(isinstance(member, kind) for member in declared)):
                 raise ModelOracleError(f"ModelOracle: {name} is {declared!r}; expected a tuple of {kind.__name__}(...)")
-        if not self.does:
-            raise ModelOracleError("ModelOracle: does is empty; expected at least one act that can be observed")
+        if not self.actions:
+            raise ModelOracleError("ModelOracle: actions is empty; expected at least one act that can be observed")
         if not (isinstance(self.tolerance_s, int | float) and 0 <= self.tolerance_s < math.inf):
             raise ModelOracleError(f"ModelOracle: tolerance_s is {self.tolerance_s!r}; expected a time in seconds")
