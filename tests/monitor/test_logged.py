@@ -14,33 +14,13 @@ from hypothesis import HealthCheck, given, settings
 from pytest_hricdv.monitor import Log, MonitorError, Requirement, Verdict, evaluate, explain
 from pytest_hricdv.monitor.formula import Formula
 from tests.monitor.logged_run import LoggedRun
-from tests.monitor.logs import Logged, log_of, run, summary
-from tests.monitor.reference import ReferenceEvaluator
+from tests.monitor.logs import Logged, log_of, run
 from tests.monitor.strategies import formulas, small_traces, table_traces
 from tests.monitor.vocabulary import R1, R2, R3, R4, R5, SMALL, Update, judge, requirement
 
 RUNS = settings(suppress_health_check=[HealthCheck.too_slow])
 Series = tuple[Sequence[float], Sequence[float]]
 SHOWN = ("x", "y")
-
-
-def evaluated(formula: Formula, log: Log, shows: tuple[str, ...] = ()) -> Verdict:
-    [verdict] = evaluate([Requirement("R", "", "", "", formula, shows)], log)
-    return verdict
-
-
-@pytest.mark.parametrize("watched", [R1, R2, R3, R4, R5], ids=lambda watched: watched.id)
-@given(trace=table_traces)
-@RUNS
-def test_the_case_study_is_judged_as_by_the_reference(watched: Requirement, trace: LoggedRun) -> None:
-    assert summary(evaluated(watched.formula, log_of(trace))) == ReferenceEvaluator(trace).judge(watched.formula)
-
-
-@given(formula=formulas, trace=small_traces)
-@RUNS
-def test_a_random_formula_is_judged_as_by_the_reference(formula: Formula, trace: LoggedRun) -> None:
-    verdict = evaluated(formula, log_of(trace), SHOWN)
-    assert summary(verdict) == ReferenceEvaluator(trace).judge(formula, SHOWN)
 
 
 @given(formula=formulas, trace=small_traces)

@@ -26,6 +26,80 @@ class Switch(Environment):
 REPORT = "+light(X)[source(S)] <- .print(on, X, S). -light(X)[source(S)] <- .print(off, X, S)."
 
 
+PROGRAMS = {
+    "believing again from the same source is no event": (
+        "!go. +!go <- +p; +p; +p[source(x)]; +p[source(x)]. +p[source(S)] <- .print(S).",
+        [
+            "self",
+            "x",
+        ],
+    ),
+    "deleting without a source deletes only what the agent itself told": (
+        "p[source(bob)]. !go. +!go <- -p; ?p; .print(still); -p[source(bob)]; if (not p) { .print(gone) }.",
+        ["still", "gone"],
+    ),
+    "unbound variable is greater than any number": (
+        "!go. +!go <- if (X > 1000000) { .print(greater) }; if (not (Y < 3)) { .print(ok) }.",
+        ["greater", "ok"],
+    ),
+    "first plan with an applicable context is taken": (
+        "p(1). p(2). !g. +!g : p(X) & X > 1 <- .print(X). +!g <- .print(no).",
+        ["2"],
+    ),
+    "expression without a value fails the goal": (
+        '!go. +!go <- !t(1); !t(2); .print(end). +!t(1) <- X = "a" + 1. +!t(2) <- X = Y + 1. -!t(N) <- .print(N).',
+        ["1", "2", "end"],
+    ),
+    "sending to nobody fails": (
+        "!go. +!go <- .send(ghost, tell, p). -!go[error_msg(M)] <- .print(M).",
+        ["there is no agent ghost to send to"],
+    ),
+    "deep but finite rules are no problem": (
+        "down(0). down(N) :- N > 0 & down(N - 1). !go. +!go : down(3000) <- .print(done).",
+        ["done"],
+    ),
+    "event of a belief that is held carries only its new annotations": (
+        "p. !go. +!go <- +p[w(1)]; +p[w(2),source(bob)]. +p[source(S)] <- .print(S). +p[w(X)] <- .print(w, X).",
+        ["self", "w1", "bob"],
+    ),
+    "no plan is selected while an atomic intention waits": (
+        "!x. !y. @l[atomic] +!x <- .wait(10); +seen; .print(x). +!y : seen <- .print(late). +!y <- .print(early).",
+        ["x", "late"],
+    ),
+    "kinds of failure are named as jason names them": (
+        """
+    !go.
+    +!go <- !t(1); !t(2); !t(3); !t(4); !t(5); !t(6).
+    +!t(1) <- ?p(1).
+    +!t(2) <- X = 1; X > 2.
+    +!t(3) <- .nth(7, [a], X).
+    +!t(4) <- !X.
+    +!t(5) <- .send(ghost, tell, p).
+    +!t(6) <- !nowhere.
+    -!t(N)[error(E), code(C)] <- .print(E, " ", C).
+    """,
+        [
+            "test_goal_failed p(1)",
+            "constraint_failed (1 > 2)",
+            "internal_action .nth(7,[a],X)",
+            "body_var_without_value C<no-value>",
+            "receiver_not_found .send(ghost,tell,p)",
+            "no_relevant nowhere[source(self)]",
+        ],
+    ),
+    "sums in initial beliefs and goals are computed": (
+        "p(1 + 2)[w(3 - 4)]. big(X) :- p(X) & X > 2. !g(1 + 1). +!g(2) : p(3)[w(-1)] & big(3) <- .print(yes).",
+        ["yes"],
+    ),
+}
+"""What is shown -> the source of one agent, and what it prints."""
+
+
+@pytest.mark.parametrize(("source", "prints"), PROGRAMS.values(), ids=PROGRAMS.keys())
+def test_one_agent_prints(tmp_path: Path, source: str, prints: list[str]) -> None:
+    assert prints_of(tmp_path, source) == prints
+
+
 def test_percept_is_believed_until_it_is_no_longer_listed(tmp_path: Path) -> None:
     system = system_of(tmp_path, Switch(), a="!go. +!go <- show(light(1)); .wait(1); hide(light(1)). " + REPORT)
     assert system.run().prints == ["[a] on1percept", "[a] off1percept"]
@@ -51,27 +125,6 @@ def test_percept_the_agent_deleted_stays_deleted_until_its_percepts_change(tmp_p
 def test_removing_a_percept_leaves_what_the_agent_believes_from_another_source(tmp_path: Path) -> None:
     source = "!go. +!go <- +light(1); hide(light(1)); .wait(5); ?light(1)[source(S)]; .print(S)."
     assert system_of(tmp_path, Switch(), a=source).run(percepts={"a": ["light(1)"]}).prints == ["[a] self"]
-
-
-def test_believing_again_from_the_same_source_is_no_event(tmp_path: Path) -> None:
-    assert prints_of(tmp_path, "!go. +!go <- +p; +p; +p[source(x)]; +p[source(x)]. +p[source(S)] <- .print(S).") == [
-        "self",
-        "x",
-    ]
-
-
-def test_deleting_without_a_source_deletes_only_what_the_agent_itself_told(tmp_path: Path) -> None:
-    source = "p[source(bob)]. !go. +!go <- -p; ?p; .print(still); -p[source(bob)]; if (not p) { .print(gone) }."
-    assert prints_of(tmp_path, source) == ["still", "gone"]
-
-
-def test_unbound_variable_is_greater_than_any_number(tmp_path: Path) -> None:
-    source = "!go. +!go <- if (X > 1000000) { .print(greater) }; if (not (Y < 3)) { .print(ok) }."
-    assert prints_of(tmp_path, source) == ["greater", "ok"]
-
-
-def test_first_plan_with_an_applicable_context_is_taken(tmp_path: Path) -> None:
-    assert prints_of(tmp_path, "p(1). p(2). !g. +!g : p(X) & X > 1 <- .print(X). +!g <- .print(no).") == ["2"]
 
 
 def test_false_action_fails_the_goal_and_the_failure_plan_sees_what_failed(tmp_path: Path) -> None:
@@ -108,17 +161,6 @@ def test_failure_plan_learns_where_the_goal_without_a_plan_was_asked_for(tmp_pat
     assert sorted(prints_of(tmp_path, source)) == ["no_code", "no_relevant none(1)[source(self)] 3"]
 
 
-def test_expression_without_a_value_fails_the_goal(tmp_path: Path) -> None:
-    source = '!go. +!go <- !t(1); !t(2); .print(end). +!t(1) <- X = "a" + 1. +!t(2) <- X = Y + 1. -!t(N) <- .print(N).'
-    assert prints_of(tmp_path, source) == ["1", "2", "end"]
-
-
-def test_sending_to_nobody_fails(tmp_path: Path) -> None:
-    assert prints_of(tmp_path, "!go. +!go <- .send(ghost, tell, p). -!go[error_msg(M)] <- .print(M).") == [
-        "there is no agent ghost to send to"
-    ]
-
-
 def test_action_that_raises_names_agent_plan_and_line(tmp_path: Path) -> None:
     system = system_of(tmp_path, Switch(), a="!go.\n@boom\n+!go\n   <- explode(now).")
     message = r"agent a, plan @boom \(.*a\.asl:4:7\): action explode\(now\) raised ValueError: boom"
@@ -139,11 +181,6 @@ def test_action_that_raises_names_agent_plan_and_line(tmp_path: Path) -> None:
 def test_runaway_rule_is_an_error_that_names_it(tmp_path: Path, source: str) -> None:
     with pytest.raises(BdiError, match=r"runaway recursion while looking for [pq].*a\.asl:1:"):
         system_of(tmp_path, a=source).run()
-
-
-def test_deep_but_finite_rules_are_no_problem(tmp_path: Path) -> None:
-    source = "down(0). down(N) :- N > 0 & down(N - 1). !go. +!go : down(3000) <- .print(done)."
-    assert prints_of(tmp_path, source) == ["done"]
 
 
 def test_term_that_is_nested_too_deeply_to_be_printed_is_an_error(tmp_path: Path) -> None:
@@ -274,11 +311,6 @@ def test_system_can_be_loaded_from_text_paths(tmp_path: Path) -> None:
     assert system.run(max_rounds=10, seed=0).prints == ["[a] hi"]
 
 
-def test_event_of_a_belief_that_is_held_carries_only_its_new_annotations(tmp_path: Path) -> None:
-    source = "p. !go. +!go <- +p[w(1)]; +p[w(2),source(bob)]. +p[source(S)] <- .print(S). +p[w(X)] <- .print(w, X)."
-    assert prints_of(tmp_path, source) == ["self", "w1", "bob"]
-
-
 def test_belief_event_without_an_applicable_plan_costs_no_cycle(tmp_path: Path) -> None:
     source = "p(1). p(2). p(3). !go. +p(X) : X > 5 <- .print(X). +!go <- .print(go)."
     assert system_of(tmp_path, a=source).run().rounds == 1
@@ -291,38 +323,6 @@ def test_failure_in_what_a_failure_plan_calls_is_not_handled(tmp_path: Path) -> 
     result = system_of(tmp_path, a=source).run()
     assert result.prints == ["[a] b"]
     assert len(result.warnings) == 1
-
-
-def test_no_plan_is_selected_while_an_atomic_intention_waits(tmp_path: Path) -> None:
-    source = "!x. !y. @l[atomic] +!x <- .wait(10); +seen; .print(x). +!y : seen <- .print(late). +!y <- .print(early)."
-    assert prints_of(tmp_path, source) == ["x", "late"]
-
-
-def test_kinds_of_failure_are_named_as_jason_names_them(tmp_path: Path) -> None:
-    source = """
-    !go.
-    +!go <- !t(1); !t(2); !t(3); !t(4); !t(5); !t(6).
-    +!t(1) <- ?p(1).
-    +!t(2) <- X = 1; X > 2.
-    +!t(3) <- .nth(7, [a], X).
-    +!t(4) <- !X.
-    +!t(5) <- .send(ghost, tell, p).
-    +!t(6) <- !nowhere.
-    -!t(N)[error(E), code(C)] <- .print(E, " ", C).
-    """
-    assert prints_of(tmp_path, source) == [
-        "test_goal_failed p(1)",
-        "constraint_failed (1 > 2)",
-        "internal_action .nth(7,[a],X)",
-        "body_var_without_value C<no-value>",
-        "receiver_not_found .send(ghost,tell,p)",
-        "no_relevant nowhere[source(self)]",
-    ]
-
-
-def test_sums_in_initial_beliefs_and_goals_are_computed(tmp_path: Path) -> None:
-    source = "p(1 + 2)[w(3 - 4)]. big(X) :- p(X) & X > 2. !g(1 + 1). +!g(2) : p(3)[w(-1)] & big(3) <- .print(yes)."
-    assert prints_of(tmp_path, source) == ["yes"]
 
 
 @pytest.mark.parametrize("wait", [".wait({+done})", ".wait(done)", ".suspend"])

@@ -143,22 +143,6 @@ def _parse_or_locate(text: str) -> None:
         assert raised.column >= 1
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "p(" * 5000,
-        "p(" * 500 + ")" * 500 + ".",
-        "+!g <- X = " + "1+" * 5000 + "1.",
-        "+!g : " + "not " * 5000 + "p.",
-        "[" * 3000,
-    ],
-    ids=["open", "closed", "sum", "not", "lists"],
-)
-def test_hopeless_nesting_is_an_error_with_a_place(text: str) -> None:
-    with pytest.raises(BdiSyntaxError, match=r"^deep.asl:1:\d+: "):
-        parse_program(text, "deep.asl")
-
-
 def test_long_flat_programs_are_read() -> None:
     program = parse_program("".join(f"p({i}). +!g({i}) : p(X) & X > {i} <- .print(X); q.\n" for i in range(300)))
     assert len(program.plans) == 300
