@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 # Each of these modules defines its actions in the registry.
-from pytest_hricdv.bdi.actions import agents, collections, goals, knowledge, lists, messages, time  # noqa: F401
+from pytest_hricdv.bdi.actions import agents, collections, goals, knowledge, lists, messages, terms, time  # noqa: F401
+from pytest_hricdv.bdi.actions.functions import function_value
 from pytest_hricdv.bdi.actions.registry import (
     Invocation,
     call_action,
@@ -13,7 +14,6 @@ from pytest_hricdv.bdi.actions.registry import (
     inspects_intentions,
     wrong_calls,
 )
-from pytest_hricdv.bdi.actions.terms import function_value
 from pytest_hricdv.bdi.agent.agent_state import ActionResult, AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import Intention
 from pytest_hricdv.bdi.language.terms import Call, Term

@@ -57,6 +57,10 @@ def _any_of(invocation: Invocation, index: int, terms: Iterable[Term]) -> Iterat
 # --- what there is for all of them
 
 
+def _create_empty(invocation: Invocation, expected: type[CollectionTerm]) -> Outcome:
+    return _create(invocation, expected(term_order))
+
+
 def _clear(invocation: Invocation, expected: type[CollectionTerm]) -> Outcome:
     _collection(invocation, expected).content.clear()
     return _note_change(invocation)
@@ -73,16 +77,13 @@ def _to_list(invocation: Invocation, expected: type[CollectionTerm]) -> Outcome:
 for _type in (SetTerm, MapTerm, QueueTerm):
     _collection_action(f"{_type.NAME}.clear", 1)(partial(_clear, expected=_type))
     _collection_action(f"{_type.NAME}.copy", 2)(partial(_copy, expected=_type))
+    if _type is not QueueTerm:
+        _collection_action(f"{_type.NAME}.create", 1)(partial(_create_empty, expected=_type))
     if _type is not MapTerm:
         _collection_action(f"{_type.NAME}.to_list", 2)(partial(_to_list, expected=_type))
 
 
 # --- sets
-
-
-@_collection_action("set.create", 1)
-def _set_create(invocation: Invocation) -> Outcome:
-    return _create(invocation, SetTerm(term_order))
 
 
 @_collection_action("set.add", 2)
@@ -121,11 +122,6 @@ def _set_remove(invocation: Invocation) -> Outcome:
 
 
 # --- maps
-
-
-@_collection_action("map.create", 1)
-def _map_create(invocation: Invocation) -> Outcome:
-    return _create(invocation, MapTerm(term_order))
 
 
 @_collection_action("map.put", 3)

@@ -12,7 +12,6 @@ from pytest_hricdv.bdi.language.limits import limit_answers, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
 from pytest_hricdv.bdi.language.syntax import Plan, Rule, Trigger
 from pytest_hricdv.bdi.language.terms import (
-    SOURCE_SELF,
     AnnotatedVariable,
     ListTerm,
     Number,
@@ -96,21 +95,17 @@ def _abolish(invocation: Invocation) -> Outcome:
     return True
 
 
-def _own(literal: Structure) -> Structure:
-    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
-
-
 @internal_action("asserta", 1)
 def _asserta(invocation: Invocation) -> Outcome:
     """Add a belief that queries find first."""
-    invocation.agent.believe(_own(invocation.literal(0)))
+    invocation.agent.believe(invocation.literal(0).with_own_source())
     return True
 
 
 @internal_action("assertz", 1)
 def _assertz(invocation: Invocation) -> Outcome:
     """Add a belief that queries find last."""
-    agent, belief = invocation.agent, _own(invocation.literal(0))
+    agent, belief = invocation.agent, invocation.literal(0).with_own_source()
     agent.believe(belief)
     agent.beliefs.find_last(belief)
     return True

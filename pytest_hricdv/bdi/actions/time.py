@@ -12,7 +12,6 @@ from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, Trigger
 from pytest_hricdv.bdi.language.terms import (
-    SOURCE_SELF,
     Arithmetic,
     Call,
     Number,
@@ -76,9 +75,7 @@ def _at(invocation: Invocation) -> Outcome:
     unit = None if when is None else _UNITS.get((when[2] or "").removesuffix("s"), when[2] or "")
     if when is None or unit not in _UNITS_MS:
         raise EvaluationError(f'{invocation.call}: the time is not of the form "now +3 s"', WRONG)
-    event = invocation.value(1)
-    if not isinstance(event, (String, PlanTerm)):
-        raise EvaluationError(f"{invocation.call}: argument 2 is not an event but {event}", WRONG)
+    event = _event(invocation, 1)
     trigger = _trigger(invocation, event)
     delay_ms = float(when[1] or 0) * _UNITS_MS[unit]
     if not delay_ms:  # also the call that is left to do when the time has come
@@ -98,11 +95,10 @@ def _cause(agent: AgentState, trigger: Trigger) -> bool:
     literal = trigger.literal
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{trigger} is not an event", WRONG)
-    own = literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
     if trigger.sign == "+!":
-        agent.post_goal(own)
+        agent.post_goal(literal.with_own_source())
     else:
-        agent.post(trigger.sign, own, None)
+        agent.post(trigger.sign, literal.with_own_source(), None)
     return True
 
 
@@ -110,6 +106,13 @@ def _is_value(argument: object) -> bool:
     return isinstance(argument, (Number, String, PlanTerm, Variable, Arithmetic)) or (
         isinstance(argument, Call) and is_function(argument)
     )
+
+
+def _event(invocation: Invocation, index: int) -> String | PlanTerm:
+    value = invocation.value(index)
+    if not isinstance(value, (String, PlanTerm)):
+        raise EvaluationError(f"{invocation.call}: argument {index + 1} is not an event but {value}", WRONG)
+    return value
 
 
 def _trigger(invocation: Invocation, value: String | PlanTerm) -> Trigger:
@@ -123,10 +126,7 @@ def _trigger(invocation: Invocation, value: String | PlanTerm) -> Trigger:
 @internal_action("signal", 1)
 def _signal(invocation: Invocation) -> Outcome:
     """``.signal({+b})``: the event comes, while what the agent believes stays."""
-    event = invocation.value(0)
-    if not isinstance(event, (String, PlanTerm)):
-        raise EvaluationError(f"{invocation.call}: argument 1 is not an event but {event}", WRONG)
-    return _cause(invocation.agent, _trigger(invocation, event))
+    return _cause(invocation.agent, _trigger(invocation, _event(invocation, 0)))
 
 
 @internal_action("nano_time", 1)

@@ -197,7 +197,7 @@ def instantiate(agent: AgentState, term: GoalTerm | PlanTerm, means: IntendedMea
             if not agent.run.is_fresh(variable):
                 means.unifier[variable] = agent.fresh()
         literal = literal_of(agent, literal, means.unifier)
-    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
+    return literal.with_own_source()
 
 
 def literal_of(agent: AgentState, term: GoalTerm | PlanTerm, bindings: Bindings) -> Structure:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.terms import (
-    SOURCE_SELF,
     AnnotatedVariable,
     Call,
     Key,
@@ -69,9 +68,7 @@ GoalTerm = Structure | Variable | AnnotatedVariable | Qualified
 
 def ground_event_literal(literal: GoalTerm | PlanTerm) -> Structure | None:
     """The literal of the event that a statement creates, with a source; None if it has variables."""
-    if not isinstance(literal, Structure) or not literal.ground:
-        return None
-    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))
+    return literal.with_own_source() if isinstance(literal, Structure) and literal.ground else None
 
 
 @dataclass(frozen=True, slots=True)

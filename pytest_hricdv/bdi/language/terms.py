@@ -119,6 +119,10 @@ class Structure:
         ordered = sort_terms(annots) if len(annots) > 1 else annots
         return Structure(self.functor, self.args, ordered, self.negated, tail)
 
+    def with_own_source(self) -> Structure:
+        """The same literal, from the agent itself if it has no source."""
+        return self if self.has_source() else self.with_annotations((*self.annots, SOURCE_SELF))
+
     def has_source(self) -> bool:
         """Whether some annotation is a ``source(...)``."""
         for annot in self.annots:

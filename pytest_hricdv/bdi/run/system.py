@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.language.limits import MAX_HELD
 from pytest_hricdv.bdi.language.parser import parse_literal, read_program
 from pytest_hricdv.bdi.language.project import AgentEntry, Project, beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import GOAL_STATE, Plan, Program, Rule, with_state
-from pytest_hricdv.bdi.language.terms import SOURCE_SELF, Structure
+from pytest_hricdv.bdi.language.terms import Structure
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content
 from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.run.environment import Environment
@@ -316,10 +316,10 @@ def _template(entry: AgentEntry, program: Program, library: PlanLibrary) -> Agen
         if isinstance(belief, Rule):
             base.add_rule(belief)
             continue
-        own = _with_source(belief)
+        own = belief.with_own_source()
         if base.add(own) and library.relevant("+", own.key):
             events.append(("+", own))
-    initial = [_with_source(_with_own_variables(goal)) for goal in goals]
+    initial = [_with_own_variables(goal).with_own_source() for goal in goals]
     started = [(GOAL_STATE, with_state(goal, "started")) for goal in reversed(initial)]
     followed = [event for event in started if library.relevant(GOAL_STATE, event[1].key)]
     events = [*followed, *events, *(("+!", goal) for goal in initial)]
@@ -330,7 +330,3 @@ def _with_own_variables(goal: Structure) -> Structure:
     """The goal with variables of names that no plan uses."""
     renamed = rename_apart(goal, "_initial_")
     return renamed if isinstance(renamed, Structure) else goal
-
-
-def _with_source(literal: Structure) -> Structure:
-    return literal if literal.has_source() else literal.with_annotations((*literal.annots, SOURCE_SELF))

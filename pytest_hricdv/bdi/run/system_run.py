@@ -153,12 +153,7 @@ class SystemRun:
         self.progress += 1
 
     def create_agent(self, name: str, source: str, place: Location) -> None:
-        """Let a new agent take part from the next round on, with what a source file says.
-
-        Raises:
-            EvaluationError: there is an agent of that name.
-            BdiError: the source cannot be read, or there are too many agents.
-        """
+        """Let a new agent take part from the next round on, with what a source file says."""
         self._check_name(name, place)
         if self.new_agent is None:
             raise BdiError(f"{place}: agents cannot be created in this run")
@@ -166,12 +161,7 @@ class SystemRun:
         self._note_agents_changed()
 
     def clone_agent(self, original: str, name: str, place: Location) -> None:
-        """Let a new agent take part from the next round on, with what another one believes and its plans.
-
-        Raises:
-            EvaluationError: there is an agent of that name.
-            BdiError: there are too many agents.
-        """
+        """Let a new agent take part from the next round on, with what another one believes and its plans."""
         self._check_name(name, place)
         agent = self.agents[original]
         beliefs = BeliefBase(agent.beliefs.content())
@@ -199,11 +189,7 @@ class SystemRun:
         self.progress += 1
 
     def act(self, agent: str, action: Structure, plan: Plan, statement: ExternalAction) -> bool:
-        """Let the environment execute an action; whether it succeeded.
-
-        Raises:
-            BdiError: the environment raised an exception.
-        """
+        """Let the environment execute an action; whether it succeeded. Raises BdiError where the environment raises."""
         self.actions.append((agent, str(action)))
         self.progress += 1
         try:
