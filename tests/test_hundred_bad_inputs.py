@@ -54,12 +54,18 @@ JSON = ("recorded tests", "table", "replay", "report", "baseline")
 TOML = ("requirements", "belief sets")
 LARGE = 500_000_001
 
+
+def _make_large(path: Path) -> None:
+    path.touch()
+    os.truncate(path, LARGE)
+
+
 FILES: dict[str, Callable[[Path], object]] = {
     "pipe": os.mkfifo,
     "device": lambda path: path.symlink_to("/dev/zero"),
     "link to itself": lambda path: path.symlink_to(path),
     "no text": lambda path: path.write_bytes(b"\xff\xfe\x00"),
-    "too large": lambda path: (path.touch(), os.truncate(path, LARGE)),
+    "too large": _make_large,
 }
 """Kinds of files, for every reader."""
 

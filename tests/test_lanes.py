@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
@@ -94,10 +95,13 @@ def test_a_disturbance_comes_with_the_action_below_it_or_at_the_end() -> None:
 
 
 def test_one_actor_may_be_named_or_not() -> None:
+    def body(run: Run, name: str) -> None:
+        assert [*run.actions(name)]
+
     for name in ("", "nurse"):
         run = make_run(ConcreteTest("t", "s", 1, (ConcreteAction("a"), ConcreteAction("b"))))
         run.actors = ("nurse",)
-        run.kernel.spawn("nurse", lambda name=name, run=run: [*run.actions(name)])  # type: ignore[misc]
+        run.kernel.spawn("nurse", partial(body, run, name))
         run.go(60.0)
         assert run.taken == list(run.test.actions)
 

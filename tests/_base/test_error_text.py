@@ -53,7 +53,7 @@ def test_it_says_what_it_stands_for(error: BaseException, text: str) -> None:
 
 def _failing_while_handling(*, hides: bool) -> None:
     try:
-        {}["rig"]
+        dict[str, str]()["rig"]
     except KeyError:
         if hides:
             raise RuntimeError from None

@@ -3,6 +3,7 @@
 import os
 import stat
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import lark
@@ -73,7 +74,9 @@ def test_another_version_builds(
 
 
 @pytest.mark.parametrize("damage", [lambda data: b"", lambda data: data[:-10], lambda data: data[:-1] + b"x"])
-def test_a_damaged_file_is_ignored_and_written_again(cache: Path, grammar: Path, built: list[str], damage) -> None:
+def test_a_damaged_file_is_ignored_and_written_again(
+    cache: Path, grammar: Path, built: list[str], damage: Callable[[bytes], bytes]
+) -> None:
     lark_parser(grammar)
     (file,) = cache.iterdir()
     whole = file.read_bytes()

@@ -15,7 +15,7 @@ POSES = tuple(f"m{pose:03b}l{leg}" for leg in range(1, 5) for pose in range(8))
 BELIEFS = (*LEG_STARTS, "bored", "not_bored", *POSES)
 
 
-def system_of(folder: Path, environment: Environment | None = None, **sources: str) -> MultiAgentSystem:
+def system_of(folder: Path, environment: Environment | None = None, /, **sources: str) -> MultiAgentSystem:
     """A system of one agent for each keyword, whose value is its source."""
     for name, source in sources.items():
         (folder / f"{name}.asl").write_text(source, encoding="utf-8")

@@ -107,7 +107,7 @@ def test_a_bin_gap_names_the_beliefs_that_aim_at_it() -> None:
         name: ProductDeclaration(coordinates=(), impossible=(), illegal=(), proof=proof)
         for name, proof in {"turn": Proof(status="proven", reason="", runs=9), "read": Proof()}.items()
     }
-    missing = {"turn": [("1", "bored", "kept")], "read": [("x",)]}
+    missing: dict[str, list[tuple[str, ...]]] = {"turn": [("1", "bored", "kept")], "read": [("x",)]}
     explored = ExplorationRecord(bins={"turn": (PlannedBin(bin=("1", "bored"), beliefs=("leg4", "bored")),)})
     turn, read = bin_gaps(products, missing, explored)
     assert turn.beliefs == ("leg4", "bored")

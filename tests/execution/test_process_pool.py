@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from collections import deque
+from collections.abc import Callable, Generator
 
 import pytest
 
@@ -49,7 +50,8 @@ def test_a_process_tells_lines_and_how_it_ended(item: str, problem: str) -> None
 def test_items_may_be_added_and_removed_while_others_are_worked_on() -> None:
     queue = deque(["a", "b", "c"])
     ended = []
-    for event in ProcessPool(lambda item, send: None, processes=1, silent_s=LONG_S).run(queue):
+    pool: ProcessPool[str] = ProcessPool(lambda item, send: None, processes=1, silent_s=LONG_S)
+    for event in pool.run(queue):
         ended.append(event.item)
         if event.item == "a":
             queue.appendleft("again")
@@ -59,8 +61,12 @@ def test_items_may_be_added_and_removed_while_others_are_worked_on() -> None:
 
 def test_several_work_at_the_same_time() -> None:
     met = multiprocessing.get_context("fork").Barrier(4)  # each waits for the others
-    events = ProcessPool(lambda item, send: [met.wait()], processes=4, silent_s=LONG_S).run(deque("abcd"))
-    assert {event.item for event in events if event == End(event.item, "")} == {*"abcd"}
+
+    def meet(item: str, send: Callable[[str], None]) -> None:
+        met.wait()
+
+    pool = ProcessPool(meet, processes=4, silent_s=LONG_S)
+    assert {event.item for event in pool.run(deque("abcd")) if event == End(event.item, "")} == {*"abcd"}
 
 
 PAUSED = """
@@ -105,6 +111,7 @@ def test_no_process_outlives_an_abandoned_pool() -> None:
         event = next(events)
         assert isinstance(event, Line)
         pids.append(int(event.text))
+    assert isinstance(events, Generator)
     events.close()
     for pid in pids:
         with pytest.raises(ProcessLookupError):

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 
 import pytest
 
-from pytest_hricdv.execution import awake_clock
 from pytest_hricdv.execution.awake_clock import AwakeClock
 from pytest_hricdv.execution.separate_process import LostError, ProcessError, SeparateProcess
 
@@ -101,6 +100,6 @@ def test_one_that_was_stopped_goes_on() -> None:
 
 def test_a_pause_of_who_waits_is_no_silence(monkeypatch: pytest.MonkeyPatch) -> None:
     times_s = iter([0.0, 0.5, 1.0, 3601.0, 3601.5, 1e9, 1e9])
-    monkeypatch.setattr(awake_clock.time, "monotonic", lambda: next(times_s))
+    monkeypatch.setattr("time.monotonic", lambda: next(times_s))
     clock = AwakeClock()
     assert [clock.look() for _ in range(6)] == [0.5, 1.0, 2.0, 2.5, 3.5, 3.5]

@@ -10,7 +10,7 @@ from pytest_hricdv.bdi import Environment, MultiAgentSystem
 from pytest_hricdv.generate.causes import causes
 
 
-def order(folder: Path, **agents: str) -> dict[int, tuple[int, ...]]:
+def order(folder: Path, **agents: str) -> dict[str, tuple[str, ...]]:
     """The order between the lanes of `a` and `b` in a run of these agents, `action number: causes`."""
     (folder / "m.mas2j").write_text(f"MAS m {{ agents: {'; '.join(agents)}; }}", encoding="utf-8")
     for name, text in agents.items():
@@ -23,7 +23,7 @@ def order(folder: Path, **agents: str) -> dict[int, tuple[int, ...]]:
     assert sorted(numbered) == sorted(set(numbered)), "each action once, so that the tests can name it"
     found = causes(result.trace, {name: system.program(name) for name in system.agents}, lanes)
     names = dict(enumerate(numbered, 1))
-    return {names[number]: tuple(names[cause] for cause in before) for number, before in found.items()}  # type: ignore[misc]
+    return {names[number]: tuple(names[cause] for cause in before) for number, before in found.items()}
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest, concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
 from pytest_hricdv.monitor import PastFormula, Requirement, load_requirements, parse_condition
+from pytest_hricdv.monitor.verdict import Violation
 from pytest_hricdv.results.gates import KNOWN, parse_exemptions
 from pytest_hricdv.testbench import Testbench
 
@@ -99,6 +100,13 @@ def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:
     )
     for test in METHODS[name].generate(context).tests:
         yield concretize(test, bench.concretization)
+
+
+def number(violation: Violation, name: str) -> float:
+    """The value that a violation shows of a number."""
+    value = violation.values[name]
+    assert not isinstance(value, str)
+    return value
 
 
 def times(result: CaseResult, topic: str, **fields: object) -> list[float]:

@@ -7,7 +7,7 @@ from functools import cache
 
 from pytest_hricdv.coverage.code_map import CodeMap, map_code
 from pytest_hricdv.coverage.measurement import Measurement, choose
-from pytest_hricdv.execution.case import CaseResult, RunSettings, execute, part_criteria
+from pytest_hricdv.execution.case import UNMEASURED, CaseResult, RunSettings, execute, part_criteria
 from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest, concretize
@@ -43,7 +43,7 @@ def criteria() -> tuple[Criterion, ...]:
     return (*bench.requirements(), *part_criteria(bench.testbench()))
 
 
-def judged(test: ConcreteTest, measurement: Measurement = bench.UNMEASURED) -> CaseResult:
+def judged(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:
     """Run one test, and judge it by requirements and model."""
     context = f"{test.id} {next(bench.RUNS)}"
     settings = RunSettings(bench.testbench(), criteria(), bench.known_while(), measurement)

@@ -27,7 +27,7 @@ def fails(state: str, body: machine.StateFunction, text: str, monkeypatch: pytes
 
 
 def raises(robot: Robot) -> str:
-    return {}["missing"]
+    return dict[str, str]()["missing"]
 
 
 def polls_for_ever(robot: Robot) -> str:

@@ -8,7 +8,7 @@ from functools import cache, partial
 import pytest
 
 from pytest_hricdv.coverage.measurement import Measurement
-from pytest_hricdv.execution.case import CaseResult
+from pytest_hricdv.execution.case import UNMEASURED, CaseResult
 from sim.workshop import Workshop
 from sim.world import World
 from tests.hri import bench
@@ -74,7 +74,7 @@ REACHED = {
 """The first statement of each block that only a disturbance reaches."""
 
 
-def run(lines: Sequence[Line], measurement: Measurement = bench.UNMEASURED) -> CaseResult:
+def run(lines: Sequence[Line], measurement: Measurement = UNMEASURED) -> CaseResult:
     return judged(concrete(lines, sensing_timeout_s=30.0), measurement)
 
 

@@ -15,13 +15,13 @@ def violation_with_the_hand_at(x_m: float, y_m: float, z_m: float) -> Violation:
 
 def test_fingers_that_close_on_a_hand_violate_r3_by_distance_and_by_force() -> None:
     violation = violation_with_the_hand_at(0.40, -0.28, 0.62)
-    assert violation.values["hand_distance"] < 0.05
+    assert bench.number(violation, "hand_distance") < 0.05
     assert violation.margin is not None
     assert violation.margin < -0.05  # they touched
-    assert violation.values["hand_contact_force"] > 5.0  # N
+    assert bench.number(violation, "hand_contact_force") > 5.0  # N
 
 
 def test_fingers_that_close_beside_a_hand_violate_r3_by_distance_only() -> None:
     violation = violation_with_the_hand_at(0.49, -0.27, 0.53)
-    assert 0.0 < violation.values["hand_distance"] < 0.05
+    assert 0.0 < bench.number(violation, "hand_distance") < 0.05
     assert violation.values["hand_contact_force"] == 0.0

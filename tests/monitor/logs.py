@@ -58,7 +58,7 @@ def summary(verdict: Verdict) -> Summary:
     """What the reference evaluator has to agree with; the rest of the verdict has to be consistent with it."""
     assert verdict.triggers == verdict.passes + verdict.failures + verdict.pending
     assert verdict.vacuous == (verdict.triggers == 0)
-    outcomes = [trigger.outcome for trigger in verdict.history]
+    outcomes: list[str] = [trigger.outcome for trigger in verdict.history]
     counted = {"passed": verdict.passes, "failed": verdict.failures, "pending": verdict.pending}
     assert {outcome: outcomes.count(outcome) for outcome in counted} == counted
     assert all(trigger.begin_s <= trigger.end_s for trigger in verdict.history)

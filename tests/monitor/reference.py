@@ -186,7 +186,7 @@ class ReferenceEvaluator(PastEvaluator):
         """
         values_at_first = self.values[lasting[0]]
         peaks = {
-            name: max(lasting, key=lambda p: (abs(self.values[p][name]), -p))
+            name: max(lasting, key=lambda p: (abs(float(self.values[p][name])), -p))
             for name in shows
             if name in values_at_first and name not in names_read(formula)
         }
@@ -203,7 +203,9 @@ class ReferenceEvaluator(PastEvaluator):
             finite(margin),
             margin_s=None if margin_at == first or not math.isfinite(margin) else margin_at * TICK_S,
             values_s={
-                name: tick_of(p) * TICK_S for name, p in peaks.items() if abs(values[name]) > abs(values_at_first[name])
+                name: tick_of(p) * TICK_S
+                for name, p in peaks.items()
+                if abs(float(values[name])) > abs(float(values_at_first[name]))
             },
         )
 

@@ -82,9 +82,11 @@ class PastEvaluator:
             case Arithmetic():
                 left, right = self.number(term.left, p), self.number(term.right, p)
                 return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
+            case _:
+                raise AssertionError(term)
 
     def text(self, term: TextTerm, p: int) -> Value | None:
-        return term.value if isinstance(term, Text) else self.values[p].get(term.name)
+        return term.value if isinstance(term, Text) else self.values[p].get(str(term))
 
     @cache  # noqa: B019 - an evaluator lives as long as its test
     def counted(self, f: Count) -> list[int]:
@@ -114,6 +116,8 @@ class PastEvaluator:
 
         The distance of two positions in ticks: to an open interval, it is that to its end.
         """
+        assert isinstance(f.left, TimeSince)
+        assert isinstance(f.right, Number)
         a, bound = self.truth(f.left.operand), self.ticks(f.right.value)
 
         def is_within(p: int, q: int) -> bool:

@@ -32,7 +32,7 @@ from pytest_hricdv.monitor.past_formula import (
     Rise,
     Since,
 )
-from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Number
+from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 
 Samples = dict[str, list[float]]
@@ -111,7 +111,8 @@ def sampled(trace: LoggedRun, names: list[str], topics: list[str]) -> Samples:
     return samples
 
 
-def _number(value: float | bool) -> float:
+def _number(value: float | bool | str) -> float:
+    assert not isinstance(value, str)
     return (1.0 if value else -1.0) if isinstance(value, bool) else value
 
 
@@ -183,6 +184,8 @@ def past(formula: PastFormula, *, remembers: bool = True) -> str:
             return _windowed(formula)
         case Since():
             return f"({past(formula.left)} since {past(formula.right)})"
+        case _:
+            raise AssertionError(formula)
 
 
 def _windowed(formula: Once | Historically) -> str:
@@ -214,8 +217,10 @@ def _term(term: Term) -> str:
             return _variable(term.name)
         case Arithmetic():
             return f"({_term(term.left)} {term.operator} {_term(term.right)})"
-        case _:
+        case Negative():
             return f"(0 - {_term(term.operand)})"
+        case _:
+            raise AssertionError(term)
 
 
 def _window(start_s: float, end_s: float) -> str:

@@ -11,16 +11,16 @@ from pytest_hricdv.monitor import MonitorSet, Requirement, Vocabulary, load_requ
 VOCABULARY = Vocabulary(signals={"asked": bool, "x": float, "near": bool}, messages={"answer": {"yes": bool}})
 
 
-def unused(formula: str, *updates: tuple[float, str, object]) -> tuple[str, ...]:
+def unused(formula: str, *updates: tuple[float, str, bool | float]) -> tuple[str, ...]:
     """The alternatives that never decided, in a run of 9 s in which `asked` is true from 1 s on."""
     monitors = MonitorSet([Requirement("R", "", "", formula, parse_formula(formula, VOCABULARY))])
-    for name, value in (("asked", False), ("x", 0.0), ("near", False)):
-        monitors.signal(0.0, name, value)
+    for name, first in (("asked", False), ("x", 0.0), ("near", False)):
+        monitors.signal(0.0, name, first)
     for time_s, name, value in sorted([*updates, (1.0, "asked", True)], key=lambda update: update[0]):
         if name == "answer":
             monitors.message(time_s, name, {"yes": value})
         else:
-            monitors.signal(time_s, name, value)  # type: ignore[arg-type]
+            monitors.signal(time_s, name, value)
     return monitors.finish(9.0)[0].unused
 
 

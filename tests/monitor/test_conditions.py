@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -72,9 +73,13 @@ def test_the_end_of_a_window_is_told_without_an_update() -> None:
 
 def test_all_conditions_of_a_run_are_told_in_the_order_of_time() -> None:
     calls: list[str] = []
+
+    def note(text: str, time_s: float, holds: bool) -> None:
+        calls.append(f"{time_s} {text}")
+
     monitors = MonitorSet()
     for text in ("once[0:5](on(a))", "once[0:1](on(a))", "once[0:3](on(a))"):
-        monitors.watch(parse_condition(text, SMALL), lambda time_s, holds, text=text: calls.append(f"{time_s} {text}"))
+        monitors.watch(parse_condition(text, SMALL), partial(note, text))
     monitors.message(1.0, "a", {})
     monitors.finish(9.0)
     assert calls[3:] == ["2.0 once[0:1](on(a))", "4.0 once[0:3](on(a))", "6.0 once[0:5](on(a))"]

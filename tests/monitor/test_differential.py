@@ -86,7 +86,7 @@ def test_what_a_requirement_does_not_read_changes_nothing(formula: Formula, trac
 @given(formula=formulas, trace=small_traces)
 @RUNS
 def test_a_finer_sampling_of_the_same_signals_changes_nothing(formula: Formula, trace: LoggedRun) -> None:
-    values: dict[str, float | bool] = {}
+    values: dict[str, float | bool | str] = {}
     finer = {}
     for tick in range(trace.last + 1):
         instant = trace.instants.get(tick, Instant())

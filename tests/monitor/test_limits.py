@@ -8,6 +8,7 @@ import pytest
 
 from pytest_hricdv.monitor import RequirementError, Vocabulary, check_requirement, load_requirements
 from pytest_hricdv.monitor.build import always, eventually, on, signal
+from pytest_hricdv.monitor.dsl import TruthValue
 from pytest_hricdv.monitor.program import compile_formula
 from pytest_hricdv.monitor.requirement import Requirement
 
@@ -95,7 +96,7 @@ def test_a_window_built_in_python_has_the_same_limit() -> None:
 
 @pytest.mark.parametrize(("depth", "is_accepted"), [(63, True), (64, False), (150, False)])
 def test_a_formula_built_in_python_nests_twice_as_deep(depth: int, is_accepted: bool) -> None:
-    condition = signal("p")
+    condition: TruthValue = signal("p")
     for _ in range(depth):
         condition = ~condition
     formula = always(on("m") >> eventually(condition, 0, 1))

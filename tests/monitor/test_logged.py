@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from operator import itemgetter
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -57,8 +58,9 @@ def test_several_requirements_are_judged_in_their_order() -> None:
 
 
 def fed(text: str, log: Log) -> Verdict:
+    types: dict[str, Callable[[Any], float | bool | str]] = {**SMALL.signals}
     updates: list[Update] = [
-        (time_s, name, SMALL.signals[name](value))
+        (time_s, name, types[name](value))
         for name, (times, values) in log.signals.items()
         for time_s, value in zip(times, values, strict=True)
     ]

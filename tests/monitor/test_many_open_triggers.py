@@ -169,23 +169,25 @@ def test_a_busy_run_is_judged_as_one_by_one(text: str) -> None:
     fast, slow = MonitorSet([watched]), SlowMonitorSet([watched])
     time_s = 0.0
     for monitors in (fast, slow):
-        for name, value in {"p": False, "q": True, "x": 1.0}.items():
-            monitors.signal(0.0, name, value)
+        for name, first in {"p": False, "q": True, "x": 1.0}.items():
+            monitors.signal(0.0, name, first)
     for _ in range(1200):
         # 0 s: several updates at one instant. Times of an exact decimal meet the ends of windows.
         time_s = round(time_s + stream.choice([0.0, 0.02, 0.02, 0.1, 0.5]), 2)
-        name, value = stream.choice(
-            [
-                ("a", {}),
-                ("a", {}),
-                ("a", {}),
-                ("b", {}),
-                ("p", stream.random() < 0.3),
-                ("x", float(stream.randint(0, 4))),
-            ]
-        )
+        updates: list[tuple[str, float | None]] = [
+            ("a", None),
+            ("a", None),
+            ("a", None),
+            ("b", None),
+            ("p", stream.random() < 0.3),
+            ("x", float(stream.randint(0, 4))),
+        ]
+        name, value = stream.choice(updates)
         for monitors in (fast, slow):
-            monitors.message(time_s, name, value) if isinstance(value, dict) else monitors.signal(time_s, name, value)  # type: ignore[arg-type]
+            if value is None:
+                monitors.message(time_s, name, {})
+            else:
+                monitors.signal(time_s, name, value)
         assert fast.next_deadline_s() == slow.next_deadline_s()
         assert fast.so_far() == slow.so_far()
     [verdict] = fast.finish(time_s + 2.5)

@@ -42,6 +42,11 @@ a, b, m = on("a"), on("b"), on("m")
 Update = tuple[float, str, Any]
 
 
+def wrong(argument: Any) -> Any:
+    """An argument of a type that the patterns refuse."""
+    return argument
+
+
 def log(updates: Sequence[Update], end_s: float = 20.0) -> Log:
     """A run of the small vocabulary: (time, signal, value), or (time, topic, fields). Signals begin at 0 or False."""
     signals: dict[str, tuple[list[float], list[Any]]] = {name: ([0.0], [0.0]) for name in ("p", "q", "x", "y")}
@@ -274,23 +279,31 @@ def test_the_twenty_first_event_in_a_scope_is_one_too_many() -> None:
     [
         (lambda: response(a, b, within_s=-3), "within_s", "a finite number of at least 0, got -3"),
         (lambda: response(a, b, within_s=math.inf), "within_s", "a finite number of at least 0, got inf"),
-        (lambda: response(a, b, within_s="30"), "within_s", "expected a number, got '30'"),
+        (lambda: response(a, b, within_s=wrong("30")), "within_s", "expected a number, got '30'"),
         (lambda: response(a, b, within_s=True), "within_s", "expected a number, got True"),
         (lambda: response(a, b, within_s=0), "within_s", "a time after the trigger"),
         (lambda: response(a, b, within_s=1, after_s=2), "within_s", "not before after_s, got 1"),
-        (lambda: response("a", b, within_s=1), "trigger", "expected a condition, such as on(topic), got 'a'"),
+        (lambda: response(wrong("a"), b, within_s=1), "trigger", "expected a condition, such as on(topic), got 'a'"),
         (lambda: absence(a), "", "no scope; expected `during=condition` or `after=event`"),
         (lambda: absence(a, during=p, until=b), "until", "does not go with `during`"),
         (lambda: absence(a, after=b, until=m, for_s=1), "for_s", "expected one of until and for_s"),
         (lambda: absence(a, after=b, for_s=0), "for_s", "above 0"),
         (lambda: universality(a, during=p), "condition", "`on(a)` is true for single instants only"),
         (lambda: existence(a, at_most=0), "at_most", "for 0, use absence"),
-        (lambda: existence(a, at_most=1.5), "at_most", "expected a whole number, got 1.5"),
+        (lambda: existence(a, at_most=wrong(1.5)), "at_most", "expected a whole number, got 1.5"),
         (lambda: existence(a, at_most=21, after=b), "at_most", "at most 20 in a scope"),
         (lambda: existence(a, at_most=1, until=b), "until", "there is no `after`"),
         (lambda: existence(a, at_most=1, after=b, within_s=1), "within_s", "one of within_s and after"),
-        (lambda: speed_and_separation(a, y, stop_distance_m=1), "speed", "expected a signal or field that is a number"),
-        (lambda: speed_and_separation(x, y, stop_distance_m=p < 1), "stop_distance_m", "expected a signal or field"),
+        (
+            lambda: speed_and_separation(wrong(a), y, stop_distance_m=1),
+            "speed",
+            "expected a signal or field that is a number",
+        ),
+        (
+            lambda: speed_and_separation(x, y, stop_distance_m=wrong(p < 1)),
+            "stop_distance_m",
+            "expected a signal or field",
+        ),
         (
             lambda: speed_and_separation(x, y, stop_distance_m=1, slow_speed=1),
             "slow_speed",
@@ -303,7 +316,7 @@ def test_the_twenty_first_event_in_a_scope_is_one_too_many() -> None:
         ),
         (lambda: power_and_force(x, limit_n=1, transient_s=1), "transient_s", "both transient_limit_n and transient_s"),
         (
-            lambda: power_and_force(x, limit_n=None),
+            lambda: power_and_force(x, limit_n=wrong(None)),
             "limit_n",
             "expected a signal or field that is a number or a number",
         ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -191,12 +192,10 @@ def test_names_and_conditions_that_are_none_are_refused(
     assert end.strip() in str(error.value), str(error.value)
 
 
-@pytest.mark.parametrize(
-    "made", [lambda: InteractiveAgent(""), lambda: InteractiveAgent("person", ("cup",)), lambda: InteractiveAgent(None)]
-)  # type: ignore[arg-type]
-def test_values_that_make_no_sense_are_refused(made) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize("arguments", [("",), ("person", ("cup",)), (None,)])
+def test_values_that_make_no_sense_are_refused(arguments: Any) -> None:
     with pytest.raises(InteractiveAgentError, match=r"^InteractiveAgent: (agent|percepts) is .*; expected "):
-        made()
+        InteractiveAgent(*arguments)
 
 
 def test_an_agent_that_cannot_go_on_is_an_error_with_its_time(tmp_path: Path) -> None:

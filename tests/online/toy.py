@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.generate.beliefs import BeliefSpace
@@ -59,7 +60,7 @@ def role(
     return load_role(declaration, model(folder, person), SPACE, VOCABULARY, disturbances, "state.name", [planned])
 
 
-def planned(commands: Sequence[str]) -> list[str]:
+def planned(commands: Sequence[str]) -> list[Any]:
     """An interaction begins with a request."""
     return [command for command in commands if command in ("press", "wave")]
 

@@ -18,8 +18,16 @@ RUN = ("--hri-suite=rl", "--hri-strict", "-x", "-p", "no:cacheprovider")
 def debugged(lamps: pytest.Pytester, commands: str, *options: str) -> str:
     """What a session says in which these commands are given to the debugger."""
     given = [sys.executable, "-m", "pytest", *RUN, *options]
-    told = {"input": commands, "capture_output": True, "text": True}
-    done = subprocess.run(given, cwd=lamps.path, env=environment(), timeout=60, check=False, **told)  # type: ignore[call-overload]
+    done = subprocess.run(
+        given,
+        cwd=lamps.path,
+        env=environment(),
+        timeout=60,
+        check=False,
+        input=commands,
+        capture_output=True,
+        text=True,
+    )
     return done.stdout + done.stderr
 
 

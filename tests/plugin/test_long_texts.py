@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -34,7 +33,7 @@ LIMITED = "import resource\n\nresource.setrlimit(resource.RLIMIT_AS, ({bytes}, {
 
 
 @pytest.fixture
-def summary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def summary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where GitHub wants the summary of a step."""
     file = tmp_path / "summary.md"
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", os.fspath(file))

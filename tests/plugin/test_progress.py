@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -138,7 +139,7 @@ def test_it_counts_failures(lamps: pytest.Pytester) -> None:
     ids=["quiet", "with the tests' own output", "with pytest's classic output", "on a terminal that can do nothing"],
 )
 def test_it_stays_away_where_it_is_not_wanted(
-    lamps: pytest.Pytester, options: tuple[str, ...], environment: dict[str, str]
+    lamps: pytest.Pytester, options: tuple[str, ...], environment: dict[str, Any]
 ) -> None:
     lowest, _ = on_a_terminal(lamps, *options, **environment)
     assert not any(STATUS.fullmatch(line) for line in lowest)

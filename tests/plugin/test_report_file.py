@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from pytest_hricdv.extra.search.records import SEARCH, SHRUNK
 from pytest_hricdv.results.codec import canonical, load
 from pytest_hricdv.results.model import Report
 from tests import json_schema
@@ -40,7 +41,7 @@ def test_a_shard_that_was_stopped_by_an_error(lamps: pytest.Pytester) -> None:
     assert report.shard == "1/1"
     assert report.gates is None
     (broken,) = [test for test in report.tests if test.outcome == "error"]
-    assert broken.acted_s is broken.record_sha256 is broken.timeline is None
+    assert (broken.acted_s, broken.record_sha256, broken.timeline) == (None, None, None)
     assert not broken.requirements["R1"].nearest_miss
 
 
@@ -48,8 +49,8 @@ def test_a_shard_that_was_stopped_by_an_error(lamps: pytest.Pytester) -> None:
 def test_failures_that_are_shrunk_searched_and_replayed(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(SUITE, "--hri-strict", "--hri-shrink", "--hri-search=4")
     report = reread(lamps)
-    assert set(report.search) == {"R1", "R2", "R3"}
-    (failed,) = [test for test in report.tests if test.shrunk]
+    assert set(SEARCH.of(report)) == {"R1", "R2", "R3"}
+    (failed,) = [test for test in report.tests if SHRUNK.of(test)]
     assert failed.replay is not None
     lamps.runpytest_inprocess(f"--hri-replay={failed.replay}")
     (replayed,) = reread(lamps).tests

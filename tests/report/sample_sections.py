@@ -1,6 +1,8 @@
 """Sections that only some reports have, with an example of everything that can be in them."""
 
-MUTATION = {
+from typing import Any
+
+MUTATION: dict[str, Any] = {
     "made": 5,
     "seed": 0,
     "tests_per_mutant": 1,

@@ -17,7 +17,7 @@ TITLES = {
 
 GPL = tuple(f"{n:03b}" for n in range(8))
 LEGS = ("1", "2", "3", "4")
-MAP = {
+MAP: dict[str, dict[str, Any]] = {
     "controller/journal.py": {
         "statements": [*range(1, 13), 58, 60, 61, 69, 70],
         "branches": [[58, 60], [58, 69], [69, -12], [69, 70]],

@@ -35,7 +35,7 @@ def markdown(data: dict[str, Any]) -> str:
     return markdown_module.markdown(sample.typed(data))
 
 
-def annotations(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
+def annotation_lines(data: dict[str, Any], places: dict[str, Place]) -> tuple[str, ...]:
     return annotation_commands(sample.typed(data), places)
 
 
@@ -111,7 +111,7 @@ def test_texts_of_megabytes_are_cut_in_all_formats() -> None:
     for requirement in report["requirements"].values():
         requirement["title"] = text
     assert len(markdown(report).encode()) < 1_000_000
-    assert sum(map(len, annotations(report, {}))) < 1_000_000
+    assert sum(map(len, annotation_lines(report, {}))) < 1_000_000
     properties = junit_properties(sample.typed(report).tests[0], text)
     assert sum(len(name) + len(value) for name, value in properties) < 100_000
 
@@ -133,7 +133,7 @@ def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
     report["tests"][1]["requirements"]["R1"] = sample_tests.requirement_result("Failed", 0.0) | {"margin": -5.0}
     report["tests"][1]["outcome"] = "failed"
     places = {test["nodeid"]: ("tests/hri/test_table_assembly.py", 8) for test in report["tests"]}
-    first, second = annotations(report, places)
+    first, second = annotation_lines(report, places)
     assert first.startswith(
         "::error file=tests/hri/test_table_assembly.py,line=8,title=hri%3A R1 failed in 2 tests::If gaze, pressure"
     )
@@ -143,15 +143,15 @@ def test_an_annotation_for_each_requirement_with_the_worst_test() -> None:
 
 def test_known_violations_are_not_annotated_unless_the_run_is_strict() -> None:
     report = _failing("R1", "R3")
-    assert [re.findall("R[0-9] failed", line) for line in annotations(report, {})] == [["R1 failed"]]
+    assert [re.findall("R[0-9] failed", line) for line in annotation_lines(report, {})] == [["R1 failed"]]
     report["strict"] = True
-    assert len(annotations(report, {})) == 2
+    assert len(annotation_lines(report, {})) == 2
 
 
 def test_faults_are_in_the_summary_the_annotations_and_the_properties() -> None:
     report = _failing()
     report["tests"][0] |= {"outcome": "failed", "faults": ["the run ended at its time limit of 60 s"]}
-    (line,) = annotations(report, {})
+    (line,) = annotation_lines(report, {})
     assert "1 test with a fault::first is" in line
     assert "%0Athe run ended at its time limit of 60 s%0A" in line
     text = markdown(report)
@@ -185,7 +185,7 @@ def test_each_cause_is_annotated_once_at_its_place_in_the_code() -> None:
     assert line.startswith(f"::error file=robot/controller/states.py,line=58,title={title}::")
     assert "%0Apasses when she steps in 2.1 s later%0A" in line
     report["causes"][0]["places"] = []
-    assert "file=tests/hri/test_table_assembly.py,line=8" in annotations(report, places)[0]
+    assert "file=tests/hri/test_table_assembly.py,line=8" in annotation_lines(report, places)[0]
 
 
 def test_what_has_no_cause_is_annotated_as_without_causes() -> None:
@@ -194,7 +194,7 @@ def test_what_has_no_cause_is_annotated_as_without_causes() -> None:
     report["tests"][1]["requirements"]["R2"] = sample_tests.requirement_result("Failed", 0.0)
     report["tests"][1]["outcome"] = "failed"
     report["causes"] = [CAUSES[0] | {"tests": ids[:1]}]
-    assert ["R2 failed in 1 test" in line for line in annotations(report, {})] == [False, True]
+    assert ["R2 failed in 1 test" in line for line in annotation_lines(report, {})] == [False, True]
 
 
 def test_the_summary_has_causes_before_requirements() -> None:
@@ -223,7 +223,7 @@ def test_errors_and_gates_are_annotated_ten_at_most() -> None:
     report = _failing("R1")
     report["tests"][1] |= {"outcome": "error", "failure": "ZeroDivisionError: division by zero\nmore"}
     report["gates"] = {"failed": [f"gate {number}: 50 %" for number in range(20)], "improved": []}
-    lines = annotations(report, {})
+    lines = annotation_lines(report, {})
     assert len(lines) == MAX_ANNOTATIONS
     assert "1 test in error::first is" in lines[1]
     assert "%0AZeroDivisionError: division by zero%0A" in lines[1]
@@ -236,7 +236,7 @@ def test_an_annotation_is_one_line_whatever_the_names(name: str, title: str) -> 
     report = _failing("R1")
     report["tests"][0]["nodeid"] = name
     report["requirements"]["R1"]["title"] = title
-    (line,) = annotations(report, {report["tests"][0]["nodeid"]: (f"tests/{name}.py", 3)})
+    (line,) = annotation_lines(report, {report["tests"][0]["nodeid"]: (f"tests/{name}.py", 3)})
     assert line.isprintable()
     file = line[len("::error file=") : line.index(",line=3")]
     assert ":" not in file

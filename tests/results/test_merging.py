@@ -9,7 +9,7 @@ from msgspec import convert, json
 from msgspec.structs import replace
 
 from pytest_hricdv.coverage.records import CodeShare
-from pytest_hricdv.extra.closing.records import ClosingResult
+from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult
 from pytest_hricdv.results.codec import canonical
 from pytest_hricdv.results.derivation import derive
 from pytest_hricdv.results.merging import MergeError, expected, merge, missing_shards
@@ -145,8 +145,8 @@ def test_what_a_closing_loop_has_shown_stays_where_all_sessions_have_the_same() 
     shards = [
         replace(MINE, closing=convert(sample_sections.CLOSING, ClosingResult), shard=f"{part}/2") for part in (1, 2)
     ]
-    assert merged(*shards).closing == shards[0].closing
-    assert merged(shards[0], replace(shards[1], closing=None)).closing is None
+    assert CLOSING.of(merged(*shards)) == CLOSING.of(shards[0])
+    assert CLOSING.of(merged(shards[0], replace(shards[1], closing=None))) is None
 
 
 def test_nothing_to_merge_is_refused() -> None:

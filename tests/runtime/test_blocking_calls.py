@@ -22,10 +22,15 @@ from pytest_hricdv.runtime.virtual.outside import guarded
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that interrupt")
 
 
+def _wait_after_1_s(kernel: Kernel, wait: Callable[[], object]) -> None:
+    kernel.sleep(1.0)
+    wait()
+
+
 def waiting(wait: Callable[[], object]) -> str:
     """How a run ends in which a node waits."""
     kernel = Kernel(stuck_after_s=0.1)
-    kernel.spawn("waiter", lambda: (kernel.sleep(1.0), wait()))
+    kernel.spawn("waiter", lambda: _wait_after_1_s(kernel, wait))
     with pytest.raises(NodeError) as raised:
         kernel.run(10.0)
     kernel.close()
@@ -94,7 +99,7 @@ def test_a_function_in_c_is_named_as_it_is_called_with_what_to_do(
 def refusing(wait: Callable[[], object]) -> str:
     """How a run ends in which a node waits, with what refuses it."""
     kernel = Kernel(stuck_after_s=30.0)
-    kernel.spawn("waiter", lambda: (kernel.sleep(1.0), wait()))
+    kernel.spawn("waiter", lambda: _wait_after_1_s(kernel, wait))
     with guarded(kernel), pytest.raises(NodeError) as raised:
         kernel.run(10.0)
     kernel.close()
@@ -156,7 +161,7 @@ def test_it_is_ended_where_somebody_else_has_a_use_for_the_alarm() -> None:
 
 
 def test_who_catches_what_is_raised_is_left_where_it_is_and_the_other_nodes_end() -> None:
-    ended = []
+    ended: list[object] = []
 
     def stubborn() -> None:
         while True:
@@ -193,7 +198,7 @@ def test_a_loop_that_catches_what_is_raised_is_left_where_it_is() -> None:
 
 
 def test_a_node_that_does_not_end_is_said_and_the_others_end() -> None:
-    ended = []
+    ended: list[object] = []
 
     def cleaning(name: str, clean: Callable[[], None]) -> None:
         try:

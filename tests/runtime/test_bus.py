@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
+from collections.abc import Mapping
 
 import pytest
 
 from pytest_hricdv.runtime import Bus, Kernel, MessageFault, Record, Recorder, topic_of
+from pytest_hricdv.runtime.json_value import Value
 
 
 @dataclasses.dataclass(frozen=True)
@@ -168,10 +170,10 @@ def test_listeners_receive_each_event_at_once() -> None:
     received: list[object] = []
 
     class Listener:
-        def message(self, time_s: float, topic: str, fields: object) -> None:
+        def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
             received.append((time_s, topic, fields))
 
-        def signal(self, time_s: float, name: str, value: float | bool) -> None:
+        def signal(self, time_s: float, name: str, value: float | bool | str) -> None:
             received.append((time_s, name, value))
 
     _, bus, recorder = make()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 from greenlet import GreenletExit
@@ -37,7 +38,7 @@ def test_nodes_resume_in_the_order_of_their_due_times(naps_ms: list[list[int]]) 
             log.append((kernel.now_s, number, count))
 
     for number, naps in enumerate(naps_ms):
-        kernel.spawn(str(number), lambda number=number, naps=naps: body(number, naps))
+        kernel.spawn(str(number), partial(body, number, naps))
     kernel.run(limit_s=1000.0)
     assert [entry[0] for entry in log] == sorted(entry[0] for entry in log)
     for number, naps in enumerate(naps_ms):
@@ -229,7 +230,8 @@ def test_a_world_that_does_not_move_is_refused() -> None:
 
 
 def test_who_is_woken_at_the_instant_of_its_time_out_goes_on_once() -> None:
-    kernel, log = Kernel(), []
+    kernel = Kernel()
+    log: list[bool | float] = []
 
     def waiter() -> None:
         log.append(kernel.block(1.0))

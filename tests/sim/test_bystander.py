@@ -30,7 +30,7 @@ def test_nobody_leans_in_where_the_arm_is() -> None:
     with Stage() as stage:
         bystander = stage.world.bystander
         assert not bystander.lean_in(PLACES["home"])
-        assert bystander.places == ()
+        assert not bystander.places
         assert bystander.lean_in(PLACES["pickup"])
         assert bystander.places == (PLACES["pickup"],)
 

@@ -39,6 +39,7 @@ class Filmed:
 
     def panels(self) -> dict[str, NDArray[np.int16]]:
         """The key frames of the strip, without their titles."""
+        assert self.film.strip is not None
         with Image.open(self.folder / self.film.strip) as strip:
             pixels = np.asarray(strip.convert("RGB"), dtype=np.int16)
         height, width = pixels.shape[0] // 2, pixels.shape[1] // 3
@@ -75,6 +76,7 @@ def fingers(pixels: NDArray[np.int16]) -> int:
 def test_the_run_that_is_filmed_violates_r3_and_filming_changes_nothing_in_it(filmed: Filmed) -> None:
     assert filmed.result.verdict("R3").verdict == "Failed"
     assert filmed.film.note == ""  # it would say that the record differs
+    assert filmed.film.video is not None
     assert filmed.film.video.startswith(f"{FOLDER}/{filmed.result.test.id}.")
     assert sorted(path.name for path in (filmed.folder / FOLDER).iterdir()) == sorted(
         Path(getattr(filmed.film, kind)).name for kind in ("video", "strip")
@@ -82,6 +84,7 @@ def test_the_run_that_is_filmed_violates_r3_and_filming_changes_nothing_in_it(fi
 
 
 def test_the_film_can_be_read_and_is_as_long_as_said(filmed: Filmed) -> None:
+    assert filmed.film.video is not None
     frames = decoded(filmed.folder / filmed.film.video, (SCENE_PX + GAP_PX + HAND_PX, 512))
     assert len(frames) == filmed.film.frames > 30
     assert len(frames) / FRAMES_PER_S == pytest.approx(filmed.film.seconds, abs=0.01)

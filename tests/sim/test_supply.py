@@ -161,7 +161,7 @@ def test_a_leg_that_the_person_takes_is_set_down_and_the_next_one_comes_in_its_t
             assert math.dist(taken.pose()[0], hand.pose()[0]) < 0.05
             legs.set_down(taken)
             legs.set_down(taken)
-            assert (legs.carried, legs.received) == (None, 1)
+            assert [legs.carried, legs.received] == [None, 1]
             stage.kernel.sleep(5.0)
             assert legs.waiting is None
             stage.kernel.sleep(5.0)

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller import waypoints
+from sim.gripper import GRASP_HEIGHT_M
 from sim.layout import BIN_M, HANDOVER_M, PICKUP_M
-from sim.whereabouts import GRASP_HEIGHT_M, HAND_PLACES, NEAR_M, hand_place
+from sim.whereabouts import HAND_PLACES, NEAR_M, hand_place
 from tests.sim.stage import Stage
 
 GRASPS = {

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from pytest_hricdv.extra.mutation.records import MUTATION
 from pytest_hricdv.report.files import write
 from pytest_hricdv.results.model import Report
 from studies import session
@@ -21,12 +22,13 @@ def _report(suite: str, seed: int, killed: str = "00000000") -> Report:
     report = sample.typed(
         sample.data((suite,), 2) | {"mutation": sample_sections.MUTATION | {"seed": seed, "ended": "done"}}
     )
-    assert report.mutation is not None
+    result = MUTATION.of(report)
+    assert result is not None
     mutants = [
         replace(each, status="killed" if each.id == killed else "survived" if each.status == "killed" else each.status)
-        for each in report.mutation.mutants
+        for each in result.mutants
     ]
-    return replace(report, mutation=replace(report.mutation, mutants=tuple(mutants), tests_per_mutant=10))
+    return replace(report, mutation=replace(result, mutants=tuple(mutants), tests_per_mutant=10))
 
 
 @pytest.fixture
@@ -87,7 +89,7 @@ def test_what_any_suite_kills_and_what_only_one_kills_is_told_apart() -> None:
 
 
 def test_a_mutant_that_changed_a_record_anywhere_is_listed_as_such() -> None:
-    first, second = (_report("rl", seed, killed="none").mutation for seed in (0, 1))
+    first, second = (MUTATION.of(_report("rl", seed, killed="none")) for seed in (0, 1))
     assert first is not None
     assert second is not None
     changed = replace(second, mutants=tuple(replace(each, status="survived") for each in second.mutants))

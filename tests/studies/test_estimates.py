@@ -45,7 +45,7 @@ def test_more_trials_of_the_same_share_say_more(trial: tuple[int, int]) -> None:
 def test_wilson_s_interval_is_the_textbook_s() -> None:
     found = share(10, 100)  # Wilson (1927), z = 1.96
     assert found is not None
-    assert (found.low, found.high) == (pytest.approx(0.0552, abs=5e-5), pytest.approx(0.1744, abs=5e-5))
+    assert [found.low, found.high] == pytest.approx([0.0552, 0.1744], abs=5e-5)
     assert share(0, 0) is None
 
 

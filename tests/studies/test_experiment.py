@@ -62,7 +62,7 @@ def suite(name: str, tests: list[dict[str, Any]], **learned: Any) -> dict[str, A
     }
 
 
-def report(**tests: list[dict[str, Any]]) -> dict[str, Any]:
+def report(**tests: Any) -> dict[str, Any]:
     """A report of the four suites; `by_hand=...` and so on set a suite's tests."""
     learned = tests.pop("learned", {})
     found = {name: tests.get(name.replace("-", "_"), [entry(name)]) for name in METHODS}
@@ -75,7 +75,7 @@ def report(**tests: list[dict[str, Any]]) -> dict[str, Any]:
         "code_under_test": {"sha256": "c0de"},
         "known_violations": {"R3": "no crush prevention"},
         "requirements": {name: {"title": f"title of {name}"} for name in VERDICTS},
-        "suites": [suite(name, found[name], **(learned if name == "rl" else {})) for name in METHODS],  # type: ignore[arg-type]
+        "suites": [suite(name, found[name], **(learned if name == "rl" else {})) for name in METHODS],
         "tests": [test for name in METHODS for test in found[name]],
     }
 
@@ -147,7 +147,9 @@ def test_axes_have_names_units_and_legends() -> None:
         for axes in made.axes:
             assert axes.get_xlabel()
         assert made.axes[0].get_ylabel() or made.axes[0].get_yticklabels()
-    assert len(charts.coverage(found).axes[0].get_legend().get_texts()) == 4
+    legend = charts.coverage(found).axes[0].get_legend()
+    assert legend is not None
+    assert len(legend.get_texts()) == 4
     assert len({colour for colour, _, _ in plots.STYLES}) == len(plots.STYLES) >= len(METHODS)
 
 

@@ -33,6 +33,7 @@ def test_it_shows_the_violation_then_the_cause(tmp_path: Path) -> None:
         for number in range(getattr(picture, "n_frames", 1)):
             picture.seek(number)
             middle = picture.convert("RGB").getpixel((5, 300))
+            assert isinstance(middle, tuple)
             frames.append((middle, picture.info["duration"]))
     assert sum(duration for _, duration in frames) == pytest.approx(10_000, rel=0.05)
     colours = ["red" if pixel[0] > 2 * pixel[1] else "dark" if sum(pixel) < 100 else "grey" for pixel, _ in frames]

@@ -78,7 +78,7 @@ def test_sums_are_those_of_all_rows(found: list[Row]) -> None:
         assert each.ever == sum("Failed" in found for found in by_test)
         assert each.always == sum(found == {"Failed"} for found in by_test)
         assert each.unsettled == sum(len(found) > 1 for found in by_test)
-        least = min((row.margins[place] for row in done if row.margins[place] is not None), default=None)
+        least = min((margin for row in done if (margin := row.margins[place]) is not None), default=None)
         assert (each.least.margin if each.least else None) == least
     assert [key for key, _ in statistics.lost] == [row.key for row in found if row.outcome == LOST]
     assert dict(statistics.outcomes) == Counter(row.outcome for row in found)
@@ -104,7 +104,7 @@ def test_runs_to_keep_cover_what_all_cover_and_violate_what_all_violate(found: l
     for place, name in enumerate(NAMES):
         least = added(found).least(name)
         if least is not None:
-            assert min(row.margins[place] for row in chosen if row.margins[place] is not None) == least[0]
+            assert min(margin for row in chosen if (margin := row.margins[place]) is not None) == least[0]
 
 
 @given(rows())

@@ -33,7 +33,9 @@ def shown(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> An
         monkeypatch.setattr("pytest_hricdv.extra.closing.targets.by_kind", lambda points: {p.kind: 3 for p in points})
         config = request.config
         file = io.StringIO()
-        reporter = type(config.pluginmanager.get_plugin("terminalreporter"))(config, file)
+        plugin = config.pluginmanager.get_plugin("terminalreporter")
+        assert plugin is not None
+        reporter = type(plugin)(config, file)
         reporter.isatty = is_terminal
         reporter._tw.fullwidth = columns
         manager = SimpleNamespace(get_plugin=lambda name: reporter)

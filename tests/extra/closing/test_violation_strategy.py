@@ -129,7 +129,7 @@ def test_a_loop_that_ended_early_is_not_followed_by_a_search() -> None:
     archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
     loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationStrategy(("R1",), SPACE))
     for ended in ("runs", "seconds", "interrupted", "error"):
-        assert searched(loop, ended, 20) == ended  # type: ignore[arg-type]
+        assert searched(loop, ended, 20) == ended
     assert budget.used == 0
 
 

@@ -48,6 +48,10 @@ PROJECT = {"robot.py": "0123456789abcdef"}
 
 
 @pytest.fixture(scope="module")
+def unheard(text: str) -> None:
+    """What is said of the workers is of no interest."""
+
+
 def echo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The folder of a module `echo_service`, which answers each word of a question."""
     folder = tmp_path_factory.mktemp("echo")
@@ -205,7 +209,7 @@ def scratch(dask_worker: Worker) -> str:
 
 def test_python_looks_for_modules_in_no_folder_of_a_cluster_that_has_ended(echo: Path) -> None:
     before = [*sys.path]
-    with connected(Address(workers=1), [].append):
+    with connected(Address(workers=1), unheard):
         pass
     assert sys.path == before
 
@@ -217,7 +221,7 @@ def test_a_folder_for_temporary_files_that_anybody_may_change_is_refused(
     (tmp_path / "open").chmod(0o777)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "open"))
     with pytest.raises(ClusterError, match=r"local:1: .*open: others may write to it \(mode 0777, not sticky\)"):
-        connected(Address(workers=1), [].append).__enter__()
+        connected(Address(workers=1), unheard).__enter__()
 
 
 def test_a_cluster_of_others_without_tls_is_warned_about(echo: Path) -> None:
@@ -240,7 +244,7 @@ def test_tls_without_credentials_says_which_are_expected(tmp_path: Path, files: 
         ),
         pytest.raises(ClusterError, match=r"Dask's settings.*: expected PEM files of the CA, .*TLS__CA_FILE"),
     ):
-        connected(Address("tls://127.0.0.1:9"), [].append).__enter__()
+        connected(Address("tls://127.0.0.1:9"), unheard).__enter__()
 
 
 def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
@@ -292,7 +296,7 @@ def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:
 def test_a_service_that_cannot_begin_is_said_with_its_own_words(echo: Path) -> None:
     missing = Service("no_such_module", b"{}", str(echo), {}, 20.0)
     refused = pytest.raises(ClusterError, match=r"it cannot begin: .*No module named no_such_module")
-    with connected(Address(workers=1), [].append) as made, refused:
+    with connected(Address(workers=1), unheard) as made, refused:
         ask(made, missing, '["one"]')
 
 
@@ -308,7 +312,7 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
                 told.append(process)
                 os.kill(process, 9)
 
-    with connected(Address(workers=2), [].append) as made:
+    with connected(Address(workers=2), unheard) as made:
         queue = deque(Question(str(number), f'["{number}"]'.encode()) for number in range(30))
         found = [(question.key, lines(answer)) for question, answer in made.answers(service(echo), queue, kill_one)]
     assert sorted(found) == sorted((str(number), [f'"{number}!"']) for number in range(30))
@@ -322,7 +326,9 @@ def test_workers_of_this_machine_that_do_not_come_back_are_started_anew(
     monkeypatch.setattr("pytest_hricdv.extra.cluster.cluster.WAIT_FOR_LOCAL_S", 0.5)
     said: list[str] = []
     with connected(Address(workers=1), said.append) as made:
-        made.connection._local.cluster.scale(0)
+        local = made.connection._local
+        assert local is not None
+        local.cluster.scale(0)
         while made.connection.client.scheduler_info()["workers"]:
             pass
         assert lines(ask(made, service(echo), '["one"]')['["one"]']) == ['"one!"']

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 import pytest
 from msgspec import convert
@@ -56,7 +57,7 @@ def test_where_nothing_fails_there_is_no_cause() -> None:
 
 
 @pytest.mark.slow
-def test_a_campaign_s_report_has_them(lamps: pytest.Pytester) -> None:  # noqa: F811
+def test_a_campaign_s_report_has_them(lamps: Path) -> None:  # noqa: F811
     project.change(lamps, "requirements.toml", "lamp_level <= 80", "lamp_level <= 5")
     assert command(lamps, *RUN, "--", "--hri-strict").returncode == 1
     reported = command(lamps, "report", "--state=a.db")

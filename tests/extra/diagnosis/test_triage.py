@@ -29,8 +29,8 @@ def test_an_entry_that_is_pasted_makes_known_what_fails_for_its_cause_and_nothin
         assert entry.startswith(f"R2 of {cause['id']} while ")
         before = (surging.path / "pytest.ini").read_text(encoding="utf-8")
         (surging.path / "pytest.ini").write_text(before + f"    {entry}\n", encoding="utf-8")
-        done = surging.runpytest_inprocess(SUITE)
-        assert "is known of" not in done.stdout.str()
+        again = surging.runpytest_inprocess(SUITE)
+        assert "is known of" not in again.stdout.str()
         found = outcomes(surging.path)
         assert {name for name, outcome in found.items() if outcome == "known-violation"} == set(cause["tests"])
         others = {test for other in causes if other is not cause for test in other["tests"]}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -70,7 +71,7 @@ def test_the_oracle_says_what_is_required(tmp_path: Path) -> None:
         ({"limits": {"patience": True}}, "ModelOracle: limits['patience'] is True; expected a number, or *"),
     ],
 )
-def test_names_that_do_not_exist_are_refused(tmp_path: Path, changes: dict[str, object], told: str) -> None:
+def test_names_that_do_not_exist_are_refused(tmp_path: Path, changes: dict[str, Any], told: str) -> None:
     with pytest.raises(ModelOracleError) as error:
         Toy(tmp_path, **changes)
     begin, _, end = told.partition("*")
@@ -111,9 +112,9 @@ def test_conditions_that_are_none_are_refused_with_their_place(tmp_path: Path, d
             "ActionMapping('offered'): within_s is (3.0, 1.0); expected",
         ),
         (
-            lambda: ActionMapping("offered", "on(offer)", within_s=3.0),
+            lambda: ActionMapping("offered", "on(offer)", within_s=3.0),  # type: ignore[arg-type]
             "ActionMapping('offered'): within_s is 3.0; expected",
-        ),  # type: ignore[arg-type]
+        ),
         (lambda: ModelOracle("robot", ()), "ModelOracle: actions is empty"),
         (lambda: ModelOracle("robot", OFFERED), "ModelOracle: actions is ActionMapping("),  # type: ignore[arg-type]
         (lambda: ModelOracle("robot", (OFFERED,), percepts=("wanted",)), "ModelOracle: percepts is ('wanted',)"),  # type: ignore[arg-type]

@@ -88,7 +88,7 @@ def test_an_act_that_could_still_come_when_the_run_ends_is_pending(toy: Toy) -> 
 
 def test_an_act_is_observed_only_with_the_values_that_it_has(toy: Toy) -> None:
     wrong = [(4.0, "taken", {"thing": "spoon"}) if event[1] == "taken" else event for event in HANDED_OVER]
-    assert violation(toy.follow(*wrong)).endswith('observed taken(thing="spoon")')  # type: ignore[arg-type]
+    assert violation(toy.follow(*wrong)).endswith('observed taken(thing="spoon")')
 
 
 def test_the_agent_waits_as_long_as_the_run_allows(toy: Toy) -> None:

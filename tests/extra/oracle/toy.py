@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.declarations.model_oracle import ActionMapping, ModelOracle
@@ -83,8 +84,8 @@ class Toy:
         changes: of the declaration.
     """
 
-    def __init__(self, folder: Path, robot: str = ROBOT, **changes: object) -> None:
-        self.declaration = replace(TOY, **changes)  # type: ignore[arg-type]
+    def __init__(self, folder: Path, robot: str = ROBOT, **changes: Any) -> None:
+        self.declaration = replace(TOY, **changes)
         self.oracle = load_oracle(self.declaration, model(folder, robot), VOCABULARY, RUN)
 
     def follow(self, *events: Event, end_s: float = 60.0, run: Mapping[str, float] = RUN) -> Verdict:
@@ -115,7 +116,7 @@ def moved(name: str, time_s: float, events: tuple[Event, ...] = HANDED_OVER) -> 
     """A run with the last event of a topic or signal at another time (s)."""
     index = max(number for number, event in enumerate(events) if event[1] == name)
     changed = [*events[:index], (time_s, *events[index][1:]), *events[index + 1 :]]
-    return tuple(sorted(changed, key=lambda event: event[0]))  # type: ignore[arg-type]
+    return tuple(sorted(changed, key=lambda event: event[0]))
 
 
 __all__ = ["HANDED_OVER", "ROBOT", "RUN", "TOY", "VOCABULARY", "Toy", "Value", "model", "moved", "violation", "without"]

@@ -15,7 +15,7 @@ from pytest_hricdv.runtime import Kernel
 class _Generated:
     """What the classes that `rosidl` generates of messages have in common."""
 
-    __slots__ = ()
+    __slots__: tuple[str, ...] = ()
 
     def __init__(self, **values: Any) -> None:
         for slot in self.__slots__:

@@ -144,6 +144,7 @@ def test_a_client_asks_and_hears(monkeypatch: pytest.MonkeyPatch) -> None:
         assert wait(server) == [0]
         header, request = server.take_goal_request(_Message)
         assert header is not None
+        assert request is not None
         handle = ActionGoalHandle(server, _info(request.goal))
         server.send_goal_response(header, _Message(goal=request.goal))
         kernel.sleep(2.0)
@@ -159,6 +160,7 @@ def test_a_client_asks_and_hears(monkeypatch: pytest.MonkeyPatch) -> None:
         number = client.send_goal_request(_Message(goal=7))
         assert wait(client) == [2]
         answered, response = client.take_goal_response(_Message)
+        assert response is not None
         assert (answered, response.goal) == (number, 7)
         assert wait(client) == [1]
         seen.append((kernel.now_s, client.take_status(_Message).status_list[0].goal_status))

@@ -104,8 +104,8 @@ def _write_sqlite(file: Path, entries: Sequence[Entry], encoding: str = "cdr") -
         row = (topics.index(topic), topic, _TYPES[topic], encoding, _qos(topic))
         connection.execute("INSERT INTO topics VALUES(?, ?, ?, ?, ?)", row)
     for at_s, topic, data in entries:
-        row = (topics.index(topic), _RECORDED_NS + round(at_s * 1e9), data)
-        connection.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", row)
+        message = (topics.index(topic), _RECORDED_NS + round(at_s * 1e9), data)
+        connection.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", message)
     connection.commit()
     connection.close()
 

@@ -114,7 +114,7 @@ def test_the_world_serves_asks_and_is_answered() -> None:
 
     def body() -> None:
         late = client.call(1.0, force=5.0)
-        answers.extend([late, client.call(10.0, force=0.5).held, client.call(10.0, force=5.0).held])
+        answers.extend([late, *(getattr(client.call(10.0, force=force), "held", None) for force in (0.5, 5.0))])
 
     assert cell.run(body) == [
         "0.000 person grasp_request force=5.0",
@@ -164,6 +164,7 @@ def test_a_person_calls_an_action() -> None:
         action = person.action("/fetch", "cell_msgs/action/Fetch")
         assert action.call(10.0, part="door") is None
         over = action.call(10.0, part="leg")
+        assert over is not None
         assert (over.status, over.result.found) == (4, True)
 
     assert cell.run(body) == [

@@ -64,8 +64,9 @@ def test_callbacks_are_told_how_much_has_come() -> None:
 
     def robot(kernel: Kernel) -> None:
         made = node("robot")
-        publisher, subscription = (kind(made, Reading, "scan", Profile()) for kind in (Publisher, Subscription))
-        service, client = (kind(made, Grasp, "grasp", Profile()) for kind in (Service, Client))
+        publisher = Publisher(made, Reading, "scan", Profile())
+        subscription = Subscription(made, Reading, "scan", Profile())
+        service, client = (Service(made, Grasp, "grasp", Profile()), Client(made, Grasp, "grasp", Profile()))
         timer = Timer(Clock(ClockType.STEADY_TIME), made.context, 1000)
         for _ in range(2):
             publisher.publish(reading(1.0))

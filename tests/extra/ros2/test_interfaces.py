@@ -67,7 +67,7 @@ def test_fields_have_the_defaults_and_containers_of_generated_classes(made: None
     assert (message.points, message.pose.at.y, type_name(type(message.origin))) == ([], 1.0, "cell_io/msg/Point")
     constants = (message.IDLE, message.LOWEST, message.GREETING, message.PI)
     assert constants == (0, -5, "it's here", 3.14)
-    assert kinds_of(type(message))["pose.at.x"] is float
+    assert kinds_of(message.__class__)["pose.at.x"] is float
 
 
 def test_a_message_is_copied_compared_and_sent_as_bytes(made: None) -> None:

@@ -7,6 +7,7 @@ import math
 import os
 import sys
 from functools import partial
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -66,7 +67,7 @@ def test_extreme_floats_stay_floats(value: float) -> None:
 
 
 @pytest.mark.parametrize("given_", [{}, {"package": "cell"}, {"entry": "a:b", "package": "cell", "executable": "arm"}])
-def test_a_node_is_an_executable_or_an_entry(given_: dict[str, str]) -> None:
+def test_a_node_is_an_executable_or_an_entry(given_: dict[str, Any]) -> None:
     with pytest.raises(LaunchError, match=r'expected package="\.\.\." and executable="\.\.\.", or entry='):
         RosNode(**given_)
 
@@ -282,7 +283,7 @@ def test_without_rclpy_it_says_how_to_get_it() -> None:
 )
 @pytest.mark.usefixtures("_any_rclpy")
 def test_a_version_that_is_too_old_is_refused(version: str, is_refused: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(system.metadata, "version", lambda package: version)
+    monkeypatch.setattr(metadata, "version", lambda package: version)
     if is_refused:
         with pytest.raises(Ros2Error, match=f"rclpy {version} is not supported: expected 7.1 "):
             prepare()

@@ -242,7 +242,12 @@ def test_functions_of_the_testbench_stand_for_executables(tmp_path: Path) -> Non
     def lidar(process: LaunchedProcess) -> None:
         started.append((process.name, process.arguments, dict(process.parameters)))
 
-    executables = {"rviz2/*": IGNORED, "gz": IGNORED, "image_proc/image_proc::Rectify": rectify, "driver/lidar": lidar}
+    executables: dict[str, Any] = {
+        "rviz2/*": IGNORED,
+        "gz": IGNORED,
+        "image_proc/image_proc::Rectify": rectify,
+        "driver/lidar": lidar,
+    }
     messages, _ = ran(Launch(package / "launch" / "others.launch.py", executables=executables), limit_s=3.0)
     assert _said(messages, "raw") == [(1.0, "raw")]
     assert started == [

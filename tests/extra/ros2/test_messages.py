@@ -42,7 +42,7 @@ def test_a_message_arrives_at_its_instant_as_a_copy() -> None:
     def camera(kernel: Kernel) -> None:
         publisher = Publisher(node("camera"), Reading, "scan", Profile())
         kernel.sleep(1.0)
-        message = reading(1.0)
+        message: Any = reading(1.0)
         publisher.publish(message)
         message._range, message._points[0]._x, message._ranges[0], message._seen._x = 2.0, 2.0, 2.0, 2.0
 
@@ -128,6 +128,7 @@ def test_each_client_gets_its_own_responses() -> None:
             kernel.sleep(0.5)
             request, info = service.service_take_request(Grasp.Request)
             assert info is not None
+            assert request is not None
             service.service_send_response(Grasp.Response(held=request._force > 1), info.request_id)
 
     def ask(kernel: Kernel, name: str, forces: tuple[float, float]) -> None:
@@ -138,6 +139,7 @@ def test_each_client_gets_its_own_responses() -> None:
             info, response = client.take_response(Grasp.Response)
             assert info is not None
             assert info.request_id.sequence_number == number
+            assert response is not None
             held[name].append((number, response._held))
 
     def left(kernel: Kernel) -> None:
@@ -190,7 +192,7 @@ def test_a_third_one_looks_on() -> None:
 
     def robot(kernel: Kernel) -> None:
         made, clock = node("robot"), Clock(ClockType.SYSTEM_TIME)
-        service, client = (kind(made, Grasp, "grasp", Profile()) for kind in (Service, Client))
+        service, client = (Service(made, Grasp, "grasp", Profile()), Client(made, Grasp, "grasp", Profile()))
         service.configure_introspection(clock, Profile(), IntrospectionState.METADATA)
         client.configure_introspection(clock, Profile(), IntrospectionState.CONTENTS)
         looking = Subscription(made, Grasp.Event, "grasp/_service_event", Profile())
@@ -242,7 +244,7 @@ class _Range:
 
 
 def test_a_float32_is_rounded_when_it_is_sent() -> None:
-    message = _Range()
+    message: Any = _Range()
     message._near = message._far = 0.1
     sent = copy_message(message)
     assert (sent._near, sent._far) == (0.10000000149011612, 0.1)

@@ -55,7 +55,7 @@ def test_a_timer_keeps_its_phase_and_skips_what_was_missed(period_ms: int, works
 
 
 def test_a_timer_that_is_cancelled_is_not_due_until_it_is_reset() -> None:
-    seen = []
+    seen: list[Any] = []
 
     def robot(kernel: Kernel) -> None:
         timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 10 * _MS)
@@ -118,7 +118,7 @@ def test_a_node_of_the_world_that_waits_for_next_to_nothing_lets_time_pass() -> 
 
 
 def test_a_timer_of_an_overridden_clock_waits_until_the_clock_is_set() -> None:
-    seen = []
+    seen: list[Any] = []
 
     def robot(kernel: Kernel) -> None:
         clock = Clock(ClockType.ROS_TIME)
@@ -146,7 +146,7 @@ def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
     needs_clock: bool, expected: list[tuple[list[int], float]]
 ) -> None:
     """As `use_sim_time` of `rclpy` does: it sets 0 until somebody publishes `/clock`."""
-    seen = []
+    seen: list[Any] = []
 
     def robot(kernel: Kernel) -> None:
         if not needs_clock:
@@ -165,7 +165,7 @@ def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
 
 
 def test_jumps_are_told_to_those_who_asked_for_them() -> None:
-    heard = []
+    heard: list[str | int] = []
 
     class Handle:
         def _pre_callback(self) -> None:
@@ -191,7 +191,7 @@ def test_jumps_are_told_to_those_who_asked_for_them() -> None:
 
 
 def test_a_clock_event_ends_a_sleep() -> None:
-    seen = []
+    seen: list[Any] = []
 
     def robot(kernel: Kernel) -> None:
         event, clock = ClockEvent(), Clock(ClockType.SYSTEM_TIME)
@@ -211,7 +211,7 @@ def test_a_clock_event_ends_a_sleep() -> None:
 
 
 def test_a_guard_condition_is_taken_by_the_wait_that_it_ends() -> None:
-    seen = []
+    seen: list[Any] = []
 
     def robot(kernel: Kernel) -> None:
         guards = [GuardCondition(node("robot").context) for _ in range(2)]

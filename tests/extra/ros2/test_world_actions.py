@@ -40,7 +40,8 @@ def served(run: Cell, execute: Callable[[Any], object] = fetching, **options: An
 
 
 def test_a_goal_has_feedback_and_a_result() -> None:
-    run, seen = cell(), []
+    run = cell()
+    seen: list[Any] = []
     client = served(run)
 
     def person() -> None:
@@ -61,7 +62,8 @@ def test_a_goal_has_feedback_and_a_result() -> None:
 
 
 def test_a_goal_is_cancelled() -> None:
-    run, seen = cell(), []
+    run = cell()
+    seen: list[Any] = []
     client = served(run)
 
     def person() -> None:
@@ -80,7 +82,8 @@ def test_a_goal_is_cancelled() -> None:
 
 
 def test_a_goal_or_its_cancellation_is_refused() -> None:
-    run, seen = cell(), []
+    run = cell()
+    seen: list[Any] = []
     client = served(run, accept=lambda goal: goal.part == "leg", may_cancel=lambda goal: goal.request.part != "leg")
 
     def person() -> None:
@@ -93,7 +96,9 @@ def test_a_goal_or_its_cancellation_is_refused() -> None:
 
 
 def test_a_goal_is_aborted_by_another_node_of_the_world() -> None:
-    run, goals, seen = cell(), [], []
+    run = cell()
+    goals: list[Any] = []
+    seen: list[Any] = []
 
     def execute(goal: Any) -> None:
         goals.append(goal)
@@ -143,7 +148,8 @@ def test_several_goals_go_on_at_once_each_with_its_own_feedback() -> None:
 
 
 def test_a_result_that_is_late_is_waited_for_again_and_an_unserved_action_is_none() -> None:
-    run, seen = cell(), []
+    run = cell()
+    seen: list[Any] = []
     client = served(run)
     nobody = run.node("other").action("/other", FETCH)
 
@@ -176,7 +182,8 @@ def test_a_mistake_of_what_executes_goals_is_said(execute: Callable[[Any], objec
 
 
 def test_a_result_of_an_unknown_goal_has_the_status_unknown() -> None:
-    run, seen = cell(), []
+    run = cell()
+    seen: list[Any] = []
     client = served(run)
 
     def person() -> None:

@@ -21,7 +21,7 @@ Sent = tuple[float, str, str, dict[str, float]]
 def run(
     name: str,
     signals: Mapping[str, Changes],
-    messages: Iterable[tuple[float, str, str, dict[str, float]]],
+    messages: Iterable[tuple[float, str, str, dict[str, bool | int | float | str]]],
     end_s: float,
 ) -> StoredRun:
     """A run with these changes of signals, and these messages: time (s), sender, topic, fields."""
@@ -47,7 +47,7 @@ def serving(name: str, delays_s: Sequence[float], *, refuses_after_s: float | No
         "cup": [(0.0, 1.0)],
         "level": [(0.0, 0.0)],
     }
-    messages: list[tuple[float, str, str, dict[str, float]]] = []
+    messages: list[tuple[float, str, str, dict[str, bool | int | float | str]]] = []
     for number, delay_s in enumerate(delays_s, 1):
         at = 20.0 * number
         messages += [(at, "person", "order", {}), (at + delay_s, "robot", "served", {"level": 150.0, "number": number})]

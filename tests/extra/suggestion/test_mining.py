@@ -24,7 +24,7 @@ def test_what_is_served_is_served_once_after_an_order() -> None:
 
 
 def test_numbers_have_bounds_but_checksums_and_time_stamps_have_none() -> None:
-    speeds = [
+    speeds: list[tuple[float, str, str, dict[str, bool | int | float | str]]] = [
         (0.1 * step, "robot", "served", {"x": 0.1 * (step % 3), "y": 0.0, "leds.crc": 7.0 * step, "stamp.sec": step})
         for step in range(1, 30)
     ]
@@ -79,7 +79,7 @@ def test_what_notices_many_faults_of_a_kind_comes_before_what_notices_one_more()
     vocabulary = Vocabulary(messages={topic: {} for topic in "abcdef"})
 
     def score(topics: str, faults: int) -> CandidateScore:
-        first, second = topics
+        first, second = tuple(topics)
         candidate = Candidate(
             "response", topics, f"on({first})", f"eventually[0:1](on({second}))", frozenset(topics), 9
         )

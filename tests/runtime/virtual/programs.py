@@ -69,7 +69,12 @@ def time_outs(lib: Library, say: Callable[[object], None]) -> None:
     jobs.put(2)
     jobs.put(1)
     say((jobs.get(), jobs.get_nowait(), jobs.empty()))
-    thread = lib.start(lambda: (event.wait(), say("released")))
+
+    def wait() -> None:
+        event.wait()
+        say("released")
+
+    thread = lib.start(wait)
     thread.join(timeout=lib.tick_s)
     say(thread.is_alive())
     event.set()

@@ -19,6 +19,16 @@ THREADING: Any = threads.MODULES[0]
 FUTURES: Any = thread_pool.MODULES[0]
 
 
+def stopping(at_s: float) -> Callable[[Kernel], None]:
+    """A node that ends the run at this time."""
+
+    def body(kernel: Kernel) -> None:
+        kernel.sleep(at_s)
+        kernel.stop("done")
+
+    return body
+
+
 def run(*bodies: Callable[[Kernel], object], kinds: tuple[str, ...] = ("time", "threading", "asyncio")) -> Kernel:
     """Run nodes to their end."""
     kernel = Kernel()
@@ -91,7 +101,8 @@ def test_nodes_have_loops_of_their_own_and_a_coroutine_may_block() -> None:
                 task = asyncio.current_task()
                 assert task is not None
                 said.append((name, number, kernel.now_s))
-            said.append((name, await asyncio.to_thread(lambda: (kernel.sleep(1.0), kernel.now_s)[1])))
+            await asyncio.to_thread(kernel.sleep, 1.0)
+            said.append((name, kernel.now_s))
 
         return lambda kernel: VIRTUAL.run(main(kernel))
 
@@ -255,7 +266,7 @@ class TestErrorsThatNobodyTakes:
                 await asyncio.sleep(1.0)
                 assert task.done()
 
-        kernel = run(lambda kernel: VIRTUAL.run(main()), lambda kernel: (kernel.sleep(5.0), kernel.stop("done")))
+        kernel = run(lambda kernel: VIRTUAL.run(main()), stopping(5.0))
         assert [text.startswith(self.LOST) for text in kernel.lost_errors] == [True]
 
     @pytest.mark.parametrize("ends_s", [0.5, 50.0], ids=["the run ends before", "to its end"])
@@ -269,7 +280,7 @@ class TestErrorsThatNobodyTakes:
             VIRTUAL.run(main())
 
         for start_s in (0.0, 10.0):
-            kernel = run(body, lambda kernel, at_s=start_s + ends_s: (kernel.sleep(at_s), kernel.stop("done")))
+            kernel = run(body, stopping(start_s + ends_s))
             assert kernel.lost_errors == []
 
     def test_are_none_that_are_awaited_late_or_cancelled_or_handled(self) -> None:

@@ -288,10 +288,10 @@ def test_a_selection_of_the_terminal_and_a_socket_is_refused() -> None:
 
 
 def test_nothing_is_left_behind(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = (sys.stdin, select.select, termios.tcgetattr, tty.tcgetattr, os.read, getpass.getpass)
+    before = (sys.stdin, select.select, termios.tcgetattr, vars(tty)["tcgetattr"], os.read, getpass.getpass)
     descriptors = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
     run(lambda kernel: getch(), keys=[(1.0, press("a"))])
-    assert (sys.stdin, select.select, termios.tcgetattr, tty.tcgetattr, os.read, getpass.getpass) == before
+    assert (sys.stdin, select.select, termios.tcgetattr, vars(tty)["tcgetattr"], os.read, getpass.getpass) == before
     assert not descriptors or len(os.listdir("/proc/self/fd")) == descriptors
 
 

@@ -23,7 +23,12 @@ def in_virtual_time(body: Callable[[], object], limit_s: float = 1000.0) -> floa
     """Run a node; returns when it was over (s)."""
     kernel = Kernel()
     kernel.virtual = frozenset(("time", "threading"))
-    kernel.spawn("robot", lambda: (body(), kernel.stop("over")))
+
+    def robot() -> None:
+        body()
+        kernel.stop("over")
+
+    kernel.spawn("robot", robot)
     try:
         kernel.run(limit_s)
     finally:
@@ -104,7 +109,12 @@ def test_the_world_releases_and_sets_but_does_not_wait() -> None:
                 event.set()
 
     kernel.world = World()
-    kernel.spawn("robot", lambda: (event.wait(), woken_s.append(kernel.now_s)))
+
+    def robot() -> None:
+        event.wait()
+        woken_s.append(kernel.now_s)
+
+    kernel.spawn("robot", robot)
     kernel.run(3.0)
     assert woken_s == [1.5]
     with pytest.raises(Exception, match=r"Event.wait would wait for ever: only a node may wait") as raised:

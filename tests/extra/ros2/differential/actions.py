@@ -65,9 +65,7 @@ def fibonacci(log: Log) -> Node:
         log("cancel", [goal.request.order, goal.is_active])
         return CancelResponse.ACCEPT
 
-    node.server = _server(  # type: ignore[attr-defined]
-        node, goal_callback=accept, cancel_callback=cancel, callback_group=ReentrantCallbackGroup()
-    )
+    node.server = _server(node, goal_callback=accept, cancel_callback=cancel, callback_group=ReentrantCallbackGroup())
     return node
 
 

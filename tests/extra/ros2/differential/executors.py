@@ -27,7 +27,8 @@ def _fail(where: str, done: list[str]) -> Any:
 def raising(log: Log) -> None:
     """Errors in callbacks of each kind come out of `spin_once`, which can go on afterwards."""
     rclpy.init()
-    node, done = Node("node"), []
+    node = Node("node")
+    done: list[Any] = []
     publisher = node.create_publisher(Int32, "numbers", 10)
     executor = together(node)
     guard = node.create_guard_condition(lambda: _fail("guard", done))
@@ -54,7 +55,8 @@ def raising_in_threads(log: Log) -> None:
     """An error in a thread of an executor ends its `spin`."""
     rclpy.init()
     for kind in ("timer", "task"):
-        node, done = Node("node"), []
+        node = Node("node")
+        done: list[Any] = []
         executor = MultiThreadedExecutor(num_threads=2)
         executor.add_node(node)
         if kind == "timer":
@@ -100,7 +102,12 @@ def in_order(log: Log) -> None:
     executor = together(node)
     until(executor, lambda: publisher.get_subscription_count() == 2)
     elapse(executor, 0.1)
-    timer = node.create_timer(0.05, lambda: (calls.append("timer"), timer.cancel()))
+
+    def once() -> None:
+        calls.append("timer")
+        timer.cancel()
+
+    timer = node.create_timer(0.05, once)
     client.call_async(BasicTypes.Request()).add_done_callback(lambda done: calls.append("response"))
     for number in range(2):
         publisher.publish(Int32(data=number))
@@ -173,11 +180,11 @@ def waiting(log: Log) -> None:
         future: Future = Future()
         executor.spin_until_future_complete(future, timeout_sec=timeout_s)
         log("not done", [timeout_s, future.done()])
-    for timeout_s in (None, PATIENCE_S, -1.0):
+    for limit_s in (None, PATIENCE_S, -1.0):
         future = Future()
         timer = node.create_timer(0.05, lambda future=future: future.set_result("result"))
-        executor.spin_until_future_complete(future, timeout_sec=timeout_s)
-        log("done", [timeout_s, future.result()])
+        executor.spin_until_future_complete(future, timeout_sec=limit_s)
+        log("done", [limit_s, future.result()])
         node.destroy_timer(timer)
     done: Future = Future()
     done.set_result(1)
@@ -222,7 +229,8 @@ def coroutines(log: Log) -> None:
     """Callbacks that are coroutines: while one waits, its group is taken or not."""
     rclpy.init()
     for name, group in (("exclusive", MutuallyExclusiveCallbackGroup()), ("reentrant", ReentrantCallbackGroup())):
-        node, order = Node("node"), []
+        node = Node("node")
+        order: list[Any] = []
         future: Future = Future()
 
         async def first(future: Any = future, order: Any = order) -> None:

@@ -21,7 +21,7 @@ _PROFILE = QoSProfile(depth=7, durability=DurabilityPolicy.TRANSIENT_LOCAL, reli
 
 def populated(log: Log) -> Node:
     node = Node("server", namespace="/cell")
-    node.kept = [  # type: ignore[attr-defined]
+    node.kept = [
         node.create_publisher(Int32, "numbers", _PROFILE),
         node.create_publisher(String, "~/texts", 10),
         node.create_subscription(

@@ -97,7 +97,9 @@ def failing(log: Log) -> None:
 def published(log: Log) -> None:
     """The topic of transitions, and the services that tell states and transitions."""
     rclpy.init()
-    node, watcher, heard = LifecycleNode("managed"), Node("watcher"), []
+    node = LifecycleNode("managed")
+    watcher = Node("watcher")
+    heard: list[Any] = []
     watcher.create_subscription(TransitionEvent, "managed/transition_event", heard.append, 100)
     spun = together(node, watcher)
     until(spun, lambda: watcher.count_publishers("managed/transition_event") == 1)

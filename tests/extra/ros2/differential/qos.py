@@ -57,7 +57,8 @@ def unreliable(log: Log) -> Node:
 def demanding(log: Log) -> None:
     """Asks for more than is offered: it matches nobody, and hears nothing."""
     rclpy.init()
-    node, heard = Node("listener"), []
+    node = Node("listener")
+    heard: list[Any] = []
     subscription = node.create_subscription(Int32, "numbers", heard.append, RELIABLE)
     until(node, lambda: node.count_publishers("numbers") > 0)
     elapse(node, 0.5)
@@ -70,7 +71,9 @@ def matching(offered: QoSProfile, requested: QoSProfile) -> Main:
 
     def main(log: Log) -> None:
         rclpy.init()
-        talker, listener, heard = Node("talker"), Node("listener"), []
+        talker = Node("talker")
+        listener = Node("listener")
+        heard: list[Any] = []
         events: list[tuple[str, int, str]] = []
 
         def note(end: str) -> Any:
@@ -240,7 +243,8 @@ def overridden(log: Log) -> None:
 def differing(log: Log) -> None:
     """One topic with two types: not in one process, and between two of them nothing is heard."""
     rclpy.init()
-    node, heard = Node("texts"), []
+    node = Node("texts")
+    heard: list[Any] = []
     subscription = node.create_subscription(String, "numbers", heard.append, 10)
     log("in one process", raised(lambda: node.create_publisher(Int32, "numbers", 10)))
     log("in one process", raised(lambda: node.create_subscription(Int32, "numbers", print, 10)))

@@ -247,7 +247,9 @@ def told(log: Log) -> None:
 def introspected(log: Log) -> None:
     """What is published about requests and responses."""
     rclpy.init()
-    server, asker, heard = Node("server"), Node("asker"), []
+    server = Node("server")
+    asker = Node("asker")
+    heard: list[Any] = []
     service = server.create_service(BasicTypes, "add", _add)
     client = asker.create_client(BasicTypes, "add")
     asker.create_subscription(BasicTypes.Event, "add/_service_event", heard.append, 10)

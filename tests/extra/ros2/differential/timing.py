@@ -25,7 +25,12 @@ def ticking(log: Log) -> None:
     rclpy.init()
     node, ticks = Node("ticking"), []
     fast = node.create_timer(0.2, lambda: ticks.append("fast"))
-    slow = node.create_timer(0.5, lambda: (ticks.append("slow"), fast.cancel()))
+
+    def end_fast() -> None:
+        ticks.append("slow")
+        fast.cancel()
+
+    slow = node.create_timer(0.5, end_fast)
     until(node, lambda: ticks.count("slow") == 2)
     log("ticks", ticks)
     log("canceled", [fast.is_canceled(), slow.is_canceled()])
@@ -186,7 +191,9 @@ def simulated(log: Log) -> None:
     """Nodes that use simulated time: somebody publishes it, forwards, backwards, and timers follow."""
     rclpy.init()
     node = Node("node", parameter_overrides=[Parameter("use_sim_time", value=True)])
-    talker, ticks, jumps = Node("talker"), [], []
+    talker = Node("talker")
+    ticks: list[Any] = []
+    jumps: list[Any] = []
     publisher = talker.create_publisher(ClockMessage, "/clock", 10)
     spun = together(node, talker)
     until(spun, lambda: publisher.get_subscription_count() == 1)

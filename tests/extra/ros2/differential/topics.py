@@ -36,7 +36,8 @@ def publishing(messages: Sequence[Any], profile: QoSProfile | int, *, name: str 
 
     def main(log: Log) -> None:
         rclpy.init()
-        node, over = Node(name), []
+        node = Node(name)
+        over: list[Any] = []
         publishers = {type(each): node.create_publisher(type(each), _topic(type(each)), profile) for each in messages}
         node.create_subscription(Int32, "over", over.append, 10)
         for publisher in publishers.values():
@@ -55,7 +56,8 @@ def listening(
 
     def main(log: Log) -> None:
         rclpy.init()
-        node, heard = Node(name), {kind: [] for kind in kinds}
+        node = Node(name)
+        heard: dict[Any, list[Any]] = {kind: [] for kind in kinds}
         for kind in kinds:
             node.create_subscription(kind, _topic(kind), heard[kind].append, profile)
         over = node.create_publisher(Int32, "over", 10)
@@ -114,7 +116,7 @@ def latching(log: Log) -> Node:
     publisher = node.create_publisher(Int32, "numbers", LATCHED)
     for message in _numbers(5):
         publisher.publish(message)
-    node.kept = [publisher, node.create_publisher(Int32, "published", 1)]  # type: ignore[attr-defined]
+    node.kept = [publisher, node.create_publisher(Int32, "published", 1)]
     return node
 
 
@@ -171,7 +173,9 @@ def keeping(profile: QoSProfile) -> Main:
 def unreliable(log: Log) -> None:
     """A reliable talker and a best-effort listener match; what it hears, it hears in order."""
     rclpy.init()
-    node, heard, sent = Node("both"), [], []
+    node = Node("both")
+    heard: list[Any] = []
+    sent: list[Any] = []
     publisher = node.create_publisher(Int32, "numbers", 10)
     node.create_subscription(Int32, "numbers", lambda each: heard.append(each.data), BEST_EFFORT)
 
@@ -188,7 +192,8 @@ def unreliable(log: Log) -> None:
 def raw(log: Log) -> None:
     """Bytes instead of messages, in both directions."""
     rclpy.init()
-    node, heard = Node("both"), []
+    node = Node("both")
+    heard: list[Any] = []
     publisher = node.create_publisher(String, "texts", 10)
     node.create_subscription(String, "texts", heard.append, 10, raw=True)
     until(node, lambda: publisher.get_subscription_count() == 1)
