@@ -16,7 +16,7 @@ from random import Random
 
 from pytest_hricdv.experiments.budget import Budget, BudgetSpentError, Ended
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, Parameters
-from pytest_hricdv.generate.rng import pick, random_index, weighted
+from pytest_hricdv.generate.rng import pick, random_index
 from pytest_hricdv.generate.sampler import Sampler, Sometimes, Uniform
 
 PATIENCE = 8
@@ -134,13 +134,7 @@ def next_width(width: float, *, improved: bool) -> float:
     return min(max(width * (_WIDER if improved else _NARROWER), _WIDTHS[0]), _WIDTHS[1])
 
 
-def mutate(
-    test: ConcreteTest,
-    space: Concretization,
-    step: float,
-    rng: Random,
-    weight: Callable[[tuple[str, str]], float] | None = None,
-) -> ConcreteTest:
+def mutate(test: ConcreteTest, space: Concretization, step: float, rng: Random) -> ConcreteTest:
     """A neighbour: the same actions with other parameters, each within its declared range.
 
     One parameter certainly changes, and each other one with probability 1/n for n parameters. Most changes are steps
@@ -152,8 +146,6 @@ def mutate(
         space: the ranges.
         step: share of a range's width, from 0 to 1.
         rng: a private random stream.
-        weight: how much a parameter matters, above 0 and at most 1, by its command (empty for one of the run) and name:
-            the less, the more seldom it changes; None: all alike.
     """
     actions = [(action.parameters, space.commands.get(action.command, {})) for action in test.actions]
     spots = [
@@ -164,14 +156,8 @@ def mutate(
     ]
     if not spots:
         return test
-    if weight is None:
-        certain = spots[random_index(rng, len(spots))]
-        chosen = {spot for spot in spots if rng.random() * len(spots) < 1.0} | {certain}
-    else:
-        commands = ["", *(action.command for action in test.actions)]
-        weights = {spot: weight((commands[spot[0]], spot[1])) for spot in spots}
-        certain, total = weighted(rng, weights), sum(weights.values())
-        chosen = {spot for spot in spots if rng.random() * total < weights[spot]} | {certain}
+    certain = spots[random_index(rng, len(spots))]
+    chosen = {spot for spot in spots if rng.random() * len(spots) < 1.0} | {certain}
 
     def changed(place: int, parameters: Parameters, samplers: Mapping[str, Sampler]) -> Parameters:
         values = dict(parameters)

@@ -1,16 +1,15 @@
 """The strategy `violations`: varies the parameters of the runs that came nearest to violating a requirement.
 
 It is the search of `pytest_hricdv.experiments`, a (1+1) evolution strategy with the 1/5 success rule, on all runs of
-the loop, and a generation at a time; parameters that have changed no margin so far change more seldom. It aims at the
-requirements that are not violated, those first that came nearest; and at alternatives of a response that never were
-decisive, of which no distance is known: there it varies widely.
+the loop, a generation at a time. It aims at the requirements that are not violated, those with the smallest margins
+first, and at alternatives of a response that never were decisive. For these no distance is known: it varies widely.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -21,76 +20,6 @@ from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.generate.abstract import Draft
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, values_of
-
-Parameter = tuple[str, str]
-"""The command whose parameter it is, empty for one of the run, and its name."""
-
-SAME = 0.001
-"""A margin that changes by less than this share of how much margins of runs differ has not changed. Chosen: physics
-changes each a little; its effect was not measured."""
-
-PRIOR = 0.5
-"""So many changes are thought to have had an effect before any was seen. Chosen; its effect was not measured."""
-
-
-def values(test: ConcreteTest) -> dict[tuple[int, Parameter], float]:
-    """The parameters of a test, by the number of their action (0 is the run)."""
-    actions = [("", test.run), *((action.command, action.parameters) for action in test.actions)]
-    return {
-        (number, (command, name)): value
-        for number, (command, parameters) in enumerate(actions)
-        for name, value in parameters.items()
-    }
-
-
-class Relevance:
-    """See the module.
-
-    Args:
-        way: whose runs differ little from others.
-        concrete: the concrete test of a run.
-    """
-
-    def __init__(self, way: str, concrete: Callable[[Entry], ConcreteTest]) -> None:
-        self._way = way
-        self._concrete = concrete
-        self._read = 0
-        self._alike: dict[tuple[tuple[str, ...], int], list[Entry]] = {}
-        self._pairs: list[tuple[Entry, Entry, list[Parameter]]] = []
-        """Each run of the way with the earlier one that differs in the fewest parameters, and these."""
-
-    def read(self, archive: Archive) -> None:
-        """Learn what runs differ in that have come since."""
-        for run in archive.entries[self._read :]:
-            before = self._alike.setdefault((run.test.lines, run.test.seed), [])
-            if run.way == self._way and before:
-                nearest = min((self._changed(run, other) for other in before), key=lambda pair: len(pair[2]))
-                self._pairs += [nearest] if nearest[2] else []
-            before.append(run)
-        self._read = len(archive.entries)
-
-    def _changed(self, run: Entry, other: Entry) -> tuple[Entry, Entry, list[Parameter]]:
-        mine, theirs = values(self._concrete(run)), values(self._concrete(other))
-        return run, other, [at[1] for at, value in theirs.items() if value != mine[at]]
-
-    def of(self, requirement: str, spread: float, without: Container[int] = ()) -> Callable[[Parameter], float]:
-        """How often a change of a parameter changes the margin of a requirement, from 0 to 1; 1 of what nobody changed.
-
-        Args:
-            spread: by how much margins of runs differ.
-            without: numbers of runs that are left out.
-        """
-        changes, effects = Counter[Parameter](), dict[Parameter, float]()
-        for child, parent, changed in self._pairs:
-            margins = [run.observation.margins.get(requirement) for run in (child, parent) if run.number not in without]
-            if len(margins) < 2 or None in margins:
-                continue
-            changes.update(changed)
-            if abs((margins[0] or 0.0) - (margins[1] or 0.0)) > SAME * spread:
-                for parameter in changed:
-                    effects[parameter] = effects.get(parameter, 0.0) + 1.0 / len(changed)
-        return lambda parameter: min(1.0, (effects.get(parameter, 0.0) + PRIOR) / (changes[parameter] + PRIOR))
-
 
 NAME = "violations"
 
@@ -140,7 +69,6 @@ class ViolationStrategy:
         self._requirements = tuple(requirements)
         self._space = space
         self._drawn: dict[int, ConcreteTest] = {}
-        self._relevance = Relevance(NAME, self._concrete)
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Strategy`."""
@@ -149,14 +77,13 @@ class ViolationStrategy:
         failures, widths = {}, {}
         for aim in aims:
             failures[aim.target], widths[aim.target] = _progress(archive, aim, violating.get(aim.target[1], ()))
-        self._relevance.read(archive)
         proposals: list[Proposal] = []
         used = Counter[Point]()
         while aims and len(proposals) < count:
             # The nearest first, until it has not come nearer for a while; two of a generation for one aim.
             aim = min(aims, key=lambda aim: (used[aim.target] // 2, failures[aim.target] // PATIENCE, aim.share))
             start = aim.starts[(failures[aim.target] // PATIENCE) % len(aim.starts)]
-            draft = self._varied(start, widths[aim.target], rng, self._weight(aim, violating))
+            draft = self._varied(start, widths[aim.target], rng)
             if draft is None:
                 aims.remove(aim)  # none of its parameters can have another value
                 continue
@@ -164,19 +91,15 @@ class ViolationStrategy:
             proposals.append(Proposal(draft, NAME, (aim.target,)))
         return proposals
 
-    def _weight(self, aim: Aim, violating: Mapping[str, Container[int]]) -> Callable[[Parameter], float]:
-        name = aim.target[1]
-        return self._relevance.of(name, aim.spread, violating.get(name, ()))
-
     def _concrete(self, entry: Entry) -> ConcreteTest:
         """The test of a run with its parameters, which is drawn once."""
         if entry.number not in self._drawn:
             self._drawn[entry.number] = concretize(entry.test, self._space)
         return self._drawn[entry.number]
 
-    def _varied(self, start: Entry, width: float, rng: Random, weight: Callable[[Parameter], float]) -> Draft | None:
+    def _varied(self, start: Entry, width: float, rng: Random) -> Draft | None:
         test, before = start.test, self._concrete(start)
-        after = mutate(before, self._space, width, rng, weight)
+        after = mutate(before, self._space, width, rng)
         if after == before:
             return None
         values = values_of(after)

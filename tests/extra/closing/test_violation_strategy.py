@@ -15,7 +15,7 @@ from pytest_hricdv.extra.closing.loop import GENERATION, STALLED, Loop, OnlineWe
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import NearestRun, ViolationEstimate
 from pytest_hricdv.extra.closing.strategy import Proposal
-from pytest_hricdv.extra.closing.violation_strategy import NAME, Relevance, ViolationStrategy, never_decisive
+from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, never_decisive
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.concrete import Concretization, concretize
@@ -195,31 +195,6 @@ def test_a_quarter_of_the_runs_searches_while_nothing_pays() -> None:
     assert set(by_generation) <= {0, GENERATION // 4}
     assert by_generation[-1] == GENERATION // 4
     assert set(runner.sizes) == {GENERATION}
-
-
-def test_a_parameter_that_changed_no_margin_is_thought_to_matter_less() -> None:
-    space = Concretization(
-        commands={"enter": {"at_s": Uniform(0.0, 60.0, "s"), "voice_s": Uniform(1.0, 2.0, "s")}}, run={}
-    )
-    archive = Archive([])
-
-    def add(way: str, at_s: float, voice_s: float, margin: float) -> None:
-        values = {1: {"at_s": at_s, "voice_s": voice_s}}
-        test = AbstractTest(f"t{len(archive.entries)}", "s", "t", (), ("enter",), values=values)
-        archive.add(Observation(test.to_data(), margins={"R1": margin}, unused={"R1": ()}), way=way)
-
-    weights = Relevance(NAME, lambda entry: concretize(entry.test, space))
-    at, voice, other = (("enter", "at_s"), ("enter", "voice_s"), ("", "other"))
-    add("model", 10.0, 1.0, margin=5.0)
-    add(NAME, 10.0, 1.5, margin=5.0)
-    add(NAME, 20.0, 1.5, margin=3.0)
-    weights.read(archive)
-    weight = weights.of("R1", spread=2.0)
-    assert weight(voice) < weight(at) == weight(other) == 1.0
-    add(NAME, 20.0, 1.7, margin=3.0)
-    weights.read(archive)
-    assert weights.of("R1", spread=2.0)(voice) < weight(voice)
-    assert weights.of("R2", spread=2.0)(voice) == 1.0  # nothing is known of it
 
 
 def test_the_nearest_run_is_that_of_the_least_margin_beside_how_much_margins_differ() -> None:
