@@ -58,6 +58,8 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         PerceptMapping,
         Simulation,
         Sometimes,
+        StateField,
+        Suites,
         Testbench,
         Uniform,
     )
@@ -127,8 +129,12 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
             "arm_speed": float,
             "arm_moving": bool,
         },
-        state="state.name",
-        transitions=tuple((state, following) for (state, _), following in TRANSITIONS.items() if following in STATES),
+        state=StateField(
+            "state.name",
+            transitions=tuple(
+                (state, following) for (state, _), following in TRANSITIONS.items() if following in STATES
+            ),
+        ),
         values={"hand_place": HAND_PLACES, "state.name": tuple(STATES), "turn_done.outcome": OUTCOMES},
         sampled_while={"hand_distance": "hand_closing"},
         units={
@@ -227,7 +233,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
                 ),
             ),
         ),
-        by_hand=HERE / "tests" / "hri" / "by_hand.toml",
+        suites=Suites(by_hand=HERE / "tests" / "hri" / "by_hand.toml"),
         simulation=Simulation(
             fidelities=("dynamic", "kinematic"),
             engines={"pybullet": "sim.bullet.client", "mujoco": "sim.mujoco.library"},

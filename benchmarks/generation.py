@@ -64,7 +64,7 @@ def measure() -> Times:
     with timed("whole", times):
         with timed("import", times):
             from pytest_hricdv.generate import context, learner, methods, model_runner, suite
-        space, parameters = testbench.beliefs, testbench.learning
+        space, parameters = testbench.beliefs, testbench.suites.learning
         with timed("parsing", times):
             runner = model_runner.ModelRunner(testbench.model, space)
         with timed("learning", times):

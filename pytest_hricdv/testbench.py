@@ -20,7 +20,6 @@ from pytest_hricdv.disturbance import Delay, Disturbance, Disturbances, Drop, Du
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.concrete import Concretization
-from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
@@ -32,7 +31,7 @@ from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.geometry import Body
-from pytest_hricdv.testbench_groups import People, Simulation, VirtualTime
+from pytest_hricdv.testbench_groups import People, Simulation, StateField, Suites, VirtualTime
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -68,6 +67,8 @@ __all__ = [
     "Sampler",
     "Simulation",
     "Sometimes",
+    "StateField",
+    "Suites",
     "Testbench",
     "TestbenchError",
     "Uniform",
@@ -154,20 +155,17 @@ class Testbench:
             write them at axes and margins, and numbers in requirements may have one (`hand_distance < 50 mm`).
         code: importable names of the packages under test.
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
-        by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
         cross: the cross products to cover, by name.
-        learning: the constants of Q-learning, for the suite `rl`.
-        lengths: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are several.
         outcome_label: the name in reports of a run's interactions, listed by their outcomes; for instance "legs".
         oracle: the agent of the model that each run is compared with, and what corresponds to what; None where
             there is none.
+        suites: what the suites of generated tests need.
+        state: where the code under test publishes its state.
         people: the agents that decide during a run, and bystanders.
         time: how the code under test waits, and how its runs may end.
         simulation: the fidelities and physics engines of the world, and how it is filmed.
         disturbances: what can go wrong, by name: a test has a line `disturb NAME` where it does. No published method
             generates such lines.
-        state: the field in which the code under test tells its state, such as "state.name"; empty where it does not.
-        transitions: from one such state to the next one: those that the suite `closure` is to cover.
         ros2: the ROS 2 system that the code under test is, where it is one: `Ros2(topics={...}, ...)`. Its nodes see
             "time" and "threading" in virtual time, whatever `time` says.
     """
@@ -183,21 +181,18 @@ class Testbench:
     signals: Mapping[str, Kind] = field(hash=False)
     code: tuple[str, ...]
     run: Callable[[Run], Outcome]
-    by_hand: Path | None = None
     cross: Mapping[str, CrossProduct] = field(default_factory=dict, hash=False)
-    learning: QLearning = field(default_factory=QLearning)
-    lengths: tuple[int, int] = PSEUDORANDOM_LENGTHS
     units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
     oracle: ModelOracle | None = None
     people: People = field(default_factory=People)
+    suites: Suites = field(default_factory=Suites)
+    state: StateField = field(default_factory=StateField)
     time: VirtualTime = field(default_factory=VirtualTime)
     simulation: Simulation = field(default_factory=Simulation)
     values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     sampled_while: Mapping[str, str] = field(default_factory=dict, hash=False)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
-    state: str = ""
-    transitions: tuple[tuple[str, str], ...] = ()
     ros2: Ros2 | None = None
 
     @cached_property

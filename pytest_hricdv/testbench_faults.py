@@ -24,7 +24,7 @@ from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_fields import FORMS
 from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
-from pytest_hricdv.testbench_groups import People, Simulation, VirtualTime
+from pytest_hricdv.testbench_groups import People, Simulation, StateField, Suites, VirtualTime
 
 NEEDED_PARTS = {"oracle": "oracle", "ros2": "ros2"}
 """What a testbench declares -> the optional part without which it would be passed over in silence."""
@@ -36,6 +36,10 @@ MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
         "may_end": "time=VirtualTime(allowed_endings=...)",
         "online": "people=People(agents=(InteractiveAgent(...),))",
         "bystanders": "people=People(bystanders=...)",
+        "by_hand": "suites=Suites(by_hand=...)",
+        "learning": "suites=Suites(learning=...)",
+        "lengths": "suites=Suites(random_test_length=...)",
+        "transitions": "state=StateField(..., transitions=...)",
         "conformance": "oracle=ModelOracle(...)",
         "fidelities": "simulation=Simulation(fidelities=...)",
         "engines": "simulation=Simulation(engines=...)",
@@ -102,12 +106,20 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for name, kind in expected.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {FIELD_PURPOSES[name]}")
-    groups: Mapping[str, type[Any]] = {"time": VirtualTime, "simulation": Simulation, "people": People}
+    groups: Mapping[str, type[Any]] = {
+        "time": VirtualTime,
+        "simulation": Simulation,
+        "people": People,
+        "suites": Suites,
+        "state": StateField,
+    }
     for name, kind in groups.items():
         if not isinstance(getattr(testbench, name), kind):
             raise TestbenchError(f"{where}: {name} is {getattr(testbench, name)!r}; expected {kind.__name__}(...)")
-    if not isinstance(testbench.learning, QLearning):
-        raise TestbenchError(f"{where}: learning is {testbench.learning!r}; expected constants of learning (QLearning)")
+    if not isinstance(testbench.suites.learning, QLearning):
+        raise TestbenchError(
+            f"{where}: suites: learning is {testbench.suites.learning!r}; expected constants of learning (QLearning)"
+        )
     if not isinstance(testbench.signals, Mapping):
         raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {FIELD_PURPOSES['signals']}")
     if not isinstance(testbench.cross, Mapping):
@@ -127,7 +139,7 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
     for message in testbench.messages:
         if fields_of(message) is None:
             raise TestbenchError(f"{where}: message {message!r} is no class with fields; expected {FORMS}")
-    paths = {"by_hand": testbench.by_hand}
+    paths = {"suites: by_hand": testbench.suites.by_hand}
     if isinstance(testbench.requirements, tuple):
         for requirement in testbench.requirements:
             if not isinstance(requirement, Requirement):
@@ -148,24 +160,25 @@ def _film_faults(testbench: Testbench) -> list[str]:
 
 
 def _state_faults(testbench: Testbench) -> Iterator[str]:
-    topic, _, name = testbench.state.partition(".")
+    topic, _, name = testbench.state.name.partition(".")
     topics = testbench.vocabulary().messages
-    if testbench.state and topics.get(topic, {}).get(name) is not str:
+    if testbench.state.name and topics.get(topic, {}).get(name) is not str:
         texts = sorted(
             f"{message}.{field}" for message, kinds in topics.items() for field in kinds if kinds[field] is str
         )
         listed = ", ".join(texts) or "none"
-        yield f"state is {testbench.state!r}, which is no text field of a message; there are: {listed}"
-    if testbench.transitions and not testbench.state:
-        yield "transitions are given, but no state: expected the text field that tells it, such as state='state.name'"
-    states = testbench.values.get(testbench.state, ())
-    for pair in testbench.transitions:
+        yield f"state: name is {testbench.state.name!r}, which is no text field of a message; there are: {listed}"
+    if testbench.state.transitions and not testbench.state.name:
+        yield "state: transitions are given, but no name: expected a text field, such as StateField('state.name')"
+    states = testbench.values.get(testbench.state.name, ())
+    for pair in testbench.state.transitions:
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):
-            yield f"transitions has {pair!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
+            yield f"state: transitions has {pair!r}; expected pairs of states, such as ('Idle', 'Move_hand')"
             continue
         for name in pair if states else ():
             if name not in states:
-                yield f"transitions has {pair!r}: {name!r} is no value of {testbench.state}{nearest(name, states)}"
+                no_value = f"{name!r} is no value of {testbench.state.name}{nearest(name, states)}"
+                yield f"state: transitions has {pair!r}: {no_value}"
 
 
 def _agent_faults(testbench: Testbench) -> Iterator[str]:

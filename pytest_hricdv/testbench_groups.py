@@ -6,10 +6,13 @@ import copy
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.film import Film
+from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
+from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.runtime.blocking_calls import KINDS
 
@@ -101,3 +104,32 @@ class People:
 
     agents: tuple[InteractiveAgent, ...] = ()
     bystanders: tuple[Bystander, ...] = ()
+
+
+@dataclass(frozen=True)
+class Suites:
+    """What the suites of generated tests need.
+
+    Args:
+        by_hand: TOML file of belief subsets for the suite `by-hand`; None where there is none.
+        learning: the constants of Q-learning, for the suite `rl`.
+        random_test_length: fewest and most actions of a test of the suite `pseudorandom`, of each actor where there are
+            several.
+    """
+
+    by_hand: Path | None = None
+    learning: QLearning = field(default_factory=QLearning)
+    random_test_length: tuple[int, int] = PSEUDORANDOM_LENGTHS
+
+
+@dataclass(frozen=True)
+class StateField:
+    """Where the code under test publishes its state.
+
+    Args:
+        name: the text field of a message, such as "state.name"; empty where there is none.
+        transitions: from one such state to the next: those that the suite `closure` is to cover.
+    """
+
+    name: str = ""
+    transitions: tuple[tuple[str, str], ...] = ()

@@ -34,24 +34,31 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
     from people.dog import DogCalled, bystanders
     from people.ranges import COMMANDS, RUN
 
-    from pytest_hricdv.testbench import Concretization, People, Simulation, Testbench, Uniform, VirtualTime
+    from pytest_hricdv.testbench import (
+        Concretization,
+        People,
+        Simulation,
+        StateField,
+        Suites,
+        Testbench,
+        Uniform,
+        VirtualTime,
+    )
 
     return Testbench(
         name="home-care",
         model=MODEL,
         beliefs=BELIEFS,
-        lengths=LENGTHS,
+        suites=Suites(by_hand=HERE / "tests" / "by_hand.toml", random_test_length=LENGTHS),
         people=People(agents=(ONLINE,), bystanders=bystanders()),
         disturbances=DISTURBANCES,
         concretization=Concretization(COMMANDS, {**RUN, "battery": Uniform(0.19, 1.0)}),
-        by_hand=HERE / "tests" / "by_hand.toml",
         requirements=HERE / "tests" / "requirements.toml",
         messages=(Order, *SAID, DogCalled),
         signals={**house.SIGNALS, **observer.SIGNALS},
         units={**house.UNITS, **observer.UNITS},
         values={**house.VALUES, "state.name": STATES},
-        state="state.name",
-        transitions=transitions(),
+        state=StateField("state.name", transitions()),
         code=("carebot",),
         time=VirtualTime(apis=("asyncio",)),
         run=run,

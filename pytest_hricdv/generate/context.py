@@ -64,7 +64,7 @@ class GenerationContext:
         if self.tests is not None and not 1 <= self.tests <= MAX_TESTS:
             raise GenerateError(f"{quoted(self.tests)} tests: expected a number from 1 to {MAX_TESTS}")
         if not 1 <= self.lengths[0] <= self.lengths[1]:
-            raise GenerateError(f"lengths {self.lengths}: expected 1 <= fewest <= most actions")
+            raise GenerateError(f"random_test_length {self.lengths}: expected 1 <= fewest <= most actions")
 
     def model_runner(self) -> ModelRunner:
         """A new runner of the model.

@@ -142,7 +142,7 @@ class BreakpointRunner:
         messages: Mapping[str, Mapping[str, Value]],
         code: CodeUnderTest,
     ) -> Now:
-        topic, _, name = self.settings.testbench.state.partition(".")
+        topic, _, name = self.settings.testbench.state.name.partition(".")
         return Now(
             requirement=first[0],
             time_s=first[1],

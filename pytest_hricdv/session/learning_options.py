@@ -72,7 +72,7 @@ def parameters(options: LearningOptions, testbench: Testbench) -> QLearning:
     """
     from pytest_hricdv.generate import GenerateError
 
-    constants = testbench.learning
+    constants = testbench.suites.learning
     for where, line in options.settings:
         try:
             constants = replace(constants, **_setting(line))

@@ -73,7 +73,7 @@ def select_suites(
 
 def _methods(selection: str, root: Path, testbench: Testbench, say: Callable[[str], None]) -> tuple[Method, ...]:
     """The methods that were asked for; `all` takes those that the testbench has everything for, and says so."""
-    lacking = [ByHand.name] if testbench.by_hand is None else []
+    lacking = [ByHand.name] if testbench.suites.by_hand is None else []
     methods = select_methods(selection, root, lacking)
     if ALL in selection.split(",") and lacking and lacking[0] not in {method.name for method in methods}:
         say(f"hricdv: suite all is without {lacking[0]}: the testbench names no file of belief subsets (by_hand)")
@@ -88,8 +88,8 @@ def generation_context(options: Options, testbench: Testbench) -> GenerationCont
         commands=tuple(testbench.concretization.commands),
         seed=options.seed,
         tests=options.tests,
-        by_hand=testbench.by_hand,
-        lengths=testbench.lengths,
+        by_hand=testbench.suites.by_hand,
+        lengths=testbench.suites.random_test_length,
     )
 
 

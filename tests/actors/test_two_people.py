@@ -32,7 +32,9 @@ def requirements() -> tuple[Requirement, ...]:
 
 def suite(method: str, tests: int, seed: int = 0) -> Sequence[AbstractTest]:
     commands = tuple(bench().concretization.commands)
-    context = GenerationContext(bench().model, bench().beliefs, commands, seed, tests, bench().by_hand, lengths=(2, 4))
+    context = GenerationContext(
+        bench().model, bench().beliefs, commands, seed, tests, bench().suites.by_hand, lengths=(2, 4)
+    )
     return METHODS[method].generate(context).tests
 
 

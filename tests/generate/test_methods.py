@@ -116,7 +116,9 @@ def test_a_method_without_its_inputs_is_an_error(name: str) -> None:
         METHODS[name].generate(GenerationContext())
 
 
-@pytest.mark.parametrize(("options", "message"), [({"tests": 0}, "0 tests"), ({"lengths": (5, 4)}, "lengths")])
+@pytest.mark.parametrize(
+    ("options", "message"), [({"tests": 0}, "0 tests"), ({"lengths": (5, 4)}, "random_test_length")]
+)
 def test_an_invalid_context_is_an_error(options: dict[str, object], message: str) -> None:
     with pytest.raises(GenerateError, match=message):
         GenerationContext(**options)  # type: ignore[arg-type]

@@ -96,7 +96,7 @@ def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:
         space=bench.beliefs,
         commands=tuple(bench.concretization.commands),
         seed=seed,
-        by_hand=bench.by_hand,
+        by_hand=bench.suites.by_hand,
     )
     for test in METHODS[name].generate(context).tests:
         yield concretize(test, bench.concretization)

@@ -40,7 +40,7 @@ def role() -> Role:
     lines = [line for line in bench.commands.commands if line not in bench.concretization.commands]
     planned = [product.planned for product in bench.cross.values() if product.planned is not None]
     return load_role(
-        bench.people.agents[0], bench.model, bench.beliefs, bench.vocabulary(), lines, bench.state, planned
+        bench.people.agents[0], bench.model, bench.beliefs, bench.vocabulary(), lines, bench.state.name, planned
     )
 
 

@@ -59,7 +59,7 @@ CONFTEST = '''
 """The lamps testbench."""
 
 from pathlib import Path
-from pytest_hricdv.testbench import Simulation, VirtualTime  # for tests that declare them
+from pytest_hricdv.testbench import Simulation, StateField, Suites, VirtualTime  # some of them for tests
 HERE = Path(__file__).parent
 LIMIT_S = 60.0
 
@@ -98,7 +98,7 @@ def pytest_hricdv_testbench(config):
         units={"lamp_level": "%"},
         code=("lamps",),
         run=run,
-        by_hand=HERE / "by_hand.toml",
+        suites=Suites(by_hand=HERE / "by_hand.toml"),
         cross={"light": CrossProduct({"place": ("hall", "cellar"), "level": levels})},
     )
 

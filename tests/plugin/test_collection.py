@@ -88,7 +88,7 @@ def test_a_file_of_bare_commands_is_a_suite(lamps: pytest.Pytester) -> None:
 
 @pytest.mark.slow
 def test_all_takes_the_suites_that_the_testbench_has_everything_for_and_says_so(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "conftest.py", '        by_hand=HERE / "by_hand.toml",\n', "")
+    change(lamps.path, "conftest.py", '        suites=Suites(by_hand=HERE / "by_hand.toml"),\n', "")
     result = lamps.runpytest("--hri-suite=all", "--hri-tests=2")
     result.stdout.fnmatch_lines(
         ["hricdv: suite all is without by-hand: the testbench names no file of belief subsets (by_hand)"]

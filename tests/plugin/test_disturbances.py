@@ -173,11 +173,15 @@ BAD = [
         "'disturb brownout': parameter 'level' is 1.0; expected a Uniform, Sometimes",
     ),
     ('"leave": {},', '"leave": {}, "disturb lost_wish": {},', "has the command 'disturb lost_wish', too; rename one"),
-    ("disturbances={", 'state="wish.level", disturbances={', "state is 'wish.level', which is no text field of a mess"),
     (
         "disturbances={",
-        'transitions=(("on", "off"),), disturbances={',
-        "transitions are given, but no state: expected",
+        'state=StateField("wish.level"), disturbances={',
+        "state: name is 'wish.level', which is no text fiel",
+    ),
+    (
+        "disturbances={",
+        'state=StateField(transitions=(("on", "off"),)), disturbances={',
+        "state: transitions are given, but no name: expected",
     ),
 ]
 

@@ -25,8 +25,8 @@ def test_constants_come_from_the_testbench_the_ini_file_and_the_command_line(lam
     change(
         lamps.path,
         "conftest.py",
-        "        code=",
-        "        learning=QLearning(gamma=0.3, alpha0=0.2, candidates=2),\n        code=",
+        'HERE / "by_hand.toml"',
+        'HERE / "by_hand.toml", learning=QLearning(gamma=0.3, alpha0=0.2, candidates=2)',
     )
     change(lamps.path, "conftest.py", "Testbench, Uniform", "QLearning, Testbench, Uniform")
     lines = [
@@ -138,9 +138,11 @@ def test_bad_input(lamps: pytest.Pytester, options: list[str], told: str) -> Non
 
 
 def test_the_lengths_of_pseudorandom_tests_are_the_testbenchs(lamps: pytest.Pytester) -> None:
-    change(lamps.path, "conftest.py", "        code=", "        lengths=(2, 2),\n        code=")
+    change(lamps.path, "conftest.py", 'HERE / "by_hand.toml"', 'HERE / "by_hand.toml", random_test_length=(2, 2)')
     listed = nodeids(lamps.runpytest_inprocess("--collect-only", "-q", "--hri-suite=pseudorandom", "--hri-tests=9"))
     assert len(listed) == 9
     assert all("[pseudorandom-2-actions-" in nodeid for nodeid in listed)
-    change(lamps.path, "conftest.py", "lengths=(2, 2)", "lengths=(2, 1)")
-    assert "lengths (2, 1): expected 1 <= fewest <= most actions" in refused(lamps, "--hri-suite=pseudorandom")
+    change(lamps.path, "conftest.py", "test_length=(2, 2)", "test_length=(2, 1)")
+    assert "random_test_length (2, 1): expected 1 <= fewest <= most actions" in refused(
+        lamps, "--hri-suite=pseudorandom"
+    )

@@ -227,7 +227,7 @@ class Closing:
 
     @property
     def _wanted(self) -> tuple[Point, ...]:
-        return target_points(*self._declared, self._context.requirements, self._collection.testbench.transitions)
+        return target_points(*self._declared, self._context.requirements, self._collection.testbench.state.transitions)
 
     @cached_property
     def _declared(self) -> tuple[CodeMap | None, Plans, Mapping[str, CrossProduct], Reachability]:
@@ -291,7 +291,7 @@ class Closing:
             testbench.name,
             testbench.simulation.fidelity,
             testbench.simulation.engine,
-            testbench.transitions,
+            testbench.state.transitions,
             [test.id for test in others],
         )
 

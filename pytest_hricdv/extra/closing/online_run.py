@@ -31,7 +31,7 @@ def roles_of(testbench: Testbench) -> tuple[Role, ...]:
         testbench.people.agents, key=lambda online: model.who_acts.index(online.agent) if model.actors else 0
     )
     return tuple(
-        load_role(online, model, testbench.beliefs, testbench.vocabulary(), lines, testbench.state, planned)
+        load_role(online, model, testbench.beliefs, testbench.vocabulary(), lines, testbench.state.name, planned)
         for online in deciding
     )
 

@@ -234,7 +234,7 @@ class _Serving:
             cross=self._collection.testbench.cross,
             requirements=self._context.requirements,
             known_violations=self._context.known_violations,
-            state=self._collection.testbench.state,
+            state=self._collection.testbench.state.name,
             choices=() if online_run is None else online_run.choices,
         )
 

@@ -318,5 +318,5 @@ class CodeModel:
 
     @property
     def state(self) -> str:
-        """For `Testbench.state`: the field in which the code publishes its state; empty where there is none."""
+        """For `StateField.name`: the field in which the code publishes its state; empty where there is none."""
         return self.machine.field if self.machine is not None else ""

@@ -79,7 +79,7 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[Te
     """
     by_key: dict[str, Drift] = {}
     for code in models:
-        machine = next((machine for machine in code.machines if machine.field == testbench.state != ""), None)
+        machine = next((machine for machine in code.machines if machine.field == testbench.state.name != ""), None)
         for drift in (
             *_messages(code, testbench),
             *_values(code, testbench, machine),
@@ -118,19 +118,19 @@ def _values(code: CodeModel, testbench: Testbench, machine: StateMachine | None)
 
 def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
     states = {state.name: state for state in machine.states}
-    declared = testbench.vocabulary().values.get(testbench.state, ())
+    declared = testbench.vocabulary().values.get(testbench.state.name, ())
     for name, state in states.items():
         if declared and name not in declared:
-            text = f"the code has state {name}, which `values` of {testbench.state} does not have"
-            yield Drift("value", f"{testbench.state}={name}", str(state.location), text)
-    if not testbench.transitions or not machine.transitions:
+            text = f"the code has state {name}, which `values` of {testbench.state.name} does not have"
+            yield Drift("value", f"{testbench.state.name}={name}", str(state.location), text)
+    if not testbench.state.transitions or not machine.transitions:
         return
     moves = {(transition.source, transition.target): transition for transition in machine.transitions}
     for (source, target), transition in moves.items():
-        if (source, target) not in testbench.transitions and source in states and target in states:
+        if (source, target) not in testbench.state.transitions and source in states and target in states:
             text = f"the code goes from {source} to {target}, which is none of the testbench's transitions"
             yield Drift("transition", f"{source}->{target}", str(transition.location), text, is_undeclared=True)
-    for source, target in testbench.transitions:
+    for source, target in testbench.state.transitions:
         if (source, target) not in moves:
             text = f"the testbench has a transition from {source} to {target}, which the code no longer has"
             yield Drift("gone", f"{source}->{target}", "", text)

@@ -147,9 +147,10 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
                 text = f"from {message.module} import {message.name}\n{' ' * statement.col_offset}"
                 yield _Insertion(statement.lineno, statement.col_offset, text)
     moves = [one.name.partition("->") for one in drift if one.kind == "transition" and one.is_undeclared]
-    if moves and isinstance(_keyword(testbench, "transitions"), ast.Tuple | ast.List):
+    state = _call(testbench, "StateField")
+    if moves and state is not None and isinstance(_keyword(state, "transitions"), ast.Tuple | ast.List):
         entries = [f'("{source}", "{target}")' for source, _, target in moves]
-        yield from _add(testbench, "transitions", entries, "(", ",)")
+        yield from _add(state, "transitions", entries, "(", ",)")
     values = _keyword(testbench, "values")
     for one in drift:
         if one.kind == "value" and isinstance(values, ast.Dict):

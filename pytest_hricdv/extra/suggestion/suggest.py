@@ -131,7 +131,7 @@ class Suggester:
 
     def _runs(self, runs: Sequence[StoredRun]) -> Runs:
         testbench = self.session.context.collection.testbench
-        return Runs(runs, testbench.vocabulary(), frozenset(testbench.model.who_acts), testbench.state)
+        return Runs(runs, testbench.vocabulary(), frozenset(testbench.model.who_acts), testbench.state.name)
 
     def _requirements(self) -> list[str]:
         """Ids of those that candidates compete with."""

@@ -40,7 +40,7 @@ def _with_online(lamps: pytest.Pytester, declared: str) -> None:
     text = path.read_text(encoding="utf-8")
     for old, new in (
         ("Model, Testbench, Uniform", "InteractiveAgent, Model, People, PerceptMapping, Testbench, Uniform"),
-        ("        by_hand=HERE", f"        people=People(agents=({declared},)),\n        by_hand=HERE"),
+        ("        suites=Suites(", f"        people=People(agents=({declared},)),\n        suites=Suites("),
         ('cross={"light": Cross', 'cross={"wishes": CrossProduct({"count": ("0", "1", "2")}), "light": Cross'),
         ('cross={"light": [', 'cross={"wishes": [(str(min(len(levels), 2)),)], "light": ['),
     ):

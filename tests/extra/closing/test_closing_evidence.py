@@ -75,7 +75,9 @@ def test_transitions_of_the_state_are_covered_like_other_points(lamps: pytest.Py
     change(lamps.path, guide, "        clock.sleep(", '        bus.publish(Switched(level, "busy")); clock.sleep(')
     change(lamps.path, guide, "Switched(level))", 'Switched(level, "on" if level else "off"))')
     wanted = 'transitions=(("busy", "on"), ("busy", "off"), ("off", "gone"))'
-    change(lamps.path, "conftest.py", 'code=("lamps",),', f'code=("lamps",), state="switched.name", {wanted},')
+    change(
+        lamps.path, "conftest.py", 'code=("lamps",),', f'code=("lamps",), state=StateField("switched.name", {wanted}),'
+    )
     result = lamps.runpytest_inprocess(*SUITE)
     closing = report(lamps.path)["closing"]
     assert closing["kinds"]["transition"] == {"hit": 2, "impossible": 0, "open": 1}

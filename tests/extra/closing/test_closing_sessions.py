@@ -20,7 +20,7 @@ REPEATED = "        if level == before:\n            repeated()\n        before 
 
 def disturb(project: pytest.Pytester) -> None:
     """The guide does something that only a doubled wish leads to; without one, nobody wishes twice."""
-    change(project.path, "conftest.py", "        by_hand=", f"{DOUBLED}        by_hand=")
+    change(project.path, "conftest.py", "        suites=", f"{DOUBLED}        suites=")
     change(project.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Duplicate,")
     change(project.path, "lamps/guide.py", BEFORE, BEFORE + REPEATED)
     change(project.path, "lamps/guide.py", "    while True:\n", "    before = None\n    while True:\n")
@@ -178,7 +178,7 @@ def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_se
     mentioned = "".join(f"+!never : hat{number} <- true.\n" for number in range(10))
     visitor.write_text(f"{visitor.read_text(encoding='utf-8')}\n{mentioned}", encoding="utf-8")
     lost = '        disturbances={"wish_lost": Drop("wish")},\n'
-    change(lamps.path, "conftest.py", "        by_hand=", f"{lost}        by_hand=")
+    change(lamps.path, "conftest.py", "        suites=", f"{lost}        suites=")
     change(lamps.path, "conftest.py", "Concretization, CrossProduct,", "Concretization, CrossProduct, Drop,")
     result = lamps.runpytest_inprocess(*SUITE)
     result.stdout.fnmatch_lines(

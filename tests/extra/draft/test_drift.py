@@ -16,7 +16,7 @@ from pytest_hricdv.extra.draft.feature import FEATURE
 from pytest_hricdv.extra.draft.update import add_lines, difference
 from pytest_hricdv.results.model import Report, TestResult
 from pytest_hricdv.session.option import OptionReader
-from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Run, Testbench, Uniform
+from pytest_hricdv.testbench import BeliefSpace, Concretization, Model, Outcome, Run, StateField, Testbench, Uniform
 from tests.docs.page import blocks, write_files
 from tests.report import sample
 
@@ -106,8 +106,7 @@ def bench(folder: Path, *messages: type, **run: Uniform) -> Testbench:
         signals={},
         code=("lift",),
         run=_run,
-        state="state.name",
-        transitions=(("Idle", "Moving"), ("Moving", "Idle"), ("Stuck", "Idle")),
+        state=StateField("state.name", (("Idle", "Moving"), ("Moving", "Idle"), ("Stuck", "Idle"))),
     )
 
 

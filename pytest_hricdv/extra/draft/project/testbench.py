@@ -46,6 +46,7 @@ def conftest(draft: Draft) -> str:
         "Model",
         "Outcome",
         "Run",
+        "StateField",
         "Testbench",
         "Uniform",
         "VirtualTime",
@@ -254,13 +255,14 @@ def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
 def _state_part(draft: Draft) -> list[str]:
     if not draft.states:
         return []
-    lines = [f'        state="{draft.code.state}",']
+    lines = ["        state=StateField(", f'            "{draft.code.state}",']
     if draft.transitions:
-        lines += ["        transitions=("]
+        lines += ["            transitions=("]
         lines += [
-            f"            ({json.dumps(a)}, {json.dumps(b)}),  # {location}" for a, b, location in draft.transitions
+            f"                ({json.dumps(a)}, {json.dumps(b)}),  # {location}" for a, b, location in draft.transitions
         ]
-        lines += ["        ),"]
+        lines += ["            ),"]
+    lines += ["        ),"]
     if draft.inputs:
         lines += ['        cross={"state and manner": CrossProduct({"state": STATES, "manner": tuple(TIMES)})},']
     return lines
