@@ -114,7 +114,7 @@ class HriRun:
         if isinstance(test, ConcreteTest):
             concrete = _with(test, parameters, ranges)
             return HriCase(test.suite, abstract_from(concrete, "given", keeps_id=True), ranges, fixed=concrete)
-        abstract = _parsed(test, seed, ranges)
+        abstract = _parse(test, seed, ranges)
         return HriCase(SUITE, abstract, ranges, fixed=_with(concretize(abstract, ranges), parameters, ranges))
 
 
@@ -133,7 +133,7 @@ def hri_run(request: pytest.FixtureRequest) -> HriRun:
     return HriRun(context, request.node)
 
 
-def _parsed(test: str | Iterable[str], seed: int, ranges: Concretization) -> AbstractTest:
+def _parse(test: str | Iterable[str], seed: int, ranges: Concretization) -> AbstractTest:
     text = test if isinstance(test, str) else "\n".join(test)
     tests = parse_tests(text, file="hri_run", suite=SUITE, master_seed=seed, commands=tuple(ranges.commands))
     if len(tests) != 1:
@@ -155,9 +155,9 @@ def _with(test: ConcreteTest, parameters: Mapping[str, float], ranges: Concretiz
             raise GenerateError(f"hri_run: parameter {name!r}: {why}{nearest(name, there)}; there are: {names}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise GenerateError(f"hri_run: parameter {name!r} is {value!r}; expected a finite number")
-    actions = tuple(ConcreteAction(action.command, _replaced(action.parameters, parameters)) for action in test.actions)
-    return replace(test, actions=actions, run=_replaced(test.run, parameters))
+    actions = tuple(ConcreteAction(action.command, _replace(action.parameters, parameters)) for action in test.actions)
+    return replace(test, actions=actions, run=_replace(test.run, parameters))
 
 
-def _replaced(declared: Mapping[str, float], parameters: Mapping[str, float]) -> dict[str, float]:
+def _replace(declared: Mapping[str, float], parameters: Mapping[str, float]) -> dict[str, float]:
     return {name: float(parameters.get(name, value)) for name, value in declared.items()}

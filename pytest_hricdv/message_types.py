@@ -19,7 +19,7 @@ _COLLECTIONS = (
 """Of these a record has the length and a checksum (see `pytest_hricdv.runtime.message_fields`)."""
 
 
-def compared_fields(
+def comparable_fields(
     message: type[object], above: str = "", inside: tuple[type[object], ...] = ()
 ) -> Iterator[tuple[str, Kind, tuple[str, ...]]]:
     """The fields that requirements can compare: name, type, and all its texts where its type says so.
@@ -38,7 +38,7 @@ def compared_fields(
         if kind is not None:
             yield path, kind, texts
         elif isinstance(hint, type) and fields_of(hint) is not None and hint not in inside:
-            yield from compared_fields(hint, f"{path}.", (*inside, message))
+            yield from comparable_fields(hint, f"{path}.", (*inside, message))
         elif (get_origin(hint) or hint) in _COLLECTIONS:
             yield f"{path}.length", float, ()
             yield f"{path}.crc", float, ()

@@ -201,7 +201,7 @@ class Run:
         if len(self.actors) > 1 and self.producing is not None:
             self._take_once(actor, self._deciding)
             self._deciding.add(actor)
-            return self._times.noted(actor, self._decided_actions(actor, self.producing), self.kernel)
+            return self._times.noted(actor, self._actions_of_people(actor, self.producing), self.kernel)
         if len(self.actors) > 1:
             lanes = self._lanes_of_test()
             self._take_once(actor, lanes.taken)
@@ -214,7 +214,7 @@ class Run:
             if self._disturbance_of(action) is None:
                 yield action
 
-    def _decided_actions(self, actor: str, producing: Actions) -> Generator[ConcreteAction]:
+    def _actions_of_people(self, actor: str, producing: Actions) -> Generator[ConcreteAction]:
         for action in producing(self, actor):
             self._begin(len(self.taken), action)
             if self._disturbance_of(action) is None:

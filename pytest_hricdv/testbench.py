@@ -23,7 +23,7 @@ from pytest_hricdv.generate.concrete import Concretization
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning
 from pytest_hricdv.generate.sampler import Constant, Sampler, Sometimes, Uniform
-from pytest_hricdv.message_types import compared_fields
+from pytest_hricdv.message_types import comparable_fields
 from pytest_hricdv.monitor import Requirement, Vocabulary
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.online.declaration import InteractiveAgent, InteractiveAgentError
@@ -232,7 +232,7 @@ class Testbench:
         for message in self.messages:
             topic = topic_of(message)
             topics[topic] = {}
-            for name, kind, texts in compared_fields(message):
+            for name, kind, texts in comparable_fields(message):
                 topics[topic][name] = kind
                 if texts:
                     values[f"{topic}.{name}"] = texts

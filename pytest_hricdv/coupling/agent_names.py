@@ -43,7 +43,7 @@ class AgentNames:
             for part in parts_of(plan.body)
             if isinstance(part, ExternalAction) and isinstance(part.action, Structure)
         }
-        self._acts = self._actions | _sent(plans)
+        self._acts = self._actions | _sender_names(plans)
 
     @property
     def plain_goals(self) -> tuple[str, ...]:
@@ -91,7 +91,7 @@ def _keys(parts: Iterable[object]) -> set[Key]:
     return {part.key for part in structures if part.functor not in ("source", "true", "false")}
 
 
-def _sent(plans: Iterable[Plan]) -> set[Key]:
+def _sender_names(plans: Iterable[Plan]) -> set[Key]:
     """The predicates of what is sent; of all that the plans mention, if a variable stands for what is sent."""
     predicates: set[Key] = set()
     for plan in plans:

@@ -19,8 +19,8 @@ MS_PER_S = 1000
 TICKS_PER_S = TICKS_PER_MS * MS_PER_S
 
 MAX_CYCLES = 10_000
-"""An agent that is still busy after so many reasoning cycles without time passing waits busily. Chosen: in the tests of
-the table (tests/hri) no agent takes more than 10."""
+"""An agent that takes more reasoning cycles without time passing waits busily. A thousand times what any agent of the
+tests in tests/hri takes, which is 10."""
 
 _NOBODY = AgentTemplate("", Program("", (), (), ()), (), PlanLibrary(()), [])
 """An agent that is only there to be sent to."""
@@ -94,7 +94,7 @@ class CoupledRun(SystemRun):
         """
         self._ended_waits = self._ended_waits + 1 if time_s == self.now_s else 0
         if self._ended_waits > MAX_CYCLES:
-            raise BdiError(f"{self._names()} waits again and again without time passing: {self._doing()}")
+            raise BdiError(f"{self._names()} waits again and again without time passing: {self._activities()}")
         self.now_s = time_s
         if self.earliest_deadline <= self.ticks:
             self._end_waits()
@@ -110,7 +110,9 @@ class CoupledRun(SystemRun):
             for _ in range(MAX_CYCLES):
                 if not self.do_round() or self._only_busy():
                     return
-        raise BdiError(f"{self._names()} does not come to rest: it has to wait with .wait, not busily: {self._doing()}")
+        raise BdiError(
+            f"{self._names()} does not come to rest: it has to wait with .wait, not busily: {self._activities()}"
+        )
 
     def _only_busy(self) -> bool:
         return all(agent.busy_waiting and not agent.has_news() for agent in self.order if agent.awake)
@@ -118,5 +120,5 @@ class CoupledRun(SystemRun):
     def _names(self) -> str:
         return " or ".join(agent.name for agent in self.order)
 
-    def _doing(self) -> str:
+    def _activities(self) -> str:
         return "; ".join(agent.activity() for agent in self.order)

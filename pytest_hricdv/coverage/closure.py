@@ -51,7 +51,7 @@ def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[Step, ...]:
     Greedy: within a factor of ln(n) + 1 of the cheapest suite (Chvatal 1979). Tests that later ones made redundant are
     removed again.
     """
-    return _ordered(_without_redundant(_greedy(tests)))
+    return _sort(_without_redundant(_greedy(tests)))
 
 
 def growth(tests: Sequence[MeasuredTest]) -> tuple[tuple[float, int], ...]:
@@ -112,7 +112,7 @@ def _without_redundant(chosen: Sequence[MeasuredTest]) -> list[MeasuredTest]:
     return kept
 
 
-def _ordered(chosen: Sequence[MeasuredTest]) -> tuple[Step, ...]:
+def _sort(chosen: Sequence[MeasuredTest]) -> tuple[Step, ...]:
     steps: list[Step] = []
     covered, cost_s = 0, 0.0
     for test in _greedy(chosen):
@@ -157,11 +157,11 @@ class PointIndex:
         for run in runs:
             if run.code is not None:
                 covered |= run.code.statements | (run.code.branches or 0) << self._statements
-            for point in self._named(run):
+            for point in self._names(run):
                 covered |= 1 << self._first + self._numbers.setdefault(point, len(self._numbers))
         return covered
 
-    def _named(self, run: RunCoverage) -> Iterable[Point]:
+    def _names(self, run: RunCoverage) -> Iterable[Point]:
         for agent, labels in run.plans.items():
             yield from (("plan", agent, label) for label in labels)
         for name, hits in run.cross.items():
@@ -221,7 +221,7 @@ def cross_closure(declared: Mapping[str, ProductDeclaration], runs: Iterable[Run
     """
     runs = list(runs)
     products = {
-        name: _covered(product, [run.cross.get(name, ()) for run in runs]) for name, product in declared.items()
+        name: _coverage_of(product, [run.cross.get(name, ()) for run in runs]) for name, product in declared.items()
     }
     several = len(products) > 1
     missing = [
@@ -239,7 +239,7 @@ def cross_closure(declared: Mapping[str, ProductDeclaration], runs: Iterable[Run
     )
 
 
-def _covered(declared: ProductDeclaration, hits_of_runs: Iterable[Iterable[Bin]]) -> ProductCoverage:
+def _coverage_of(declared: ProductDeclaration, hits_of_runs: Iterable[Iterable[Bin]]) -> ProductCoverage:
     hits: Counter[Bin] = Counter()
     tests: Counter[Bin] = Counter()
     for hit_bins in hits_of_runs:

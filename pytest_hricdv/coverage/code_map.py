@@ -245,12 +245,12 @@ def map_code(packages: Iterable[str], root: Path, settings: CoverageSettings | N
         digest.hexdigest(),
         contents,
         unmeasured,
-        nothing="" if files else _nothing(packages, settings, any(not file.problem for file in listed)),
+        nothing="" if files else _empty_map(packages, settings, any(not file.problem for file in listed)),
         reporters=reporters,
     )
 
 
-def _nothing(packages: Iterable[str], settings: CoverageSettings, has_source: bool) -> str:
+def _empty_map(packages: Iterable[str], settings: CoverageSettings, has_source: bool) -> str:
     if has_source:
         why = f"the configuration of coverage.py in {settings.file} leaves no file of it (source, include, omit)"
     else:

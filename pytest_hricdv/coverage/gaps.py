@@ -37,7 +37,7 @@ def code_gaps(code: CodeMap, total: Bits, runs: Iterable[RunCoverage]) -> Iterat
         part = _FileGaps(file, {line: first + place for place, line in enumerate(file.statements)}, measured)
         first += len(file.statements)
         waived = {waiver.line: waiver.reason for waiver in file.waivers}
-        yield from _waived(file, waived)
+        yield from _waivers(file, waived)
         if lines == file.statements and file.name not in dict(total.unmeasured):
             needed = tuple(str(line) for line in lines if line not in waived)
             yield from [_gap("statements", file.name, needed, NEVER_IMPORTED)] if needed else []
@@ -95,7 +95,7 @@ class _FileGaps:
         return f"line {arc[0]} has to go on to {target} (`{text[0].strip()}`)"
 
 
-def _waived(file: SourceFile, waived: Mapping[int, str]) -> Iterator[Gap]:
+def _waivers(file: SourceFile, waived: Mapping[int, str]) -> Iterator[Gap]:
     reasons: dict[str, list[int]] = {}
     for line, reason in waived.items():
         reasons.setdefault(reason, []).append(line)
@@ -154,10 +154,10 @@ def plan_gaps(
                 suggestion = f"the beliefs {' '.join(beliefs)} reach it"
                 yield _gap("plans", agent, (label,), "no test has beliefs that trigger it", suggestion, "", beliefs)
             else:
-                yield _gap("plans", agent, (label,), _unreached(exploration))
+                yield _gap("plans", agent, (label,), _open_bins(exploration))
 
 
-def _unreached(exploration: ExplorationRecord) -> str:
+def _open_bins(exploration: ExplorationRecord) -> str:
     if exploration.status == "proven":
         return f"no set of beliefs triggers it: all {exploration.runs} runs of the model were explored"
     why = f" ({exploration.reason})" if exploration.reason else ""

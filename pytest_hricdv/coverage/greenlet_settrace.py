@@ -37,7 +37,7 @@ class _Tracers:
         here = greenlet.getcurrent()
         if not self._own:
             self._outer = sys.gettrace()
-            self._previous = greenlet.settrace(self._switched)
+            self._previous = greenlet.settrace(self._on_switch)
         self._own[here] = None
         try:
             yield
@@ -57,7 +57,7 @@ class _Tracers:
             self._inner.clear()
             greenlet.settrace(self._previous)
 
-    def _switched(self, event: str, greenlets: Any) -> None:
+    def _on_switch(self, event: str, greenlets: Any) -> None:
         origin, target = greenlets
         if origin in self._own:
             self._own[origin] = sys.gettrace()
@@ -87,9 +87,9 @@ _TRACERS = _Tracers()
 
 
 @contextmanager
-def kept_to_this_greenlet() -> Iterator[None]:
+def keep_to_this_greenlet() -> Iterator[None]:
     """While the body runs, what it sets with `sys.settrace` holds in the current greenlet only."""
-    if held_by_thread():
+    if is_held_by_thread():
         with _TRACERS.kept():
             yield
         return
@@ -106,7 +106,7 @@ def forget_left_greenlets() -> None:
 
 
 @cache
-def held_by_thread() -> bool:
+def is_held_by_thread() -> bool:
     """True when `sys.settrace` in one greenlet holds in the others, too. Found by a trial."""
     outer = sys.gettrace()
     home = greenlet.getcurrent()

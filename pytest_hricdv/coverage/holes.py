@@ -12,11 +12,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-MOST_PROJECTIONS = 200_000
-"""Bins times subsets of coordinates that are looked at; of a larger product each bin is a hole of its own.
-
-Chosen: it takes 3 s, and of ten thousand bins nobody reads the holes either.
-"""
+MAX_PROJECTIONS = 200_000
+"""Bins times subsets of coordinates to search for holes: 3 s. In a larger product each open bin is its own hole."""
 
 Bin = tuple[str, ...]
 Projection = tuple[tuple[int, str], ...]
@@ -45,7 +42,7 @@ def holes(coordinates: Sequence[str], open_bins: Collection[Bin], missing: Colle
         missing: those of them that no test hit.
     """
     left = dict.fromkeys(missing)
-    if len(open_bins) << len(coordinates) > MOST_PROJECTIONS:
+    if len(open_bins) << len(coordinates) > MAX_PROJECTIONS:
         return tuple(Hole(tuple(zip(coordinates, bin_, strict=True)), 1) for bin_ in left)
     size = Counter(values for bin_ in open_bins for values in _projections(bin_))
     members: dict[Projection, list[Bin]] = {}

@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from pytest_hricdv.coverage.code_map import Arc, Bits, CodeMap
-from pytest_hricdv.coverage.import_process import described, imported_again
+from pytest_hricdv.coverage.import_process import described, import_again
 from pytest_hricdv.coverage.imports import ImportWatch, file_of
 from pytest_hricdv.coverage.own_coverage import FilesOf, OwnCoverage, debugger, exactly, literally, users_tracer
 from pytest_hricdv.coverage.source_files import INSTALLED
@@ -78,7 +78,7 @@ class ImportCoverage:
         self._depth = 0
         self.base: set[str] = set()
         """The modules that every test has imported, as the testbench did."""
-        self.watch = ImportWatch(self._is_of_interest, self._measuring)
+        self.watch = ImportWatch(self._is_of_interest, self._measure)
 
     def _is_of_interest(self, file: Path) -> bool:
         if file in self._files:
@@ -101,10 +101,10 @@ class ImportCoverage:
 
         current = coverage.Coverage.current()
         lost = {name for name, by in self._users.items() if by is not current}  # with a measurement that went on
-        files = [(name, file) for name, file in loaded_files() if file in self._files]
+        files = [(name, file) for name, file in list_loaded_files() if file in self._files]
         loaded = [name for name, _ in files if name in lost or name not in self.watch.files]
         if loaded:
-            answer = imported_again(loaded, [str(file.path) for file in code.files], before)
+            answer = import_again(loaded, [str(file.path) for file in code.files], before)
             measured = self._measured[BEFORE] = Measured()
             for name in answer.lines:
                 measured.add(name, answer.lines[name], answer.arcs[name])
@@ -129,32 +129,32 @@ class ImportCoverage:
             self._bits.clear()
         self._users.clear()
 
-    def _measuring(self, name: str) -> AbstractContextManager[None]:
+    def _measure(self, name: str) -> AbstractContextManager[None]:
         file = self.watch.files[name]
         if (self._code is not None and file not in self._files) or debugger():
-            return _nothing()
+            return _empty()
         import coverage
 
         current = coverage.Coverage.current()
         if current is not None and not (self._own and self._own.is_running(current)):
             if users_tracer() is None:
-                return _nothing()
+                return _empty()
             if self._has_begun:
-                return self._joined(name, str(file), current)
+                return self._join(name, str(file), current)
             self._users[name] = current
-            return _nothing()
+            return _empty()
         if self._own is None:
-            return _nothing()
+            return _empty()
         self._pending[name] = self._own
         return self._own.recording(f"{PREFIX}{name}")
 
     @contextmanager
-    def _joined(self, name: str, file: str, current: coverage.Coverage) -> Iterator[None]:
+    def _join(self, name: str, file: str, current: coverage.Coverage) -> Iterator[None]:
         """Reads off the user's measurement what an import ran; its contexts stay his.
 
         A module's own file has been run by its import only. In the others, an import runs what was not run before.
         """
-        earlier, self._depth = (Measured() if self._depth else self._loaded(current)), self._depth + 1
+        earlier, self._depth = (Measured() if self._depth else self._load(current)), self._depth + 1
         try:
             yield
         finally:
@@ -166,7 +166,7 @@ class ImportCoverage:
                 measured.add(path, set(data.lines(path)) - lines, set(data.arcs(path)) - arcs)
             self._bits.clear()
 
-    def _loaded(self, current: coverage.Coverage) -> Measured:
+    def _load(self, current: coverage.Coverage) -> Measured:
         """What the user's measurement has of the modules that are loaded now."""
         data, measured = FilesOf(users_data(current)), Measured()
         for path in map(str, self.watch.files.values()):
@@ -198,9 +198,9 @@ class ImportCoverage:
             asked: names of the modules that it imported.
         """
         of_files = self.watch.of_files(set(map(Path, files)))
-        return bits | self._covered_by(self.watch.needed({*self.base, *asked, *of_files}))
+        return bits | self._coverage_by(self.watch.needed({*self.base, *asked, *of_files}))
 
-    def _covered_by(self, names: frozenset[str]) -> Bits:
+    def _coverage_by(self, names: frozenset[str]) -> Bits:
         assert self._code is not None, "the code under test is known before it is measured"
         if names not in self._bits:
             union = Measured()
@@ -208,11 +208,11 @@ class ImportCoverage:
                 measured = self._measured.get(name, Measured())
                 for file in measured.lines:
                     union.add(file, *measured.of_file(file))
-            unmeasured = tuple(sorted(self._unmeasured(names)))
+            unmeasured = tuple(sorted(self._names_to_measure(names)))
             self._bits[names] = replace(self._code.translated(union.lines, union.arcs), unmeasured=unmeasured)
         return self._bits[names]
 
-    def _unmeasured(self, names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    def _names_to_measure(self, names: Iterable[str]) -> Iterator[tuple[str, str]]:
         """Files of which the import was not measured, or not to its end, and why."""
         of_code = self._code.files if self._code else ()
         shown = {file.path: file.name for file in of_code}
@@ -220,7 +220,7 @@ class ImportCoverage:
         recorded = {
             Path(path) for measured in self._measured.values() for path, lines in measured.lines.items() if lines
         }
-        files = self.watch.files | (dict(loaded_files()) if self._problems else {})
+        files = self.watch.files | (dict(list_loaded_files()) if self._problems else {})
         for name, problem in self._problems.items():
             if files.get(name) in shown:
                 yield shown[files[name]], f"imported once more, to be measured, it {problem}"
@@ -239,7 +239,7 @@ def _of_project(root: Path) -> OwnCoverage:
 
 
 @contextmanager
-def _nothing() -> Iterator[None]:
+def _empty() -> Iterator[None]:
     yield
 
 
@@ -267,7 +267,7 @@ def users_data(current: coverage.Coverage) -> CoverageData:
         return current.get_data()
 
 
-def loaded_files() -> Iterator[tuple[str, Path]]:
+def list_loaded_files() -> Iterator[tuple[str, Path]]:
     """The modules that are loaded from a file, in the order in which their imports began."""
     for name, module in [*sys.modules.items()]:
         spec = getattr(module, "__spec__", None) if isinstance(module, ModuleType) else None

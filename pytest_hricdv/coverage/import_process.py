@@ -33,7 +33,7 @@ class ImportAnswer:
     problems: dict[str, str] = field(default_factory=dict)
 
 
-def imported_again(names: Sequence[str], files: Sequence[str], before: Sequence[str] = ()) -> ImportAnswer:
+def import_again(names: Sequence[str], files: Sequence[str], before: Sequence[str] = ()) -> ImportAnswer:
     """Import modules in a fresh process. One that cannot be imported there has its reason in the answer.
 
     Args:

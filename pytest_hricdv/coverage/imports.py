@@ -73,14 +73,14 @@ class ImportWatch(MetaPathFinder):
         file = file_of(spec)
         if file is None or not self.is_of_interest(file):
             return spec
-        spec.loader = _FollowedLoader(spec.loader, lambda: self._following(fullname, file))
+        spec.loader = _LoaderProxy(spec.loader, lambda: self._follow(fullname, file))
         return spec
 
     def _others(self) -> Iterable[Any]:
         return [finder for finder in sys.meta_path if finder is not self and hasattr(finder, "find_spec")]
 
     @contextmanager
-    def _following(self, name: str, file: Path) -> Iterator[None]:
+    def _follow(self, name: str, file: Path) -> Iterator[None]:
         self.files.setdefault(name, file)
         self.failures.pop(name, None)
         if self._asking:
@@ -101,16 +101,16 @@ class ImportWatch(MetaPathFinder):
         is_outermost = not self._asking
         self._asking.append(names)
         try:
-            with self._noted() if is_outermost else nullcontext():
+            with self._note() if is_outermost else nullcontext():
                 yield names
         finally:
             self._asking[:] = [others for others in self._asking if others is not names]
 
     @contextmanager
-    def _noted(self) -> Iterator[None]:
+    def _note(self) -> Iterator[None]:
         """What import statements and `importlib.import_module` ask for is noted."""
         real_import, real_import_module = builtins.__import__, importlib.import_module
-        importing, importing_module = self._noting(real_import), self._noting_module(real_import_module)
+        importing, importing_module = self._note_imports(real_import), self._note_module(real_import_module)
         builtins.__import__, importlib.import_module = importing, importing_module
         try:
             yield
@@ -120,7 +120,7 @@ class ImportWatch(MetaPathFinder):
             if importlib.import_module is importing_module:
                 importlib.import_module = real_import_module
 
-    def _noting_module(self, real_import_module: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
+    def _note_module(self, real_import_module: Callable[..., ModuleType]) -> Callable[..., ModuleType]:
         def import_module(name: str, package: str | None = None) -> ModuleType:
             __tracebackhide__ = True
             module = real_import_module(name, package)
@@ -130,7 +130,7 @@ class ImportWatch(MetaPathFinder):
 
         return import_module
 
-    def _noting(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
+    def _note_imports(self, real_import: Callable[..., Any]) -> Callable[..., Any]:
         def importing(
             name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
         ) -> Any:
@@ -181,11 +181,11 @@ class ImportWatch(MetaPathFinder):
 
 def file_of(spec: ModuleSpec) -> Path | None:
     """The file that a module is loaded from; None where there is none, as for what is built in."""
-    return _resolved(os.path.abspath(spec.origin)) if spec.has_location and spec.origin is not None else None
+    return _resolve(os.path.abspath(spec.origin)) if spec.has_location and spec.origin is not None else None
 
 
 @cache
-def _resolved(origin: str) -> Path:
+def _resolve(origin: str) -> Path:
     """Without links; asked for a thousand loaded modules at each session's start, a tenth of a short session's time."""
     return Path(origin).resolve()
 
@@ -208,12 +208,12 @@ def _with_parents(name: str) -> list[str]:
     return [".".join(parts[:length]) for length in range(1, len(parts) + 1)]
 
 
-class _FollowedLoader(Loader):
+class _LoaderProxy(Loader):
     """Loads with another loader, which stands in the module from the first line on, and is followed."""
 
     def __init__(self, loader: Any, following: Callable[[], AbstractContextManager[None]]) -> None:
         self._loader = loader
-        self._following = following
+        self._follow = following
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._loader, name)
@@ -229,5 +229,5 @@ class _FollowedLoader(Loader):
         module.__loader__ = self._loader
         if module.__spec__ is not None:
             module.__spec__.loader = self._loader
-        with self._following():
+        with self._follow():
             self._loader.exec_module(module)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 import greenlet
 
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
-from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, kept_to_this_greenlet
+from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, keep_to_this_greenlet
 from pytest_hricdv.coverage.import_coverage import ImportCoverage, users_data
 from pytest_hricdv.coverage.own_coverage import (
     FilesOf,
@@ -72,7 +72,7 @@ class NoMeasurement:
         tracer = users_tracer()
 
         def traced() -> None:
-            with kept_to_this_greenlet():
+            with keep_to_this_greenlet():
                 sys.settrace(tracer)
                 body()
 
@@ -119,12 +119,12 @@ class OwnMeasurement:
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`. A run that a debugger interrupted is unmeasured: its data would be incomplete."""
-        taken_over, asked = self._own.taken_over(), self._asked.pop(context, set())
-        self.reason = TAKEN_OVER if taken_over else ""
+        take_over, asked = self._own.take_over(), self._asked.pop(context, set())
+        self.reason = TAKEN_OVER if take_over else ""
         self._imports.collect()
         data = self._own.data()
         try:
-            return None if taken_over else self._imports.with_imports(*read(data, self._code, exactly(context)), asked)
+            return None if take_over else self._imports.with_imports(*read(data, self._code, exactly(context)), asked)
         finally:
             data.erase()  # it is not needed again, and the lines of thousands of tests need memory
 
@@ -170,7 +170,7 @@ class JoinedMeasurement:
             self._greenlets += 1
             if self._greenlets == 1 and not self._contexts_by_test:
                 self._users_context = self._switch(context)
-            with kept_to_this_greenlet():
+            with keep_to_this_greenlet():
                 sys.settrace(self._tracer)
                 try:
                     body()
@@ -184,9 +184,9 @@ class JoinedMeasurement:
 
     def take(self, context: str) -> Bits | None:
         """See `Measurement`."""
-        taken_over, self._taken_over = self._taken_over, False
+        take_over, self._taken_over = self._taken_over, False
         asked = self._asked.pop(context, set())
-        if taken_over:
+        if take_over:
             self.reason = TAKEN_OVER
             return None
         nodeid = context.partition("|")[2]

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv.coverage.greenlet_settrace import kept_to_this_greenlet
+from pytest_hricdv.coverage.greenlet_settrace import keep_to_this_greenlet
 
 if TYPE_CHECKING:
     from coverage.sqldata import CoverageData
@@ -57,10 +57,10 @@ class OwnCoverage:
         It may be entered in several greenlets at once, under the same context; and within itself, under another one.
         """
         if self._greenlets and self._tracer is not None and sys.gettrace() is self._tracer:
-            with self._switched(context):
+            with self._on_switch(context):
                 yield
             return
-        with kept_to_this_greenlet():
+        with keep_to_this_greenlet():
             if self._greenlets:
                 sys.settrace(self._tracer)
             else:
@@ -70,7 +70,7 @@ class OwnCoverage:
             self._greenlets += 1
             began = self._settled
             try:
-                with self._switched(context):
+                with self._on_switch(context):
                     yield
             finally:
                 if began == self._settled:  # otherwise it was left where it was, and is cleared away now
@@ -86,7 +86,7 @@ class OwnCoverage:
             self._coverage.stop()
 
     @contextmanager
-    def _switched(self, context: str) -> Iterator[None]:
+    def _on_switch(self, context: str) -> Iterator[None]:
         outer, began = self._context, self._settled
         if outer == context:
             yield
@@ -104,10 +104,10 @@ class OwnCoverage:
         """Whether this is the running measurement `current`."""
         return current is self._coverage
 
-    def taken_over(self) -> bool:
+    def take_over(self) -> bool:
         """Whether somebody else set his trace function in what was recorded since this was asked last."""
-        taken_over, self._taken_over = self._taken_over, False
-        return taken_over
+        take_over, self._taken_over = self._taken_over, False
+        return take_over
 
     def data(self) -> CoverageData:
         """All that was recorded since it was erased last."""
@@ -171,7 +171,7 @@ def debugger() -> str:
     """
     if _pydevd():
         return "the IDE's debugger (pydevd) is attached"
-    tool = _monitoring()
+    tool = _monitor()
     if tool:
         return f"a debugger is attached ({tool})"
     control = sys.modules.get("coverage")
@@ -188,7 +188,7 @@ def _pydevd() -> bool:
     return get_debugger is not None and get_debugger() is not None
 
 
-def _monitoring() -> str:
+def _monitor() -> str:
     """The tool that is registered as a debugger with `sys.monitoring` (Python 3.12, PEP 669)."""
     monitoring = getattr(sys, "monitoring", None)
     return str(monitoring.get_tool(monitoring.DEBUGGER_ID) or "") if monitoring is not None else ""

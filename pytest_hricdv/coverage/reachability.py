@@ -47,7 +47,7 @@ def explore(context: GenerationContext, products: Mapping[str, CrossProduct], ca
 
 def reachable(exploration: Exploration, products: Mapping[str, CrossProduct]) -> Reachability:
     """What an exploration shows of cross products. Raises CoverageError, see `explore`."""
-    planned = {name: _planned(name, product, exploration) for name, product in products.items() if product.planned}
+    planned = {name: _plan(name, product, exploration) for name, product in products.items() if product.planned}
     proof = Proof(
         status="proven" if exploration.complete else "not proven", reason=exploration.reason, runs=len(exploration.runs)
     )
@@ -80,7 +80,7 @@ def explored(context: GenerationContext, cache: Any | None) -> Exploration:
 
         return explore_exhaustively(context.model_runner())
 
-    return _kept("exploration", context, cache, explore_now)
+    return _keep("exploration", context, cache, explore_now)
 
 
 def sampled(context: GenerationContext, reason: str, cache: Any | None) -> Exploration:
@@ -98,10 +98,10 @@ def sampled(context: GenerationContext, reason: str, cache: Any | None) -> Explo
 
         return explore_by_sampling(context.model_runner(), reason)
 
-    return _kept("sampled exploration", context, cache, sample_now)
+    return _keep("sampled exploration", context, cache, sample_now)
 
 
-def _kept(
+def _keep(
     name: str, context: GenerationContext, cache: Any | None, explore_now: Callable[[], Exploration]
 ) -> Exploration:
     key = CACHE_KEY.format(context.fingerprint(name))
@@ -131,7 +131,7 @@ def _plans(exploration: Exploration) -> dict[str, dict[str, tuple[str, ...]]]:
     return plans
 
 
-def _planned(name: str, product: CrossProduct, exploration: Exploration) -> dict[Bin, tuple[str, ...]]:
+def _plan(name: str, product: CrossProduct, exploration: Exploration) -> dict[Bin, tuple[str, ...]]:
     """The bins planned by abstract tests -> the smallest belief set found that leads to it."""
     assert product.planned is not None
     smallest: dict[Bin, tuple[str, ...]] = {}

@@ -42,7 +42,7 @@ class ModuleFile:
 
 
 @dataclass(frozen=True)
-class _Located:
+class _SourceLocation:
     place: Path
     within: PurePosixPath
     """Where it is below the folder that is searched for modules."""
@@ -62,7 +62,7 @@ def module_files(packages: Iterable[str], root: Path) -> tuple[ModuleFile, ...]:
         CoverageError: a package that is not there.
     """
     located = {_real(file.place): file for package in packages for file in _files(package)}
-    names = {path: _shown(path, file, root) for path, file in located.items()}
+    names = {path: _show(path, file, root) for path, file in located.items()}
     several = {name for name in names.values() if [*names.values()].count(name) > 1} if _repeat(names.values()) else ()
     return tuple(
         ModuleFile(
@@ -84,7 +84,7 @@ def _real(path: Path) -> Path:
     return path.resolve()
 
 
-def _shown(path: Path, file: _Located, root: Path) -> str:
+def _show(path: Path, file: _SourceLocation, root: Path) -> str:
     for folder in (root, root.resolve()):
         if path.is_relative_to(folder) and INSTALLED.isdisjoint(path.relative_to(folder).parts):
             return path.relative_to(folder).as_posix()
@@ -102,7 +102,7 @@ def _problem(path: Path) -> str:
     return "" if path.suffix == ".py" else "it is an extension module, and has no source in Python"
 
 
-def _files(package: str) -> Iterator[_Located]:
+def _files(package: str) -> Iterator[_SourceLocation]:
     spec = find_without_importing(package)
     if spec is None:
         raise CoverageError(
@@ -112,7 +112,7 @@ def _files(package: str) -> Iterator[_Located]:
     if spec.submodule_search_locations is None:
         if not spec.has_location or spec.origin is None:
             raise CoverageError(f"code under test: {package!r} is built into Python, and has no file to measure")
-        yield _Located(Path(spec.origin), above / Path(spec.origin).name)
+        yield _SourceLocation(Path(spec.origin), above / Path(spec.origin).name)
         return
     for location in spec.submodule_search_locations:
         folder, within = Path(location), above / package.rpartition(".")[2]
@@ -149,7 +149,7 @@ def _in_package(full: str, path: list[str]) -> ModuleSpec | None:
         return spec
 
 
-def _in_folder(folder: Path, within: PurePosixPath, above: Sequence[Path] = ()) -> Iterator[_Located]:
+def _in_folder(folder: Path, within: PurePosixPath, above: Sequence[Path] = ()) -> Iterator[_SourceLocation]:
     if folder.resolve() in above:  # a link that leads back
         return
     entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
@@ -159,7 +159,7 @@ def _in_folder(folder: Path, within: PurePosixPath, above: Sequence[Path] = ()) 
             if (entry.name.isidentifier() and entry.name != "__pycache__") or (path / "__init__.py").is_file():
                 yield from _in_folder(path, within / entry.name, (*above, folder.resolve()))
         elif SOURCE.fullmatch(entry.name) or _is_without_source(path):
-            yield _Located(path, within / entry.name)
+            yield _SourceLocation(path, within / entry.name)
 
 
 def _is_without_source(path: Path) -> bool:
@@ -168,7 +168,7 @@ def _is_without_source(path: Path) -> bool:
     return path.name.endswith(tuple(EXTENSION_SUFFIXES))
 
 
-def _in_archive(folder: Path, within: PurePosixPath) -> Iterator[_Located]:
+def _in_archive(folder: Path, within: PurePosixPath) -> Iterator[_SourceLocation]:
     archive = next((path for path in folder.parents if path.is_file()), None)
     if archive is None or not zipfile.is_zipfile(archive):
         return
@@ -177,4 +177,4 @@ def _in_archive(folder: Path, within: PurePosixPath) -> Iterator[_Located]:
         names = sorted(map(PurePosixPath, opened.namelist()))
     for name in names:
         if name.is_relative_to(inner) and SOURCE.fullmatch(name.name):
-            yield _Located(archive / name, within / name.relative_to(inner))
+            yield _SourceLocation(archive / name, within / name.relative_to(inner))

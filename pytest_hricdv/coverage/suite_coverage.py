@@ -112,8 +112,8 @@ def code_coverage(code: CodeMap, bits: Bits | None) -> SuiteCode:
     assert waived.branches is not None
     branches = None
     if bits.branches is not None:
-        branches = _covered(bits.branches, code.branches, waived.branches)
-    return SuiteCode(statements=_covered(bits.statements, code.statements, waived.statements), branches=branches)
+        branches = _coverage(bits.branches, code.branches, waived.branches)
+    return SuiteCode(statements=_coverage(bits.statements, code.statements, waived.statements), branches=branches)
 
 
 def refuse_broken_waivers(code: CodeMap, bits: Bits) -> None:
@@ -127,7 +127,7 @@ def refuse_broken_waivers(code: CodeMap, bits: Bits) -> None:
             )
 
 
-def _covered(bits: int, total: int, waived: int) -> CodeCoverage:
+def _coverage(bits: int, total: int, waived: int) -> CodeCoverage:
     covered, reachable = bits.bit_count(), total - waived.bit_count()
     return CodeCoverage(
         covered=covered,

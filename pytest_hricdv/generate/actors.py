@@ -182,16 +182,16 @@ def after_of_kept(after: After, kept: Sequence[int], lines: Sequence[str]) -> di
     """
     new_number = {number: place for place, number in enumerate(kept, 1)}
 
-    def kept_causes(number: int) -> set[int]:
+    def select_causes(number: int) -> set[int]:
         causes: set[int] = set()
         for cause in after.get(number, ()):
-            causes |= {cause} if cause in new_number else kept_causes(cause)
+            causes |= {cause} if cause in new_number else select_causes(cause)
         return causes
 
     order: dict[int, tuple[int, ...]] = {}
     for number in kept:
         actor = actor_of(lines[number - 1])
-        causes = {cause for cause in kept_causes(number) if actor_of(lines[cause - 1]) != actor}
+        causes = {cause for cause in select_causes(number) if actor_of(lines[cause - 1]) != actor}
         if causes:
             order[new_number[number]] = tuple(sorted(new_number[cause] for cause in causes))
     return order

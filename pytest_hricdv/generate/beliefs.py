@@ -34,7 +34,7 @@ MAX_TESTS = 100_000
 """Most tests that one file, or one option, may ask for: a hundred times a large suite. Each is an item of pytest."""
 
 MAX_CONCRETIZATIONS = 10_000
-"""Most concrete tests of one abstract test: chosen; the largest published campaign of this task had 41 of each."""
+"""Most concrete tests of one abstract test; the largest published campaign of this task had 41 of each."""
 
 
 @dataclass(frozen=True)

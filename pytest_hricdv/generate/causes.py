@@ -72,10 +72,10 @@ class _Finder:
         past = self._line_past[line] | (self._past[cause.number] if cause is not None else _NOTHING)
         if step.kind == "plan":
             self._plan_names[step.number] = self._names.get(step.agent, {}).get(step.place)
-            past |= self._named(step.agent, step.number)
+            past |= self._name(step.agent, step.number)
             self._plans_of_line[line].append(step.number)
         elif cause is not None and cause.kind == "plan":
-            past |= self._named(step.agent, cause.number) | self._ended(step.agent, line, cause.number)
+            past |= self._name(step.agent, cause.number) | self._end(step.agent, line, cause.number)
         if step.kind == "belief":
             believed = self._believed[step.agent]
             functor = _functor(step.text[1:])
@@ -88,14 +88,14 @@ class _Finder:
         if step.kind == "message":
             self._send(step, line, past)
 
-    def _ended(self, agent: str, line: int, plan_step: int) -> Past:
+    def _end(self, agent: str, line: int, plan_step: int) -> Past:
         """What plans depended on that were chosen later in the line and have ended, since an earlier one goes on: what
         such a plan has waited for last shows in no step of its own."""
         plans = self._plans_of_line[line]
         ended: list[int] = []
         while plan_step in plans and plans[-1] != plan_step:
             ended.append(plans.pop())
-        return _NOTHING.union(*(self._named(agent, plan) for plan in ended))
+        return _NOTHING.union(*(self._name(agent, plan) for plan in ended))
 
     def _send(self, step: Step, line: int, past: Past) -> None:
         """A message: an answer goes to the line that has asked, without an event."""
@@ -105,7 +105,7 @@ class _Finder:
         for asking in self._asking[step.agent, receiver]:
             self._line_past[asking] |= past
 
-    def _named(self, agent: str, plan_step: int) -> Past:
+    def _name(self, agent: str, plan_step: int) -> Past:
         names, believed = self._plan_names.get(plan_step), self._believed[agent]
         pasts = [past for functor, past in believed.items() if names is None or functor in names]
         return _NOTHING.union(*pasts)
@@ -142,11 +142,11 @@ def _names_of_plans(program: Program) -> dict[str, set[str]]:
                 derived[functor] |= set(functors)
     names: dict[str, set[str]] = defaultdict(set)
     for plan in program.plans:  # several may be at one place: a place is a line
-        names[place_of_plan(plan)] |= _closed(_functors(plan), derived.get)
+        names[place_of_plan(plan)] |= _close(_functors(plan), derived.get)
     return dict(names)
 
 
-def _closed(names: Collection[str], derived: Callable[[str], Collection[str] | None]) -> set[str]:
+def _close(names: Collection[str], derived: Callable[[str], Collection[str] | None]) -> set[str]:
     closed: set[str] = set()
     pending = list(names)
     while pending:

@@ -119,12 +119,12 @@ class Concretization:
     def shown(self, test: ConcreteTest) -> tuple[str, ...]:
         """A concrete test for people: one line per action, then one for the run, each value with its unit."""
         lines = [
-            _shown(action.command, action.parameters, self.commands.get(action.command, {})) for action in test.actions
+            _show(action.command, action.parameters, self.commands.get(action.command, {})) for action in test.actions
         ]
-        return (*lines, _shown("run", test.run, self.run)) if test.run else tuple(lines)
+        return (*lines, _show("run", test.run, self.run)) if test.run else tuple(lines)
 
 
-def _shown(heading: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
+def _show(heading: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
     values = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
     return f"{heading}: {', '.join(values)}" if values else heading
 
@@ -251,9 +251,9 @@ def concretize(test: AbstractTest, concretization: Concretization, k: int = 0, s
     test, sample = variant(test, k), SAMPLINGS[sampling]
     actions = []
     for place, command in enumerate(test.lines):
-        chosen, samplers = _chosen(test, place + 1, concretization), concretization.commands[command]
-        actions.append(ConcreteAction(command, _drawn(samplers, chosen, sample, test.seed, place, command)))
-    run = _drawn(concretization.run, _chosen(test, RUN, concretization), sample, test.seed, "run")
+        chosen, samplers = _choose(test, place + 1, concretization), concretization.commands[command]
+        actions.append(ConcreteAction(command, _draw(samplers, chosen, sample, test.seed, place, command)))
+    run = _draw(concretization.run, _choose(test, RUN, concretization), sample, test.seed, "run")
     return ConcreteTest(test.id, test.suite, test.seed, tuple(actions), run, test.after)
 
 
@@ -272,10 +272,10 @@ def draw_action(command: str, concretization: Concretization, seed: int, place: 
     if samplers is None:
         hint = nearest(command, concretization.commands)
         raise GenerateError(f"command {place + 1}: no ranges are declared for {command!r}{hint}")
-    return ConcreteAction(command, _drawn(samplers, {}, SAMPLINGS[UNIFORM], seed, place, command))
+    return ConcreteAction(command, _draw(samplers, {}, SAMPLINGS[UNIFORM], seed, place, command))
 
 
-def _drawn(samplers: Mapping[str, Sampler], chosen: Parameters, sample: Sampling, *key: int | str) -> dict[str, float]:
+def _draw(samplers: Mapping[str, Sampler], chosen: Parameters, sample: Sampling, *key: int | str) -> dict[str, float]:
     return {
         name: float(chosen[name]) if name in chosen else sample(sampler, make_rng(*key, name))
         for name, sampler in samplers.items()
@@ -285,10 +285,10 @@ def _drawn(samplers: Mapping[str, Sampler], chosen: Parameters, sample: Sampling
 def check_values(test: AbstractTest, concretization: Concretization) -> None:
     """Check a test's chosen values. Raises GenerateError as `concretize` does."""
     for number in test.values:
-        _chosen(test, number, concretization)
+        _choose(test, number, concretization)
 
 
-def _chosen(test: AbstractTest, number: int, concretization: Concretization) -> Parameters:
+def _choose(test: AbstractTest, number: int, concretization: Concretization) -> Parameters:
     """The chosen values of a command, or of the run; each is in its declared range."""
     samplers = concretization.run if number == RUN else _samplers(test, number, concretization)
     chosen = test.values.get(number, {})

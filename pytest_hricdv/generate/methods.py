@@ -114,11 +114,11 @@ class Pseudorandom:
 
     def _draw(self, context: GenerationContext, number: int) -> Draft:
         rng = make_rng(self.name, context.seed, number)
-        lines = _drawn_lines(rng, context.commands, context.lengths)
+        lines = _draw_lines(rng, context.commands, context.lengths)
         actors = actors_of(context.commands)
         if actors:
             lanes = [
-                _drawn_lines(
+                _draw_lines(
                     make_rng(self.name, context.seed, number, actor),
                     [command for command in context.commands if actor_of(command) == actor],
                     context.lengths,
@@ -130,7 +130,7 @@ class Pseudorandom:
         return Draft(target_of_commands(lines), (), lines)
 
 
-def _drawn_lines(rng: Random, commands: Sequence[str], lengths: tuple[int, int]) -> tuple[str, ...]:
+def _draw_lines(rng: Random, commands: Sequence[str], lengths: tuple[int, int]) -> tuple[str, ...]:
     fewest, most = lengths
     length = fewest + random_index(rng, most - fewest + 1)
     return tuple(pick(rng, commands) for _ in range(length))

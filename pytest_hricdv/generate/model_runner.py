@@ -69,7 +69,7 @@ class ModelRunner:
 
     def _check_beliefs(self) -> None:
         actors = self.model.who_acts
-        mentioned = [name for actor in actors for name in _mentioned(self._system, actor)]
+        mentioned = [name for actor in actors for name in _mentions(self._system, actor)]
         where = f"agent {actors[0]!r}" if len(actors) == 1 else f"the actors {', '.join(actors)}"
         for belief in self.space.beliefs:
             if belief not in mentioned and belief not in self.space.default_beliefs:
@@ -93,7 +93,7 @@ class ModelRunner:
             raise GenerateError(f"BDI model {self.model.path} with {' '.join(subset)}: {error}") from error
         self.run_count += 1
         self._cut_off_count += result.ended == _ROUND_LIMIT
-        sequence = {agent: self._covered(agent, result.plans.get(agent, [])) for agent in self.model.covered}
+        sequence = {agent: self._coverage(agent, result.plans.get(agent, [])) for agent in self.model.covered}
         return ModelRun(
             beliefs=subset,
             lines=self._lines(result.actions),
@@ -180,7 +180,7 @@ class ModelRunner:
         # A list inside: a generator takes nearly twice the time, 8 us for 20 commands; a run from the memo takes less.
         return tuple([_command(action) for agent, action in actions if agent == self.model.actor])
 
-    def _covered(self, agent: str, labels: list[str]) -> tuple[str, ...]:
+    def _coverage(self, agent: str, labels: list[str]) -> tuple[str, ...]:
         coverage = self._coverage_plans[agent]
         return tuple([label for label in labels if label in coverage])
 
@@ -204,7 +204,7 @@ def _command(action: str, actor: str = "") -> str:
     return command_from_action(action, actor)
 
 
-def _mentioned(system: MultiAgentSystem, actor: str) -> list[str]:
+def _mentions(system: MultiAgentSystem, actor: str) -> list[str]:
     """Every name that the actor's program uses for a belief, a goal, an action or an argument."""
     program = system.program(actor)
     names: dict[str, None] = {}

@@ -161,7 +161,7 @@ class Sometimes(Sampler):
 #: How parameters are drawn: a function of the sampler and of the parameter's own random stream.
 Sampling = Callable[[Sampler, Random], float]
 
-_AT_A_CORNER = 0.5  # chosen: of three parameters, all are extreme in one draw of eight, and all are drawn in another
+_AT_A_CORNER = 0.5  # of three parameters, all are extreme in one draw of eight, and none in another
 
 
 def uniform(sampler: Sampler, rng: Random) -> float:

@@ -308,8 +308,8 @@ class _Entry(Struct):
 
 
 def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iterator[AbstractTest]:
-    for suite, text in _decoded(str(path), _read(path), dict[str, Raw]).items():
-        entries = _decoded(f"{path}: suite {quoted(suite)}", str(text, "utf-8"), list[_Entry])
+    for suite, text in _decode(str(path), _read(path), dict[str, Raw]).items():
+        entries = _decode(f"{path}: suite {quoted(suite)}", str(text, "utf-8"), list[_Entry])
         drafts = [
             _draft_of_entry(path, suite, place, entry, context)
             for place, entry in enumerate(entries[: MAX_TESTS + 1], 1)  # one too many is enough to be refused
@@ -322,7 +322,7 @@ def _from_json(path: Path, context: GenerationContext, notes: list[str]) -> Iter
         yield from identify(slug(suite), context.seed, recorded)
 
 
-def _decoded(where: str, text: str, kind: type[T]) -> T:
+def _decode(where: str, text: str, kind: type[T]) -> T:
     try:
         return from_json(text, kind)
     except MalformedError as error:

@@ -16,8 +16,8 @@ NONE = ""
 """The option to choose none of the beliefs of a group, to post no goal, or not to disturb."""
 
 RARE_WEIGHT = 0.01
-"""The weight of a goal or a disturbance that nothing is known about; that of none is 1. Chosen: with the 27
-disturbances of the table, an agent without experience disturbs at one decision in five, and lives else as modelled."""
+"""Weight of a goal or disturbance without experience; that of none is 1. With the 27 disturbances of the case study, an
+agent without experience disturbs at one decision in five."""
 
 
 @dataclass(frozen=True)

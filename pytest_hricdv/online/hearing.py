@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pytest_hricdv.bdi import Structure
-from pytest_hricdv.coupling.events import Events, Happening
+from pytest_hricdv.coupling.events import Events, Occurrence
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.role import Role
@@ -67,13 +67,13 @@ class Hearing:
         heard, self._heard = self._heard, deque()
         return heard
 
-    def _note(self, happenings: Iterable[Happening]) -> None:
-        for happening in happenings:
-            for number in happening.numbers:
+    def _note(self, occurrences: Iterable[Occurrence]) -> None:
+        for occurrence in occurrences:
+            for number in occurrence.numbers:
                 event, declared = self._role.percepts[number], self._role.declaration.percepts[number]
                 try:
                     literal = event.literal(event.bindings(self._events.values))
                 except CouplingError as error:
                     self._error = self._error or error
                 else:
-                    self._heard.append(Heard(happening.time_s, literal, declared.source, declared.is_goal))
+                    self._heard.append(Heard(occurrence.time_s, literal, declared.source, declared.is_goal))

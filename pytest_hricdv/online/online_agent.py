@@ -109,7 +109,7 @@ class OnlineAgent:
                 self._post_goal()
             return self._take()
         except (BdiError, CouplingError, GenerateError) as error:
-            raise self._failed(error, time_s) from error
+            raise self._on_failure(error, time_s) from error
 
     def let_time_pass(self) -> str | None:
         """Nothing more will happen in the run: what to do when the agent's next waits are over; None for nothing.
@@ -127,9 +127,9 @@ class OnlineAgent:
                 run.wait_until(max(run.due_s, run.now_s))
             return self._take()
         except (BdiError, GenerateError) as error:
-            raise self._failed(error, run.now_s) from error
+            raise self._on_failure(error, run.now_s) from error
 
-    def _failed(self, error: Exception, time_s: float) -> InteractiveAgentError:
+    def _on_failure(self, error: Exception, time_s: float) -> InteractiveAgentError:
         return InteractiveAgentError(f"InteractiveAgent: {self._agent.name} at {time_s:.3f} s: {error}")
 
     def _go_on(self, time_s: float) -> None:

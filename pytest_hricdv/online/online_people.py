@@ -43,7 +43,7 @@ from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Node
 
 
-class _NotedRun(Noting, CoupledRun):
+class _RunNotes(Noting, CoupledRun):
     """A run in the time of something else, whose steps are noted."""
 
     def tell(self, receiver: Agent, literal: Structure, source: str, goal: bool) -> None:
@@ -53,7 +53,7 @@ class _NotedRun(Noting, CoupledRun):
         super().tell(receiver, literal, source, goal)
 
 
-class _NotedAgent(ActingAgent, TracedAgent):
+class _AgentNotes(ActingAgent, TracedAgent):
     """An agent that stops before each external action, and whose steps are noted."""
 
 
@@ -99,9 +99,9 @@ class OnlinePeople:
     def __init__(self, roles: Sequence[Role], chooser: Chooser, commands: Concretization) -> None:
         self._roles = roles
         self._commands = commands
-        self._run = run = _NotedRun()
+        self._run = run = _RunNotes()
         self._decisions = Decisions(roles[0], chooser)
-        self._steering = _noted(roles[0].steering, run, TracedAgent)
+        self._steering = _note(roles[0].steering, run, TracedAgent)
         self._people = {role.agent.name: self._person(place, role) for place, role in enumerate(roles)}
         agents = [person.agent for person in self._people.values()]
         names = {agent.name for agent in agents}
@@ -115,7 +115,7 @@ class OnlinePeople:
         self._record = LaneRecord()
 
     def _person(self, place: int, role: Role) -> _Person:
-        agent = _noted(role.agent, self._run, _NotedAgent)
+        agent = _note(role.agent, self._run, _AgentNotes)
         assert isinstance(agent, ActingAgent)
         agent.couple()
         return _Person(place, role, agent, Hearing(role))
@@ -341,7 +341,7 @@ class OnlinePeople:
         return tuple(sorted(labelled.intersection(person.agent.executed)))
 
 
-def _noted(template: AgentTemplate, run: _NotedRun, kind: type[TracedAgent]) -> TracedAgent:
+def _note(template: AgentTemplate, run: _RunNotes, kind: type[TracedAgent]) -> TracedAgent:
     agent = template.agent(run, kind)
     assert isinstance(agent, TracedAgent)
     return agent

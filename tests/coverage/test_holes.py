@@ -7,7 +7,7 @@ from itertools import product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.coverage.holes import MOST_PROJECTIONS, Hole, holes
+from pytest_hricdv.coverage.holes import MAX_PROJECTIONS, Hole, holes
 
 NAMES = ("place", "mood", "end")
 BINS = tuple(product(("hall", "cellar"), ("glad", "sad", "tired"), ("done", "left")))
@@ -37,7 +37,7 @@ def test_nothing_hit_is_a_single_hole() -> None:
 
 
 def test_of_a_huge_product_each_bin_is_one() -> None:
-    bins = [(str(number), "a") for number in range(MOST_PROJECTIONS)]
+    bins = [(str(number), "a") for number in range(MAX_PROJECTIONS)]
     assert holes(("n", "letter"), bins, bins[:2]) == tuple(Hole((("n", n), ("letter", "a")), 1) for n in "01")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_hricdv.coverage.import_process import imported_again
+from pytest_hricdv.coverage.import_process import import_again
 from tests.coverage.project import write_package
 
 SCRIPT = """
@@ -167,7 +167,7 @@ def test_a_module_that_cannot_be_imported_again_has_its_reason(
     source, reason = BROKEN[name]
     file = write_package(tmp_path, f"broken_{name}", source)
     monkeypatch.syspath_prepend(tmp_path)
-    answer = imported_again([f"broken_{name}"], [str(file)])
+    answer = import_again([f"broken_{name}"], [str(file)])
     assert answer.problems == {f"broken_{name}": reason}
 
 
@@ -175,7 +175,7 @@ def test_a_broken_module_leaves_the_others_measured(tmp_path: Path, monkeypatch:
     write_package(tmp_path, "broken_first", "import sys\nsys.exit()\n")
     file = write_package(tmp_path, "whole_second", "x = 1\ny = 2\n")
     monkeypatch.syspath_prepend(tmp_path)
-    answer = imported_again(["broken_first", "whole_second"], [str(file)])
+    answer = import_again(["broken_first", "whole_second"], [str(file)])
     assert (answer.lines, answer.problems) == ({str(file): [1, 2]}, {"broken_first": "raised SystemExit"})
 
 
@@ -185,8 +185,8 @@ def test_what_is_called_before_the_imports_shows_in_what_they_cover(
     file = str(write_package(tmp_path, "prepared_import", "import helper\nif helper.ready:\n    x = 1\n"))
     (tmp_path / "helper.py").write_text("ready = False\n\n\ndef prepare():\n    global ready\n    ready = True\n")
     monkeypatch.syspath_prepend(tmp_path)
-    assert imported_again(["prepared_import"], [file]).lines[file] == [1, 2]
-    assert imported_again(["prepared_import"], [file], ("helper:prepare",)).lines[file] == [1, 2, 3]
+    assert import_again(["prepared_import"], [file]).lines[file] == [1, 2]
+    assert import_again(["prepared_import"], [file], ("helper:prepare",)).lines[file] == [1, 2, 3]
 
 
 TOGETHER = """

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.message_types import compared_fields
+from pytest_hricdv.message_types import comparable_fields
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, fields_of
 from pytest_hricdv.runtime.message_fields import recorded
 
@@ -61,12 +61,12 @@ def test_a_message_in_a_message_has_paths_and_what_is_none_is_left_out() -> None
 
 
 def test_requirements_compare_what_is_always_there() -> None:
-    assert {name: (kind, texts) for name, kind, texts in compared_fields(Order)} == {
+    assert {name: (kind, texts) for name, kind, texts in comparable_fields(Order)} == {
         "to.room": (str, ("kitchen", "hall")), "to.x_m": (float, ()),
         "items.length": (float, ()), "items.crc": (float, ()),
         "by_way_of.length": (float, ()), "by_way_of.crc": (float, ()),
     }  # fmt: skip
-    assert [name for name, _, _ in compared_fields(Branch)] == ["name"]
+    assert [name for name, _, _ in comparable_fields(Branch)] == ["name"]
 
 
 contents = st.recursive(

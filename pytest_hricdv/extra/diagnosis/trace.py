@@ -20,7 +20,7 @@ import greenlet
 
 from pytest_hricdv._base.record import Count, Number, PlainRecord
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
-from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, kept_to_this_greenlet
+from pytest_hricdv.coverage.greenlet_settrace import forget_left_greenlets, keep_to_this_greenlet
 from pytest_hricdv.execution.faults import CodeUnderTest
 from pytest_hricdv.runtime.json_value import Value
 
@@ -123,7 +123,7 @@ class Tracer:
         """`body`, traced when it is run in a greenlet of its own."""
 
         def traced() -> None:
-            with kept_to_this_greenlet():
+            with keep_to_this_greenlet():
                 sys.settrace(self._trace)
                 body()
 

@@ -7,7 +7,7 @@ from functools import partial
 
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
-from pytest_hricdv.coupling.events import Events, Happening
+from pytest_hricdv.coupling.events import Events, Occurrence
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.declarations.model_oracle import MODEL, ModelOracleError
 from pytest_hricdv.extra.oracle.oracle import Oracle
@@ -77,16 +77,16 @@ class ConformanceMonitor:
     def _ended(self) -> bool:
         return self._product.deviation is not None or self._error is not None or self._left_s is not None
 
-    def _observe(self, happenings: Iterable[Happening]) -> None:
-        for happening in happenings:
+    def _observe(self, occurrences: Iterable[Occurrence]) -> None:
+        for occurrence in occurrences:
             if self._ended:
                 continue
-            if any(self._declared[index][0] == "until" for index in happening.numbers):
-                self._left_s = happening.time_s
-                self._go_on(partial(Product.finish, time_s=happening.time_s))
+            if any(self._declared[index][0] == "until" for index in occurrence.numbers):
+                self._left_s = occurrence.time_s
+                self._go_on(partial(Product.finish, time_s=occurrence.time_s))
                 continue
             try:
-                event = self._observed_event(happening)
+                event = self._observed_event(occurrence)
             except CouplingError as error:
                 self._error = error
                 continue
@@ -111,11 +111,11 @@ class ConformanceMonitor:
         except BdiError as error:
             self._error = error
 
-    def _observed_event(self, happening: Happening) -> ObservedEvent:
+    def _observed_event(self, occurrence: Occurrence) -> ObservedEvent:
         heard: list[ModelPercept] = []
         does: dict[int, Bindings] = {}
         fails: dict[int, Bindings] = {}
-        for index in happening.numbers:
+        for index in occurrence.numbers:
             kind, number, event = self._declared[index]
             bindings = event.bindings(self._events.values)
             if kind == "heard":
@@ -123,7 +123,7 @@ class ConformanceMonitor:
                 heard.append(ModelPercept(event.literal(bindings), declared.source, declared.is_goal))
             else:
                 (does if kind == "does" else fails)[number] = bindings
-        return ObservedEvent(happening.time_s, happening.name, happening.text, tuple(heard), does, fails)
+        return ObservedEvent(occurrence.time_s, occurrence.name, occurrence.text, tuple(heard), does, fails)
 
     def _deviation(self) -> ModelDeviation | None:
         """The deviation: the doubted one, if a second one has come of the doubt."""
