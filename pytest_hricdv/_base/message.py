@@ -63,13 +63,17 @@ def quoted(value: object) -> str:
         return f"a {type(value).__name__}"
 
 
-def excerpt(line: str, column: int, width: int) -> tuple[str, int]:
-    """The part of a line around a column (from 0) that has at most so many characters, and the column in it.
+EXCERPT_WIDTH = 2 * 80
+"""Characters of a source line that an error message shows: two lines of a terminal with 80 columns."""
+
+
+def excerpt(line: str, column: int) -> tuple[str, int]:
+    """The part of a line around a column (from 0), of at most `EXCERPT_WIDTH` characters, and the column in it.
 
     Invisible characters are question marks there, so that what stands below a character is in its column.
     """
-    start = max(0, column - width // 2) if column >= width else 0
-    shown = line[start : start + width]
+    start = max(0, column - EXCERPT_WIDTH // 2) if column >= EXCERPT_WIDTH else 0
+    shown = line[start : start + EXCERPT_WIDTH]
     return "".join(char if char == "\t" or char.isprintable() else "?" for char in shown), column - start
 
 

@@ -19,9 +19,6 @@ from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError
 from pytest_hricdv.bdi.language.parser import parse_alone
 from pytest_hricdv.bdi.language.project import read_project
 
-SLOWEST = 5
-"""Lines of the table for the files that took longest (chosen: the first few show what is slow)."""
-
 _JAVA, _UNKNOWN = "an internal action in Java", "unknown internal action"
 _PLACE = re.compile(r"^.*?:\d+:\d+: ", re.DOTALL)
 _NAME_FOUND = re.compile(r"found '(?!not\b|begin\b|end\b)[^\W\d]\w*'")
@@ -101,7 +98,7 @@ def table(corpus: CorpusResult) -> str:
     lines += _counts("refused", [(result.kind, result.message, result.path) for result in corpus.refused])
     calls = [(kind, message, result.path) for result in corpus.results for kind, message in result.calls]
     lines += _counts("parsed, but a run with such a call ends or does not begin", calls)
-    slowest = sorted(corpus.results, key=lambda result: -result.seconds)[:SLOWEST]
+    slowest = sorted(corpus.results, key=lambda result: -result.seconds)[:5]
     lines += ["", "slowest"] + [f"{result.seconds:7.2f} s  {result.path}" for result in slowest]
     return "\n".join(lines)
 

@@ -6,12 +6,9 @@ import re
 from dataclasses import dataclass
 from typing import Protocol
 
-from pytest_hricdv._base.message import InputError, excerpt
+from pytest_hricdv._base.message import EXCERPT_WIDTH, InputError, excerpt
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.node import PastFormula
-
-_SHOWN = 160
-"""Characters of a line of a formula that an error message shows: two lines of a terminal with 80 columns (chosen)."""
 
 
 class Criterion(Protocol):
@@ -116,8 +113,8 @@ class FormulaSource:
         column = start - line_start
         # One caret at least, also behind the end of the text; none beyond the line, where a formula goes on.
         width = max(1, min(end, line_start + len(line)) - start)
-        line, column = excerpt(line, column, _SHOWN)
-        width = max(1, min(width, _SHOWN - column))
+        line, column = excerpt(line, column)
+        width = max(1, min(width, EXCERPT_WIDTH - column))
         # Tabs are kept before the caret, so that it is in the right column for any tab width of the terminal.
         indent = "".join("\t" if character == "\t" else " " for character in line[:column])
         text = f"{self._place(start)}: {problem}\n    {line}\n    {indent}{'^' * width}"

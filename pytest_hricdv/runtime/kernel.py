@@ -27,11 +27,8 @@ from pytest_hricdv.runtime.node_error import KernelError, NodeError, TerminalInt
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
 from pytest_hricdv.runtime.termination import word_of
-from pytest_hricdv.runtime.timeouts import Timeouts
+from pytest_hricdv.runtime.timeouts import PRUNE_AT, Timeouts
 from pytest_hricdv.runtime.world import World, advanced
-
-_PRUNE_AT = 1024
-"""With fewer nodes, those that have ended are not looked for (chosen; see `Timeouts`)."""
 
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
@@ -133,7 +130,7 @@ class Kernel:
         self._thread = threading.get_ident()
         self._hub: greenlet | None = None
         self._nodes: list[Node] = []
-        self._prune_at = _PRUNE_AT
+        self._prune_at = PRUNE_AT
         self._timeouts: Timeouts[Node] = Timeouts()
         self._ready: deque[Node] = deque()
         self._stop: str | None = None
@@ -166,7 +163,7 @@ class Kernel:
         self._nodes.append(node)
         if len(self._nodes) > self._prune_at:
             self._nodes = [node for node in self._nodes if not node.ended]
-            self._prune_at = max(_PRUNE_AT, 2 * len(self._nodes))
+            self._prune_at = max(PRUNE_AT, 2 * len(self._nodes))
         self._ready.append(node)
         return node
 

@@ -6,8 +6,8 @@ import heapq
 from collections.abc import Iterator
 from typing import Generic, Protocol, TypeVar
 
-_PRUNE_AT = 1024
-"""With fewer, waits that have ended are not looked for (chosen: some 100 kB; asyncio looks from 100 timers on)."""
+PRUNE_AT = 1024
+"""With fewer, what has ended is not looked for: they take some 100 kB (asyncio looks from 100 timers on)."""
 
 
 class Waiter(Protocol):
@@ -27,7 +27,7 @@ class Timeouts(Generic[W]):
     def __init__(self) -> None:
         self._due: list[tuple[int, int, W, int]] = []
         self._order = 0
-        self._prune_at = _PRUNE_AT
+        self._prune_at = PRUNE_AT
 
     def add(self, due_us: int, node: W) -> None:
         """Let the wait of a node end at this time at the latest."""
@@ -62,7 +62,7 @@ class Timeouts(Generic[W]):
         would leave millions. Only once there are twice as many as were needed last, so it costs little for each."""
         self._due = [entry for entry in self._due if _is_pending(entry[2], entry[3])]
         heapq.heapify(self._due)
-        self._prune_at = max(_PRUNE_AT, 2 * len(self._due))
+        self._prune_at = max(PRUNE_AT, 2 * len(self._due))
 
 
 def _is_pending(node: Waiter, wait: int) -> bool:

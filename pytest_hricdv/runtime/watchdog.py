@@ -33,7 +33,7 @@ _HAS_SIGNALS = hasattr(signal, "pthread_kill") and hasattr(signal, "SIGVTALRM")
 """Not on Windows."""
 
 TICK_S = 0.1
-"""How often the thread looks (s of real time; chosen). A look takes 40 us (`timeit` of `_Usage.tick`, 2 cores)."""
+"""How often the thread looks (s of real time). A look takes 40 us (`timeit` of `_Usage.tick`, 2 cores)."""
 
 AGAIN_S = 1.0
 """Who was interrupted and goes on has so long to clean up (s of processor time; chosen)."""

@@ -48,9 +48,6 @@ _NAMES_OF_JASON = "fork get_src_info include join list_files namespace_get_prop 
 _OF_JASON = {f".{name}" for name in _NAMES_OF_JASON.split()}
 """What Jason 1.4.2 or 3.3 has: no slip of a model that calls it."""
 
-_LEAST_LIKENESS = 0.5
-"""Below difflib's own 0.6 (chosen): for a name that is wrong for certain, a far guess beats the whole list."""
-
 
 def is_foreign(name: str) -> bool:
     """Whether an action or function that there is none of here is one elsewhere: in Java, or in Jason itself.
@@ -76,6 +73,7 @@ def unknown_action(name: str, names: Iterable[str]) -> str:
             f"{action}(...) of a Python environment, which answers with a percept"
         )
     ordered = sorted(names)
-    near = difflib.get_close_matches(name, ordered, n=3, cutoff=_LEAST_LIKENESS)
+    # Below difflib's own cutoff of 0.6: for a name that is wrong for certain, a far guess beats the whole list.
+    near = difflib.get_close_matches(name, ordered, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(ordered)}"
     return f"unknown internal action {name}; {hint}"

@@ -27,10 +27,6 @@ class BdiError(InputError):
     """A model cannot be loaded, or its run cannot continue."""
 
 
-_SHOWN = 160
-"""Characters of a source line that an error message shows: two lines of a terminal with 80 columns (chosen)."""
-
-
 class BdiSyntaxError(BdiError):
     """AgentSpeak or project text that cannot be parsed.
 
@@ -61,7 +57,7 @@ class BdiSyntaxError(BdiError):
         head = f"{self.file}:{self.line}:{self.column}: {self.message}"
         if not self.source_line.strip():
             return legible(head)
-        shown, column = excerpt(self.source_line, self.column - 1, _SHOWN)
+        shown, column = excerpt(self.source_line, self.column - 1)
         # Tabs are kept in the indent of the caret so that it stays under its column in any terminal.
         indent = "".join("\t" if c == "\t" else " " for c in shown[:column])
         return legible(f"{head}\n    {shown}\n    {indent}^")

@@ -16,23 +16,23 @@ from pytest_hricdv.bdi.language.errors import BdiError
 Item = TypeVar("Item")
 
 MAX_WORK = 10_000_000
-"""Units of work of a run (chosen: a unit takes one to four microseconds, `pytest -m slow tests/bdi/run/test_limits.py
+"""Units of work of a run (a unit takes one to four microseconds, `pytest -m slow tests/bdi/run/test_limits.py
 --durations=0`, so it ends within a minute)."""
 WORK_PER_CYCLE = 50
 """Units that a run may take more for each agent and round (chosen: as much as a cycle itself takes)."""
 MAX_SIZE = 1_000_000
-"""Terms in a term, each as often as it occurs (chosen: 100 MB if no two of them are the same object)."""
+"""Terms in a term, each as often as it occurs (100 MB if no two of them are the same object)."""
 MAX_ANSWERS = 1_000_000
-"""Answers of a query that are kept at once, as by ``.findall`` (chosen: 400 MB in a ``for`` loop)."""
+"""Answers of a query that are kept at once, as by ``.findall`` (400 MB in a ``for`` loop)."""
 MAX_HELD = 1_000_000
 """Beliefs of all agents together, also at the beginning, where each takes up to a kilobyte, a gigabyte in all; and the
 same for plans, and for what waits for its turn (both chosen)."""
 CHARACTERS = 16
-"""Characters that count as one term, or one unit of work (chosen: 10 million units are 160 MB)."""
+"""Characters that count as one term, or one unit of work (10 million units are 160 MB)."""
 ITEMS = 16
 """Items of a list that can be copied in a unit of work (60 ns each)."""
 ROUNDS_BETWEEN_COUNTS = 1024
-"""After so many rounds beliefs and what waits is counted (chosen: counting a million beliefs takes 20 ms)."""
+"""After so many rounds beliefs and what waits is counted (counting a million beliefs takes 20 ms)."""
 _OUTSIDE = 1 << 62
 """More than anything takes: what is not part of a run has no limit."""
 

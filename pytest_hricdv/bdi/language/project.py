@@ -26,7 +26,7 @@ _SECTIONS = frozenset(
     {"infrastructure", "environment", "executionControl", "agents", "classpath", "aslSourcePath", "directives"}
 )
 MAX_AGENTS = 10_000
-"""Most agents of a project, each copy counted (chosen): so many load in a second; `#99999999` would exhaust memory."""
+"""Most agents of a project, each copy counted: so many load in a second; `#99999999` would exhaust memory."""
 _MAX_FOLDERS = 100
 """Most folders of a source path (chosen): each agent's source is searched for in all of them."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})

@@ -25,7 +25,7 @@ from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
 
 Segments = list[Segment]
 MAX_REMEMBERED = 50_000
-"""Runs that are remembered; when there are more, all are forgotten (chosen: learning makes some thousand;
+"""Runs that are remembered; when there are more, all are forgotten (learning makes some thousand;
 what was executed remains in the diagram)."""
 
 

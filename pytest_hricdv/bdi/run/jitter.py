@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.system_run import SystemRun
 
 MAX_JITTER = 1000
-"""Rounds that something may be late at most: 100 ms of virtual time (chosen; a run of the table has 177 rounds)."""
+"""Rounds that something may be late at most: 100 ms of virtual time (a run of the table has 177 rounds)."""
 
 
 class JitteredRun(SystemRun):

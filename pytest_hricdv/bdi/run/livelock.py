@@ -14,7 +14,7 @@ from pytest_hricdv.bdi.language.terms import Variable
 QUIET_ROUNDS = 40
 """Rounds without progress after which the mental states are compared in every round.
 
-Chosen: from 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
+With 5 to 160, 200 runs of the table's models and 70 programs of `tests/bdi` print, do and end the same; only
 those that end in a livelock take so many rounds more or fewer.
 """
 

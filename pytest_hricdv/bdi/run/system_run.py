@@ -45,8 +45,7 @@ from pytest_hricdv.bdi.run.environment import Environment
 from pytest_hricdv.bdi.run.livelock import LivelockDetector
 
 FIRST_FRESH = 100_000
-"""Variables made in a run are numbered from here, those of the sources from 1 (chosen: so many need 300 kB of
-source)."""
+"""Variables made in a run are numbered from here, those of the sources from 1 (so many need 300 kB of source)."""
 
 
 class SystemRun:
