@@ -13,7 +13,7 @@ from PIL import Image
 
 from pytest_hricdv.execution.case import CaseResult, RunSettings
 from pytest_hricdv.extra.film import schedule
-from pytest_hricdv.extra.film.filming import Filming
+from pytest_hricdv.extra.film.film_maker import FilmMaker
 from pytest_hricdv.extra.film.recorder import ALARM
 from pytest_hricdv.extra.film.records import FOLDER, FilmResult
 from pytest_hricdv.extra.film.video import FRAMES_PER_S
@@ -57,7 +57,9 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Filmed]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(schedule, "SHORTEST_STEP_S", 2.0)
         patch.setattr(schedule, "SLOW_AFTER_S", 0.5)
-        yield Filmed(result, Filming(RunSettings(bench.testbench(), bench.requirements()), folder).film(result), folder)
+        yield Filmed(
+            result, FilmMaker(RunSettings(bench.testbench(), bench.requirements()), folder).film(result), folder
+        )
 
 
 def skin(pixels: NDArray[np.int16]) -> int:

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pytest_hricdv.extra.audit.process import Order
-from pytest_hricdv.extra.audit.repeating import Repeat, Repeating
+from pytest_hricdv.extra.audit.process import RerunOrder
+from pytest_hricdv.extra.audit.repeating import Repeater, Rerun
 from pytest_hricdv.extra.audit.sources import KINDS, Reading
 
 NOT_FOUND = "not found"
@@ -34,7 +34,7 @@ class OutOfTimeError(Exception):
 
 
 @dataclass(frozen=True)
-class Cause:
+class RepeatCause:
     """Why a test came otherwise; see `records.Unrepeatable`."""
 
     name: str
@@ -43,7 +43,7 @@ class Cause:
 
 
 @dataclass
-class Diagnosis:
+class CauseSearch:
     """Experiments on one test.
 
     Args:
@@ -59,10 +59,10 @@ class Diagnosis:
         until_s: no experiment begins later (by `time.monotonic`).
     """
 
-    repeating: Repeating
+    repeating: Repeater
     nodeid: str
     session_key: tuple[str | None, str]
-    alone: Repeat
+    alone: Rerun
     hash_seed: str
     session_seed: str
     in_process: Sequence[str]
@@ -71,7 +71,7 @@ class Diagnosis:
     until_s: float
     _place: Callable[[str], str] = field(default=os.path.basename)
 
-    def cause(self) -> Cause:
+    def cause(self) -> RepeatCause:
         """Why it came otherwise. A process that is silent, or experiments that take too long, leave it not found."""
         try:
             for experiment in (self._chance, self._state, self._order, self._files, self._worker):
@@ -79,22 +79,22 @@ class Diagnosis:
                 if cause is not None:
                     return cause
         except OutOfTimeError:
-            return Cause(NOT_FOUND, "the time for experiments was over")
-        return Cause(
+            return RepeatCause(NOT_FOUND, "the time for experiments was over")
+        return RepeatCause(
             NOT_FOUND, f"neither hash seed, nor tests before it, nor chance make the difference{self._reads()}"
         )
 
-    def _run(self, order: Order, seed: str | None = None, **options: object) -> Repeat:
+    def _run(self, order: RerunOrder, seed: str | None = None, **options: object) -> Rerun:
         if time.monotonic() > self.until_s:
             raise OutOfTimeError
         return self.repeating.run(order, self.hash_seed if seed is None else seed, **options)  # type: ignore[arg-type]
 
-    def _single(self, **options: object) -> Order:
-        return Order((self.nodeid,), **options)  # type: ignore[arg-type]
+    def _single(self, **options: object) -> RerunOrder:
+        return RerunOrder((self.nodeid,), **options)  # type: ignore[arg-type]
 
     # Chance: the same once more, in the same process and in another one
 
-    def _chance(self) -> Cause | None:
+    def _chance(self) -> RepeatCause | None:
         again = self._run(self._single())
         other = self._run(self._single(), copy=1)
         if again.key == self.alone.key == other.key:
@@ -102,31 +102,31 @@ class Diagnosis:
         if again.key == self.alone.key and self._run(self._single(), copy=1).key == other.key:
             differ = "each process repeats itself, and two with the same hash seed differ"
             why = "something was drawn when a module was imported, or is the id() of an object or thread"
-            return Cause(ONCE, f"{differ}: {why}{self._reads()}")
-        return self._still() or self._left_files(again, everywhere=True) or self._noticed()
+            return RepeatCause(ONCE, f"{differ}: {why}{self._reads()}")
+        return self._still() or self._left_files(again, everywhere=True) or self._observation()
 
-    def _still(self) -> Cause | None:
+    def _still(self) -> RepeatCause | None:
         """The kind of source that makes two runs the same where it stands still."""
         readings = self._readings()
         for kind in KINDS:
             places = [reading for reading in readings if reading.kind == kind]
             if places and self._is_same(self._single(still=(kind,))):
                 detail = f"alone, runs differ from each other, and are the same where it stands still; {_at(places)}"
-                return Cause(kind, detail)
+                return RepeatCause(kind, detail)
         if readings and self._is_same(self._single(still=KINDS)):
-            return Cause(" and ".join(dict.fromkeys(reading.kind for reading in readings)), _at(readings))
+            return RepeatCause(" and ".join(dict.fromkeys(reading.kind for reading in readings)), _at(readings))
         return None
 
-    def _is_same(self, order: Order) -> bool:
+    def _is_same(self, order: RerunOrder) -> bool:
         keys = {self._run(order, copy=copy).key for copy in (0, 1, 0)}
         return len(keys) == 1
 
-    def _noticed(self) -> Cause:
+    def _observation(self) -> RepeatCause:
         readings = self._readings()
         if readings:
             kinds = " or ".join(dict.fromkeys(reading.kind for reading in readings))
-            return Cause(kinds, f"alone, under the same conditions, runs differ from each other; {_at(readings)}")
-        return Cause(
+            return RepeatCause(kinds, f"alone, under the same conditions, runs differ from each other; {_at(readings)}")
+        return RepeatCause(
             NOT_FOUND,
             "alone, under the same conditions, runs differ from each other: chance, a thread, or a set of objects, "
             "which goes in the order of their addresses",
@@ -141,7 +141,7 @@ class Diagnosis:
 
     # Hash order
 
-    def _order(self) -> Cause | None:
+    def _order(self) -> RepeatCause | None:
         if self.session_seed:
             if self.session_seed == self.hash_seed:
                 return None
@@ -149,7 +149,7 @@ class Diagnosis:
             if under_its_own.key == self.alone.key:
                 return None
             same = "as in the session" if under_its_own.key == self.session_key else "otherwise"
-            return Cause(
+            return RepeatCause(
                 HASH_ORDER,
                 f"alone it runs {same} with PYTHONHASHSEED={self.session_seed}, and differs with {self.hash_seed}: "
                 "something goes through a set of texts, or uses hash()",
@@ -157,7 +157,7 @@ class Diagnosis:
         for number in range(FURTHER_SEEDS):
             seed = str(int(self.hash_seed) + number + 1)
             if self._run(self._single(), seed).key != self.alone.key:
-                return Cause(
+                return RepeatCause(
                     HASH_ORDER,
                     f"alone it differs between PYTHONHASHSEED={self.hash_seed} and {seed}, and repeats with each: "
                     "something goes through a set of texts, or uses hash()",
@@ -166,7 +166,7 @@ class Diagnosis:
 
     # State of earlier tests
 
-    def _state(self) -> Cause | None:
+    def _state(self) -> RepeatCause | None:
         """The last test that makes a difference when it runs before: found by doubling, then by halving."""
         place = self.in_process.index(self.nodeid) if self.nodeid in self.in_process else 0
         before = self.in_process[max(0, place - MOST_BEFORE) : place]
@@ -175,7 +175,7 @@ class Diagnosis:
         among = (*before, self.nodeid) if len(self.in_process) > MOST_BEFORE else self.in_process
 
         def differs(start: int, end: int | None = None) -> bool:
-            order = Order((*before[start:end], self.nodeid))
+            order = RerunOrder((*before[start:end], self.nodeid))
             return self._run(order, among=among).key != self.alone.key
 
         size, least = 1, 0
@@ -191,23 +191,25 @@ class Diagnosis:
                 else:
                     least = middle
         except OutOfTimeError:
-            return Cause(STATE, f"it runs otherwise after the {size} tests before it; there was no time to find which")
+            return RepeatCause(
+                STATE, f"it runs otherwise after the {size} tests before it; there was no time to find which"
+            )
         start = len(before) - size
         culprit = before[start]
         after = culprit
         if size > 1 and not differs(start, start + 1):
             after += f" and the {size - 1} tests after that"
         remedy = "--hri-isolate keeps tests apart"
-        return Cause(
+        return RepeatCause(
             f"state that {culprit} leaves", f"alone it repeats, and runs otherwise after {after}; {remedy}", culprit
         )
 
     # What is there in one and not in the other
 
-    def _files(self) -> Cause | None:
+    def _files(self) -> RepeatCause | None:
         return self._left_files(self.alone)
 
-    def _left_files(self, reference: Repeat, *, everywhere: bool = False) -> Cause | None:
+    def _left_files(self, reference: Rerun, *, everywhere: bool = False) -> RepeatCause | None:
         """A file that it reads, and without which it runs otherwise, and the same each time.
 
         Args:
@@ -220,15 +222,15 @@ class Diagnosis:
             if hidden.key == again.key != reference.key:
                 left_by = self.changed.get(path, "")
                 by = f", written while {left_by} ran" if left_by else ""
-                return Cause(
+                return RepeatCause(
                     f"{FILE}: {self._place(path)}", f"it reads {path}{by}, and runs otherwise without it", left_by
                 )
         return None
 
-    def _worker(self) -> Cause | None:
+    def _worker(self) -> RepeatCause | None:
         if not self.was_in_worker or self._run(self._single(), variables=WORKER).key == self.alone.key:
             return None
-        return Cause(
+        return RepeatCause(
             f"{ENVIRONMENT}: PYTEST_XDIST_WORKER", "alone it runs otherwise with the variables of a worker of xdist"
         )
 

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, sentence
+from pytest_hricdv.report.view import PageSection, View
 from pytest_hricdv.session.feature import Feature, FeatureSession
 from pytest_hricdv.session.option import OptionReader, Value, usage_error
 
 if TYPE_CHECKING:
     from pytest_hricdv.extra.audit.repeating import Begin
-    from pytest_hricdv.results.model import TestResult
+    from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
 OFF = "off"
@@ -67,9 +69,35 @@ class AuditFeature(Feature[AuditOptions]):
         begin = context.stash.get(BEGIN, None)
         if begin is None or stopped or session.interrupted or not results or context.debugged:
             return results
-        from pytest_hricdv.extra.audit.auditing import Auditing  # needed after the last test
+        from pytest_hricdv.extra.audit.auditor import Auditor  # needed after the last test
 
-        return Auditing(session, settings.tests, begin).audit(results)
+        return Auditor(session, settings.tests, begin).audit(results)
 
 
 FEATURE = AuditFeature()
+
+
+class AuditView(View):
+    """What ran again, what came otherwise, and why."""
+
+    name = "audit"
+
+    def section(self, report: Report) -> PageSection | None:
+        """The tests that came otherwise, with their causes; in a merged report, of all sessions."""
+        from pytest_hricdv.report.formatting import plural
+
+        audit = AUDIT.of(report)
+        rows = [(test, UNREPEATABLE.of(test)) for test in report.tests if UNREPEATABLE.of(test) is not None]
+        if audit is None and not rows:
+            return None
+        values = {"audit": audit, "rows": rows}
+        headline = f"{plural(len(rows), 'test')} not repeatable" if rows else ""
+        return PageSection("repeatability", "Repeatability", "audit/audit.html.jinja", values, headline=headline)
+
+    def facts(self, test: TestResult) -> dict[str, str]:
+        """Why it is not repeatable."""
+        record = UNREPEATABLE.of(test)
+        return {"Repeatability": "" if record is None else sentence(record)}
+
+
+VIEW = AuditView()

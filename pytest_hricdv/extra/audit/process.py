@@ -14,14 +14,14 @@ import msgspec
 import pytest
 
 from pytest_hricdv.execution.forked import Fork, ForkError, InFork, fork
-from pytest_hricdv.extra.audit.sources import Reading, Sources
+from pytest_hricdv.extra.audit.sources import Reading, SourceWatch
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.collection import ATTRIBUTE
 from pytest_hricdv.session.serving import END, FreshPytest, FreshSession, leave_no_core, serve
 
 
-class Order(msgspec.Struct, frozen=True):
+class RerunOrder(msgspec.Struct, frozen=True):
     """A further line: tests to run.
 
     Args:
@@ -76,7 +76,7 @@ class _Fresh(FreshPytest):
         items = {item.nodeid: item for item in session.items}
         self.write(END)  # it is ready
         for line in self._messages:
-            order = msgspec.json.decode(line, type=Order)
+            order = msgspec.json.decode(line, type=RerunOrder)
             missing = [nodeid for nodeid in order.nodeids if nodeid not in items]
             if missing:
                 answer = Ran(problem=f"{missing[0]} is not collected in a fresh process")
@@ -86,7 +86,7 @@ class _Fresh(FreshPytest):
             self.write(END)
         os._exit(0)
 
-    def _answer(self, order: Order, items: Sequence[pytest.Item]) -> bytes:
+    def _answer(self, order: RerunOrder, items: Sequence[pytest.Item]) -> bytes:
         if not hasattr(os, "fork"):
             return encode(self._ran(order, items)).encode()
         process = fork()
@@ -98,9 +98,9 @@ class _Fresh(FreshPytest):
             process.send_and_end(text)
         return _message(process)
 
-    def _ran(self, order: Order, items: Sequence[pytest.Item]) -> Ran:
+    def _ran(self, order: RerunOrder, items: Sequence[pytest.Item]) -> Ran:
         root = str(items[-1].config.rootpath)
-        with Sources(root, still=order.still, watched=order.watched, hidden=order.hidden) as sources:
+        with SourceWatch(root, still=order.still, watched=order.watched, hidden=order.hidden) as sources:
             for item, following in zip(items, (*items[1:], None), strict=True):
                 item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
         last = items[-1].nodeid

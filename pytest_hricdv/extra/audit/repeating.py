@@ -19,7 +19,7 @@ from pytest_hricdv.execution.separate_process import (
     started,
 )
 from pytest_hricdv.extra.audit import process as process_module
-from pytest_hricdv.extra.audit.process import Order, Ran
+from pytest_hricdv.extra.audit.process import Ran, RerunOrder
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.serving import FreshSession
 
@@ -39,7 +39,7 @@ class StartError(Exception):
 
 
 @dataclass(frozen=True)
-class Repeat:
+class Rerun:
     """What a test came to: what decides whether it is the same."""
 
     ran: Ran
@@ -51,7 +51,7 @@ class Repeat:
 
 
 def key_of(result: TestResult) -> tuple[str | None, str]:
-    """See `Repeat.key`."""
+    """See `Rerun.key`."""
     return result.record_sha256, result.outcome
 
 
@@ -101,7 +101,7 @@ class Fresh:
         if self.problem:
             raise StartError(self.problem)
 
-    def run(self, order: Order, patience_s: float) -> Repeat:
+    def run(self, order: RerunOrder, patience_s: float) -> Rerun:
         """Run an order; what its last test came to.
 
         Args:
@@ -111,7 +111,7 @@ class Fresh:
         if not self.problem:
             self._running.send(order)
         lines = self._lines(patience_s)
-        return Repeat(msgspec.json.decode(lines[0], type=Ran) if lines else Ran(problem=self.problem or SILENT))
+        return Rerun(msgspec.json.decode(lines[0], type=Ran) if lines else Ran(problem=self.problem or SILENT))
 
     def _lines(self, patience_s: float) -> list[bytes]:
         if self.problem:
@@ -126,7 +126,7 @@ class Fresh:
 
 
 @dataclass
-class Repeating:
+class Repeater:
     """Runs tests again. Processes that can serve several orders are kept until the end.
 
     Args:
@@ -143,20 +143,20 @@ class Repeating:
     _kept: dict[tuple[object, ...], Fresh] = field(default_factory=dict)
 
     @contextmanager
-    def open(self) -> Iterator[Repeating]:
+    def open(self) -> Iterator[Repeater]:
         """Within: processes may be started; all are ended at the end."""
         with self._stack:
             yield self
 
     def run(
         self,
-        order: Order,
+        order: RerunOrder,
         hash_seed: str,
         *,
         copy: int = 0,
         variables: Mapping[str, str] | None = None,
         among: Sequence[str] = (),
-    ) -> Repeat:
+    ) -> Rerun:
         """Run an order of tests. Raises StartError where a process does not begin.
 
         Args:
@@ -173,7 +173,7 @@ class Repeating:
             self.runs += len(order.nodeids)
             fresh = self._kept.get(name)
             if fresh is None:
-                fresh = self._started(start, hash_seed, variables or {})
+                fresh = self._start_process(start, hash_seed, variables or {})
                 if start.reusable:
                     self._kept[name] = fresh
             repeat = fresh.run(order, patience_s)
@@ -183,7 +183,7 @@ class Repeating:
                 break
         return repeat
 
-    def _started(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
+    def _start_process(self, start: Start, hash_seed: str, variables: Mapping[str, str]) -> Fresh:
         running = self._stack.enter_context(
             started(
                 process_module.__name__,

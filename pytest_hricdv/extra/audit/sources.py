@@ -94,7 +94,7 @@ class _StillDatetime(datetime.datetime):
         return cls(2000, 1, 1)
 
 
-def _sorted(real: Callable[..., Any]) -> Callable[..., Any]:
+def _sort(real: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *arguments: sorted(real(*arguments))
 
 
@@ -116,7 +116,7 @@ _FUNCTIONS: tuple[tuple[str, str, str, Callable[[Any], Any] | None], ...] = (
     *((FILE_TIMES, "os", name, _still_stat) for name in ("stat", "lstat", "fstat")),
     (PROCESS, "os", "getpid", lambda real: lambda: 1),
     (PROCESS, "os", "getppid", lambda real: lambda: 1),
-    (LISTING, "os", "listdir", _sorted),
+    (LISTING, "os", "listdir", _sort),
 )
 """Kind, module, name, and what makes it stand still; None for what is noticed only."""
 
@@ -129,7 +129,7 @@ _EVENTS = {
 """Events of `sys.audit` -> their kinds: noticed, and never made to stand still."""
 
 
-class Sources:
+class SourceWatch:
     """Within: sources tell where they are read, stand still, or files are not there.
 
     Args:
@@ -156,9 +156,9 @@ class Sources:
             kept.setdefault(reading.kind, []).append(reading)
         return tuple(reading for readings in kept.values() for reading in readings[:_MOST_READINGS])
 
-    def __enter__(self) -> Sources:
+    def __enter__(self) -> SourceWatch:
         if self._watched:
-            sys.addaudithook(self._heard)  # it stays, and this process ends with the run
+            sys.addaudithook(self._hear)  # it stays, and this process ends with the run
         for kind, module, name, standing in _FUNCTIONS:
             if module in sys.modules and (self._watched or kind in self._still):
                 still = standing if kind in self._still else None
@@ -185,14 +185,14 @@ class Sources:
         inner = standing(real) if standing is not None else real
         label = f"{module.__name__}.{name}".lstrip("_")
 
-        def noticing(*arguments: Any, **options: Any) -> Any:
+        def notice(*arguments: Any, **options: Any) -> Any:
             place = self._place(sys._getframe(1))
             if place:
                 self._readings.setdefault(Reading(kind, label, place, _path(arguments) if kind == FILE_TIMES else ""))
                 return inner(*arguments, **options)
             return real(*arguments, **options)
 
-        self._put(module, name, noticing)
+        self._put(module, name, notice)
 
     def _put(self, module: ModuleType, name: str, value: Any) -> None:
         """Replace it there, and wherever a module of the project has it under a name."""
@@ -239,7 +239,7 @@ class Sources:
     def _hide(self) -> None:
         """Opening such a file, or asking for it, finds none."""
 
-        def hiding(real: Callable[..., Any]) -> Callable[..., Any]:
+        def hide(real: Callable[..., Any]) -> Callable[..., Any]:
             def absent(path: Any, *arguments: Any, **options: Any) -> Any:
                 modes = (*arguments[:1], options.get("mode"))
                 if self._is_hidden(path) and not any(isinstance(mode, str) and mode[:1] in "wax" for mode in modes):
@@ -248,18 +248,18 @@ class Sources:
 
             return absent
 
-        def asking(real: Callable[[Any], bool]) -> Callable[[Any], bool]:
+        def ask(real: Callable[[Any], bool]) -> Callable[[Any], bool]:
             return lambda path: not self._is_hidden(path) and real(path)
 
         for module, name in ((builtins, "open"), (io, "open"), (os, "stat"), (os, "lstat")):
-            self._put(module, name, hiding(getattr(module, name)))
+            self._put(module, name, hide(getattr(module, name)))
         for name in ("exists", "isfile", "lexists"):  # on Windows they are in C, and do not ask os.stat
-            self._put(os.path, name, asking(getattr(os.path, name)))
+            self._put(os.path, name, ask(getattr(os.path, name)))
 
     def _is_hidden(self, path: Any) -> bool:
         return isinstance(path, str | bytes | os.PathLike) and os.path.abspath(os.fsdecode(path)) in self._hidden
 
-    def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
+    def _hear(self, event: str, arguments: tuple[Any, ...]) -> None:
         kind = _EVENTS.get(event)
         if kind is None or self._is_over:
             return

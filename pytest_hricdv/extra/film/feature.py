@@ -21,12 +21,12 @@ from pytest_hricdv.session.option import Flag, HasFeatures, OptionReader, usage_
 
 if TYPE_CHECKING:
     from pytest_hricdv.execution.case import HriCase
-    from pytest_hricdv.extra.film.filming import Filming
+    from pytest_hricdv.extra.film.film_maker import FilmMaker
     from pytest_hricdv.report.formatting import Line
     from pytest_hricdv.results.model import Report, TestResult
     from pytest_hricdv.session.run_context import RunContext
 
-_FILMING: pytest.StashKey[Filming] = pytest.StashKey()
+_FILM_MAKER: pytest.StashKey[FilmMaker] = pytest.StashKey()
 
 
 class FilmFeature(Feature[bool]):
@@ -62,10 +62,10 @@ class FilmFeature(Feature[bool]):
         """The result with its film, if the test failed. Its duration has been taken, and its patches still hold."""
         if not self.settings(context.options) or case.result is None or not result.leaves_evidence:
             return result
-        from pytest_hricdv.extra.film.filming import film_text
+        from pytest_hricdv.extra.film.film_maker import film_text
 
-        filming = self._filming(context)
-        film = filming.film(case.result)
+        maker = self._film_maker(context)
+        film = maker.film(case.result)
         folder = os.path.relpath(context.options.report, context.collection.config.invocation_params.dir)
         report.sections.append(("film", film_text(film, Path(folder))))
         return FILM.put(result, film)
@@ -77,14 +77,16 @@ class FilmFeature(Feature[bool]):
         film = FILM.of(result)
         if film is not None and film.video:
             failed = [name for name in result.requirements if result.violates(name)]
-            self._filming(context).count(failed)
+            self._film_maker(context).count(failed)
 
-    def _filming(self, context: RunContext) -> Filming:
-        from pytest_hricdv.extra.film.filming import Filming
+    def _film_maker(self, context: RunContext) -> FilmMaker:
+        from pytest_hricdv.extra.film.film_maker import FilmMaker
 
-        if _FILMING not in context.stash:
-            context.stash[_FILMING] = Filming(context.run_settings, context.options.report, context.known_violations)
-        return context.stash[_FILMING]
+        if _FILM_MAKER not in context.stash:
+            context.stash[_FILM_MAKER] = FilmMaker(
+                context.run_settings, context.options.report, context.known_violations
+            )
+        return context.stash[_FILM_MAKER]
 
 
 FEATURE = FilmFeature()

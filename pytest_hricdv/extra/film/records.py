@@ -36,12 +36,12 @@ class FilmResult(PlainRecord, frozen=True, kw_only=True):
     times_s: tuple[NotNegative, ...] = ()
 
 
-def _renamed(film: FilmResult | None, names: FileNames) -> FilmResult | None:
+def _rename_files(film: FilmResult | None, names: FileNames) -> FilmResult | None:
     return film and replace(film, video=names.file(FOLDER, film.video), strip=names.file(FOLDER, film.strip))
 
 
 FILM: TestSection[FilmResult | None] = TestSection(
-    "film", FilmResult | None, None, rename=_renamed, folder=FOLDER, suffixes=(".mp4", ".gif", ".png")
+    "film", FilmResult | None, None, rename=_rename_files, folder=FOLDER, suffixes=(".mp4", ".gif", ".png")
 )
 """Of a test that failed in a session with `--hri-film`."""
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError, Process
-from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts
+from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, installed_executable, is_binary
 
 _CONTAINERS = "rclcpp_components/component_container*"
 """Containers of composable nodes: only what is loaded into them is a matter of the testbench."""
@@ -128,14 +128,12 @@ class Executables:
                 sys.path.append(str(root))
 
     def _missing(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
-        name, file = f"{package}/{executable}", _installed_file(package, executable)
+        name, file = f"{package}/{executable}", installed_executable(package, executable)
         source = self.sources.get(package)
         if file is not None:
-            with file.open("rb") as content:
-                is_binary = content.read(4) == b"\x7fELF"
             problem = (
                 f"is a compiled program, as of C++, {file}"
-                if is_binary
+                if is_binary(file)
                 else f"is a program that is no console script of Python, {file}"
             )
             return self._refused(name, name, problem)
@@ -160,14 +158,3 @@ class Executables:
             f"{self.launch}: {what} {problem}. Say what stands for it, a function or an entry of Python, or leave it "
             f'out: Launch(..., executables={{"{name}": stand_in}}) or {{"{name}": "{IGNORED}"}}',
         )
-
-
-def _installed_file(package: str, executable: str) -> Path | None:
-    """The file that `ros2 run` would start; None if there is none, or no ROS installation."""
-    try:
-        from ament_index_python import get_package_prefix  # type: ignore[import-not-found, unused-ignore]
-
-        file = Path(get_package_prefix(package)) / "lib" / package / executable
-    except (ImportError, LookupError, OSError, ValueError):  # it wants a variable of the environment
-        return None
-    return file if file.is_file() else None

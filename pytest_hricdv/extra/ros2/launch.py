@@ -6,20 +6,17 @@ import importlib
 import inspect
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.declarations.ros2 import LaunchError, RosNode
+from pytest_hricdv.declarations.ros2 import LaunchError, Ros2Error, RosNode
+from pytest_hricdv.extra.ros2.packages import console_scripts, installed_executable, is_binary
 from pytest_hricdv.runtime.source_location import raised_at
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
-
-_ELF = b"\x7fELF"
 
 
 def command_line(node: RosNode) -> list[str]:
@@ -72,19 +69,15 @@ def entry_point(node: RosNode) -> str:
     """
     if node.entry:
         return node.entry
-    try:
-        scripts = metadata.distribution(node.package).entry_points.select(group="console_scripts")
-    except metadata.PackageNotFoundError:
-        raise _not_a_script(node, []) from None
-    entries = {script.name: script.value for script in scripts}
+    entries = console_scripts(node.package, {}) or {}
     if node.executable not in entries:
         raise _not_a_script(node, list(entries))
     return entries[node.executable]
 
 
 def _not_a_script(node: RosNode, scripts: Sequence[str]) -> LaunchError:
-    file = _installed_executable(node.package, node.executable)
-    if file is not None and file.read_bytes()[:4] == _ELF:
+    file = installed_executable(node.package, node.executable)
+    if file is not None and is_binary(file):
         return LaunchError(
             f"{node}: {file} is a compiled program, as of C++; nodes of rclpy can be run. Simulate what it does, "
             "with run.ros2(...).node(...), or with a node in Python"
@@ -98,6 +91,20 @@ def _not_a_script(node: RosNode, scripts: Sequence[str]) -> LaunchError:
         f"{node}: no console script of this name; package {node.package!r} {problem}. "
         'Source the workspace\'s setup file, or name the function as entry="package.module:main"'
     )
+
+
+def require_virtual_package(what: str, entry: str, packages: Collection[str]) -> None:
+    """Refuse an entry "package.module:name" whose package does not see virtual time.
+
+    Raises:
+        Ros2Error: its package is none of `packages`.
+    """
+    package = entry.partition(":")[0].partition(".")[0]
+    if package not in packages:
+        raise Ros2Error(
+            f"{what}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
+            "there, so that it sees virtual time"
+        )
 
 
 def load(node: RosNode) -> Callable[[], object]:
@@ -195,17 +202,6 @@ def _spinning(kind: Callable[[], Any]) -> Callable[[], object]:
             rclpy.try_shutdown()
 
     return main
-
-
-def _installed_executable(package: str, executable: str) -> Path | None:
-    """The file that `ros2 run` would start; None if there is none, or no ROS installation."""
-    try:
-        from ament_index_python import get_package_prefix  # type: ignore[import-not-found, unused-ignore]
-
-        file = Path(get_package_prefix(package)) / "lib" / package / executable
-    except (ImportError, LookupError, OSError, ValueError):  # it wants a variable of the environment
-        return None
-    return file if file.is_file() else None
 
 
 def _yaml_float(value: float) -> str:

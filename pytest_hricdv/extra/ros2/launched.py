@@ -16,12 +16,12 @@ from typing import Any
 from greenlet import GreenletExit
 
 from pytest_hricdv._base.message import InputError
-from pytest_hricdv.declarations.ros2 import IGNORED, Ros2Error, RosNode
+from pytest_hricdv.declarations.ros2 import IGNORED, RosNode
 from pytest_hricdv.declarations.ros2 import Process as Function
 from pytest_hricdv.extra.ros2.arguments import parse, without_ros
 from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context
 from pytest_hricdv.extra.ros2.executables import Command, Executables, command, is_container
-from pytest_hricdv.extra.ros2.launch import load_entry
+from pytest_hricdv.extra.ros2.launch import load_entry, require_virtual_package, yaml_text
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.runtime.kernel import Kernel, Node
@@ -133,12 +133,7 @@ class Processes:
             )
             return partial(target, launched_process(self.kernel, wanted)) if has_parameter else partial(target)
         node = f"{self.executables.launch}: {wanted.name}"
-        package = target.partition(":")[0].partition(".")[0]
-        if package not in self.packages:
-            raise Ros2Error(
-                f"{node}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
-                "there, so that it sees virtual time"
-            )
+        require_virtual_package(node, target, self.packages)
         return load_entry(node, target, list(wanted.argv))
 
     def _load(self, request: Any, response: Any) -> Any:
@@ -171,8 +166,6 @@ class Processes:
 def _text_of(value: Any) -> str:
     """A `rcl_interfaces/msg/ParameterValue` as it is written on a command line."""
     from rclpy.parameter import parameter_value_to_python  # type: ignore[import-not-found, unused-ignore]
-
-    from pytest_hricdv.extra.ros2.launch import yaml_text
 
     plain = parameter_value_to_python(value)
     return yaml_text(RosNode(entry="component:parameter"), "", list(plain) if hasattr(plain, "tolist") else plain)

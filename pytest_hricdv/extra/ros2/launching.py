@@ -1,8 +1,7 @@
 """Launch files, run by the `launch` and `launch_ros` that are installed, in virtual time.
 
-The launch system is a program of asyncio. Here it is one more process of the run, whose event loop waits in the kernel:
-its timers fire at simulated times, its event handlers see when processes of the run end. Nothing of it is written
-anew but what starts processes of the operating system; see `launched`.
+The launch system is a program of asyncio. Here it is one more process of the run, whose event loop waits in the kernel.
+Only what starts processes of the operating system is replaced; see `launched`.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError
 from pytest_hricdv.extra.ros2.executables import Executables, RefusedError
 from pytest_hricdv.extra.ros2.launched import Processes, Transport, protocol_of
-from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, packages_around
+from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, installed_share, packages_around
 from pytest_hricdv.extra.ros2.processes import Process
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime.virtual.event_loop import VirtualEventLoop
@@ -40,7 +39,6 @@ PACKAGES = ("launch", "launch_ros", "launch_xml", "launch_yaml", "osrf_pycommon"
 
 _INSTANT_S = 1e-6
 """The shortest time that passes in a run."""
-_SHARE = "AMENT_PREFIX_PATH"
 
 
 class _NoSignals:
@@ -104,7 +102,7 @@ def find(launch: Launch) -> LaunchFile:
 
 
 def _in_package(launch: Launch, sources: Mapping[str, SourcePackage]) -> Path:
-    share = sources[launch.package].folder if launch.package in sources else _installed_share(launch.package)
+    share = sources[launch.package].folder if launch.package in sources else installed_share(launch.package)
     if share is None:
         raise LaunchError(
             f"{launch}: there is no package {launch.package!r}, neither installed nor below {Path().absolute()}"
@@ -118,15 +116,6 @@ def _in_package(launch: Launch, sources: Mapping[str, SourcePackage]) -> Path:
         problem = f"has several: {', '.join(map(str, files))}" if files else f"has none; there are {', '.join(others)}"
         raise LaunchError(f"{launch}: package {launch.package!r}, in {share}, {problem}")
     return files[0]
-
-
-def _installed_share(package: str) -> Path | None:
-    try:
-        from ament_index_python import get_package_share_directory  # type: ignore[import-not-found, unused-ignore]
-
-        return Path(get_package_share_directory(package))
-    except (ImportError, LookupError, OSError, ValueError):  # it wants a variable of the environment
-        return None
 
 
 def check_arguments(file: LaunchFile, description: Any) -> None:
@@ -170,7 +159,7 @@ def _may_use(entities: Any, name: str) -> bool:
 
 
 _NESTED = 8
-"""How deep substitutions are looked for in what an action has. Chosen: a list of parameters has 4."""
+"""How deep substitutions are looked for in what an action has: twice the depth of a list of parameters."""
 
 
 def _names(values: Any, name: str, depth: int) -> bool:
@@ -192,7 +181,7 @@ def _names(values: Any, name: str, depth: int) -> bool:
     return False
 
 
-def launching(file: LaunchFile, processes: Processes) -> Callable[[], None]:
+def launch_body(file: LaunchFile, processes: Processes) -> Callable[[], None]:
     """The body of the process of the launch system, for a node of the kernel.
 
     It ends when all that it has started has ended. What is wrong with a launch file ends the run with a LaunchError.
@@ -206,7 +195,7 @@ def launching(file: LaunchFile, processes: Processes) -> Callable[[], None]:
             stack.callback(loop.close)
             # Not `asyncio.run`, which cancels tasks at its end: the end of a run comes in the midst of everything.
             try:
-                stack.enter_context(_prepared(file, processes, folder, loop, errors))
+                stack.enter_context(_prepare(file, processes, folder, loop, errors))
                 loop.run_until_complete(_run(file, folder, errors))
             except Exception as error:
                 errors.append(error)
@@ -258,7 +247,7 @@ async def _run(file: LaunchFile, folder: Path, errors: list[BaseException]) -> N
 
     launch.logging.launch_config.log_dir = str(folder)
 
-    class Service(launch.LaunchService):  # type: ignore[misc, unused-ignore]
+    class RecordingService(launch.LaunchService):  # type: ignore[misc, unused-ignore]
         """The launch system, which keeps what it would only log."""
 
         def _shutdown(self, **options: Any) -> Any:
@@ -269,7 +258,7 @@ async def _run(file: LaunchFile, folder: Path, errors: list[BaseException]) -> N
             return super()._shutdown(**options)
 
     arguments = {name: _text(value) for name, value in file.launch.arguments.items()}
-    service = Service(argv=[f"{name}:={value}" for name, value in arguments.items()], noninteractive=True)
+    service = RecordingService(argv=[f"{name}:={value}" for name, value in arguments.items()], noninteractive=True)
     launch.logging.launch_config.level = logging.WARNING  # not before: the service sets it
     source = AnyLaunchDescriptionSource(str(file.path))
     description = source.get_launch_description(service.context)
@@ -310,7 +299,7 @@ def _end_logs(logging_of_launch: Any) -> None:
 
 
 @contextmanager
-def _prepared(
+def _prepare(
     file: LaunchFile, processes: Processes, folder: Path, loop: VirtualEventLoop, errors: list[BaseException]
 ) -> Iterator[None]:
     """Let the launch system start processes of the run, and know packages that are there as sources."""
@@ -322,7 +311,8 @@ def _prepared(
 
     launch.logging.reset()
     add_to_index(folder, file.sources.values())
-    os.environ[_SHARE] = os.pathsep.join(filter(None, [str(folder), os.environ.get(_SHARE, "")]))
+    variable = "AMENT_PREFIX_PATH"
+    os.environ[variable] = os.pathsep.join(filter(None, [str(folder), os.environ.get(variable, "")]))
 
     async def start(made: Any, cmd: list[str], cwd: Any, env: Mapping[str, str], **_: Any) -> tuple[Transport, Any]:
         del cwd  # one process of the machine has one working directory

@@ -189,6 +189,33 @@ def console_scripts(package: str, sources: Mapping[str, SourcePackage]) -> dict[
     return {script.name: script.value for script in scripts}
 
 
+def installed_executable(package: str, executable: str) -> Path | None:
+    """The file that `ros2 run` would start; None if there is none, or no ROS installation."""
+    try:
+        from ament_index_python import get_package_prefix  # type: ignore[import-not-found, unused-ignore]
+
+        file = Path(get_package_prefix(package)) / "lib" / package / executable
+    except (ImportError, LookupError, OSError, ValueError):  # it wants a variable of the environment
+        return None
+    return file if file.is_file() else None
+
+
+def installed_share(package: str) -> Path | None:
+    """The share folder of an installed package; None if there is none, or no ROS installation."""
+    try:
+        from ament_index_python import get_package_share_directory  # type: ignore[import-not-found, unused-ignore]
+
+        return Path(get_package_share_directory(package))
+    except (ImportError, LookupError, OSError, ValueError):  # it wants a variable of the environment
+        return None
+
+
+def is_binary(file: Path) -> bool:
+    """Whether a file is a compiled program of Linux (ELF)."""
+    with file.open("rb") as content:
+        return content.read(4) == b"\x7fELF"
+
+
 def add_to_index(prefix: Path, packages: Iterable[SourcePackage]) -> None:
     """Make a folder that tells `ament_index_python` of packages what it would know if they were installed.
 

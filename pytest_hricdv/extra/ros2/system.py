@@ -15,10 +15,10 @@ from pytest_hricdv.extra.ros2.clocks import need_no_clock_topic
 from pytest_hricdv.extra.ros2.delivery import Delivery
 from pytest_hricdv.extra.ros2.graph import all_graphs, carry_with, notes_of
 from pytest_hricdv.extra.ros2.handles import RCLError
-from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load
+from pytest_hricdv.extra.ros2.launch import command_line, entry_point, load, require_virtual_package
 from pytest_hricdv.extra.ros2.launched import Processes
 from pytest_hricdv.extra.ros2.launching import PACKAGES as LAUNCH_SYSTEM
-from pytest_hricdv.extra.ros2.launching import find, launch_process, launching
+from pytest_hricdv.extra.ros2.launching import find, launch_body, launch_process
 from pytest_hricdv.extra.ros2.overlay import adapt_rclpy, replace_extension
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.stuck import stuck_nodes
@@ -95,7 +95,7 @@ class Ros2Overlay:
         for file in files:
             kernel.virtual |= {"asyncio"}  # the launch system is a program of asyncio
             processes = Processes(kernel, variables, self._packages, file.executables, measured)
-            body = launch_process(processes, file).running(launching(file, processes))
+            body = launch_process(processes, file).running(launch_body(file, processes))
             kernel.spawn(f"launch {file.path.name}", body)
         return StartedSystem(kernel)
 
@@ -121,12 +121,7 @@ class Ros2Overlay:
             parse(command_line(node))
         except (RCLError, UnknownROSArgsError) as error:
             raise LaunchError(f"{node}: {error}") from None
-        package = entry_point(node).partition(":")[0].partition(".")[0]
-        if package not in self._packages:
-            raise Ros2Error(
-                f"{node}: its package {package!r} is neither in the testbench's code nor in Ros2(packages=...); add it "
-                "there, so that it sees virtual time"
-            )
+        require_virtual_package(str(node), entry_point(node), self._packages)
         return load(node)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import msgspec
 import pytest
 
-from pytest_hricdv.extra.audit.choice import chosen
+from pytest_hricdv.extra.audit.sampling import choose_tests
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample
 
@@ -42,7 +42,7 @@ def in_order(*kinds: Kind) -> list[TestResult]:
 def names(results: list[TestResult], number: int | None = None) -> list[str]:
     """Of the tests that are chosen, where all ran in one process."""
     place = {result.nodeid: number for number, result in enumerate(results)}
-    return [result.nodeid for result in chosen(results, place, number)]
+    return [result.nodeid for result in choose_tests(results, place, number)]
 
 
 def test_failures_come_first_then_each_way_to_end_the_longest_first() -> None:
@@ -61,4 +61,4 @@ def test_three_run_again_or_as_many_as_took_three_per_cent_of_the_time(count: in
 
 def test_what_did_not_run_in_this_session_is_left_out() -> None:
     results = in_order(Kind(), Kind(), Kind("not-run"))
-    assert [result.nodeid for result in chosen(results, {"t0": 0, "t2": 1}, None)] == ["t0"]
+    assert [result.nodeid for result in choose_tests(results, {"t0": 0, "t2": 1}, None)] == ["t0"]

@@ -12,14 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.audit.diagnosis import Cause, Diagnosis
-from pytest_hricdv.extra.audit.process import Order, Ran
-from pytest_hricdv.extra.audit.repeating import Repeat
+from pytest_hricdv.extra.audit.diagnosis import CauseSearch, RepeatCause
+from pytest_hricdv.extra.audit.process import Ran, RerunOrder
+from pytest_hricdv.extra.audit.repeating import Rerun
 from pytest_hricdv.extra.audit.sources import CLOCK, RANDOM, Reading
 
 ASKED = "asked"
 
-Code = Callable[[Order, str, int, Mapping[str, str]], object]
+Code = Callable[[RerunOrder, str, int, Mapping[str, str]], object]
 """What a run comes to: of an order, the hash seed, the process, and variables."""
 
 
@@ -29,21 +29,21 @@ class SimulatedProcesses:
 
     code: Code
     readings: tuple[Reading, ...] = ()
-    ran: list[Order] = field(default_factory=list)
+    ran: list[RerunOrder] = field(default_factory=list)
 
     def run(
         self,
-        order: Order,
+        order: RerunOrder,
         hash_seed: str,
         *,
         copy: int = 0,
         variables: Mapping[str, str] | None = None,
         among: Sequence[str] = (),
-    ) -> Repeat:
+    ) -> Rerun:
         assert not among or set(order.nodeids) <= set(among)
         self.ran.append(order)
         came_to = self.code(order, hash_seed, copy, variables or {})
-        return Repeat(Ran(problem=repr(came_to), readings=self.readings if order.watched else ()))
+        return Rerun(Ran(problem=repr(came_to), readings=self.readings if order.watched else ()))
 
 
 def cause(
@@ -54,10 +54,10 @@ def cause(
     was_in_worker: bool = False,
     changed: Mapping[str, str] | None = None,
     seconds: float = 60.0,
-) -> Cause:
+) -> RepeatCause:
     """What is found of a test that came otherwise in the session."""
-    alone = processes.run(Order((ASKED,)), "1")
-    return Diagnosis(
+    alone = processes.run(RerunOrder((ASKED,)), "1")
+    return CauseSearch(
         processes,  # type: ignore[arg-type]
         ASKED,
         (None, "in the session"),

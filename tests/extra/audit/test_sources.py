@@ -11,7 +11,7 @@ from types import ModuleType
 
 import pytest
 
-from pytest_hricdv.extra.audit.sources import CLOCK, FILE_TIMES, FILES, RANDOM, Sources
+from pytest_hricdv.extra.audit.sources import CLOCK, FILE_TIMES, FILES, RANDOM, SourceWatch
 
 OWN = """
 import os
@@ -64,9 +64,9 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]
     del sys.modules["own_module"]
 
 
-def sources(own: ModuleType, *still: str, watched: bool = False, hidden: tuple[str, ...] = ()) -> Sources:
+def sources(own: ModuleType, *still: str, watched: bool = False, hidden: tuple[str, ...] = ()) -> SourceWatch:
     """Of the module's project."""
-    return Sources(str(Path(str(own.__file__)).parent), still=still, watched=watched, hidden=hidden)
+    return SourceWatch(str(Path(str(own.__file__)).parent), still=still, watched=watched, hidden=hidden)
 
 
 @pytest.mark.parametrize(

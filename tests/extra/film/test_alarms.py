@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.extra.film.filming import alarms_of
+from pytest_hricdv.extra.film.film_maker import alarms_of
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.monitor.verdict import Verdict, Violation
 from pytest_hricdv.runtime import Record

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from pytest_hricdv.execution.case import CaseResult
-from pytest_hricdv.extra.film.filming import Filming
+from pytest_hricdv.extra.film.film_maker import FilmMaker
 from pytest_hricdv.extra.film.records import FilmResult
 from tests.plugin.project import change, plain_and_slowly_in_other_modes, report
 from tests.report.parsed import Page, details
@@ -138,13 +138,13 @@ def test_without_an_encoder_the_film_is_a_gif(filmed: pytest.Pytester, monkeypat
 
 @pytest.mark.slow
 def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    film, began_s = Filming.film, []
+    film, began_s = FilmMaker.film, []
 
-    def noted(self: Filming, result: CaseResult) -> FilmResult:
+    def noted(self: FilmMaker, result: CaseResult) -> FilmResult:
         began_s.append(time.time())
         return film(self, result)
 
-    monkeypatch.setattr(Filming, "film", noted)
+    monkeypatch.setattr(FilmMaker, "film", noted)
     run = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", "-k", BRIGHT)
     (test,) = report(filmed.path)["tests"]
     recorder: pytest.HookRecorder = run.reprec  # type: ignore[attr-defined]
@@ -158,7 +158,7 @@ def test_the_time_of_the_test_is_without_its_film(filmed: pytest.Pytester, monke
 def test_no_more_than_a_few_failures_of_a_requirement_are_filmed_and_the_others_say_so(
     filmed: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, isolated: tuple[str, ...]
 ) -> None:
-    monkeypatch.setattr("pytest_hricdv.extra.film.filming.FILMS_EACH", 1)
+    monkeypatch.setattr("pytest_hricdv.extra.film.film_maker.FILMS_EACH", 1)
     result = filmed.runpytest_inprocess("--hri-suite=rl", "--hri-film", *isolated)
     first, second = sorted(films(filmed.path).values(), key=lambda film: film["note"])
     assert (first["note"], second["video"]) == ("", None)

@@ -149,7 +149,7 @@ def test_another_executable_is_said_to_be_one(
 ) -> None:
     file = tmp_path / "driver"
     file.write_bytes(content)
-    monkeypatch.setattr(launch, "_installed_executable", lambda package, executable: file)
+    monkeypatch.setattr(launch, "installed_executable", lambda package, executable: file)
     with pytest.raises(LaunchError, match=message):
         load(RosNode(package="cell_driver", executable="driver"))
 

@@ -34,7 +34,7 @@ FILMS_EACH = 5
 """Maximum number of filmed failures of each requirement in a process: a film takes far longer than its test."""
 
 
-class Filming:
+class FilmMaker:
     """Films the failures of one process.
 
     Args:

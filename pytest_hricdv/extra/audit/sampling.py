@@ -1,11 +1,54 @@
-"""The first event at which two runs of a test differ, as far as their timelines have it."""
+"""Which tests run again (failures first, then of each way to end one, the longest first), and how their runs differ."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 
 from pytest_hricdv.results.model import TestResult, Timeline
+
+MIN_TESTS = 3
+"""Tests that every session runs again; 9 to 12 s of processor time with the table (`benchmarks.isolation`)."""
+
+BUDGET = 0.03
+"""Share of the time of all tests within which more run again; by the same benchmark, 3 to 4 % of a session."""
+
+
+def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number: int | None) -> list[TestResult]:
+    """The tests to run again, in order.
+
+    Args:
+        results: of the session's tests.
+        place: node id -> how many tests ran before it in its process; those that did not run in this session have none.
+        number: how many; None: `MIN_TESTS`, or more within `BUDGET` of the time.
+    """
+    ways: dict[tuple[object, ...], list[TestResult]] = defaultdict(list)
+    for result in results:
+        if result.nodeid in place and result.outcome != "not-run":
+            ways[(not result.fails, result.outcome, result.ended, result.outcomes)].append(result)
+    # What ran late in its process has the most before it that may have left something.
+    lists = [sorted(group, key=lambda result: (-place[result.nodeid], result.id)) for group in ways.values()]
+    lists.sort(key=lambda group: -sum(result.sim_s for result in group) / len(group))
+    failing = [group for group in lists if group[0].fails]
+    others = [group for group in lists if not group[0].fails]
+    order = [*_in_turn(failing), *_in_turn(others)]
+    if number is not None:
+        return order[:number]
+    budget_s = BUDGET * sum(result.wall_s or 0.0 for result in results)
+    tests: list[TestResult] = []
+    for result in order:
+        budget_s -= result.wall_s or 0.0
+        if len(tests) >= MIN_TESTS and budget_s < 0.0:
+            break
+        tests.append(result)
+    return tests
+
+
+def _in_turn(groups: Sequence[Sequence[TestResult]]) -> list[TestResult]:
+    """One of each group, then the next of each."""
+    return [result for row in zip_longest(*groups) for result in row if result is not None]
+
 
 NOTHING = "nothing further"
 

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import msgspec
 
-from pytest_hricdv.extra.audit.choice import chosen
-from pytest_hricdv.extra.audit.diagnosis import NOT_FOUND, Cause, Diagnosis
-from pytest_hricdv.extra.audit.difference import first_difference
-from pytest_hricdv.extra.audit.process import Order
+from pytest_hricdv.extra.audit.diagnosis import NOT_FOUND, CauseSearch, RepeatCause
+from pytest_hricdv.extra.audit.process import RerunOrder
 from pytest_hricdv.extra.audit.records import AUDIT, UNREPEATABLE, AuditResult, Unrepeatable, sentence
-from pytest_hricdv.extra.audit.repeating import Begin, Repeat, Repeating, Start, StartError, key_of
+from pytest_hricdv.extra.audit.repeating import Begin, Repeater, Rerun, Start, StartError, key_of
+from pytest_hricdv.extra.audit.sampling import choose_tests, first_difference
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.report_builder import UNCHECKED
@@ -23,21 +22,20 @@ from pytest_hricdv.session.feature import FeatureSession
 from pytest_hricdv.session.serving import FreshSession, arguments_of, handed, without_editor
 
 EXPERIMENTS_S = 120.0
-"""Experiments on the causes begin no later than so long (s of wall time) after the audit, or than the session took.
-Chosen: a process starts within seconds, and some twenty of them are enough for most causes."""
+"""Experiments on causes begin no later after the audit began (s of wall time), or as long as the session took: enough
+for some twenty processes of a few seconds (`benchmarks.isolation`)."""
 
-MOST_FURTHER = 10
-"""Once a test came otherwise, so many further failures run again, too: which of them are violations? Chosen: some ten
-more runs, where a session with hundreds of failures would run for as long again; its effect was not measured."""
+MAX_FURTHER = 10
+"""Other failures that run again once a test was not repeatable: a session may have hundreds."""
 
 _LEFT_OUT = frozenset({".git", ".hg", ".tox", ".nox", ".venv", "venv", "node_modules", "__pycache__", ".pytest_cache"})
 """Folders that hold nothing that a test reads as data."""
 
-_MOST_FILES = 20_000
-"""So many files of a project are looked at: a second at most."""
+_MAX_FILES = 20_000
+"""Files of a project that are looked at: a second at most."""
 
 
-class Auditing:
+class Auditor:
     """Audits a session.
 
     Args:
@@ -65,16 +63,16 @@ class Auditing:
     def audit(self, results: list[TestResult]) -> list[TestResult]:
         """The results, with those marked that came otherwise; what was run again is added to the report."""
         place = {nodeid: number for ran in self._session.aggregation.ran.values() for number, nodeid in enumerate(ran)}
-        tests = chosen(results, place, self._number)
+        tests = choose_tests(results, place, self._number)
         if not tests:
             return results
-        changed = dict(self._changed())  # before the first of them runs again, and changes it
+        changed = dict(self._written_files())  # before the first of them runs again, and changes it
         wall_s = {result.nodeid: result.wall_s or 0.0 for result in results}
         further = [result for result in results if result.fails and result.nodeid in place and result not in tests]
-        further = further[:MOST_FURTHER] if self._number is None else []
+        further = further[:MAX_FURTHER] if self._number is None else []
         start = self._start.with_tests([test.nodeid for test in (*tests, *further)])
-        repeating, problem = Repeating(start, wall_s, self._session.signals.let_through), ""
-        differing, marked = dict[str, tuple[TestResult, Repeat]](), dict[str, TestResult]()
+        repeating, problem = Repeater(start, wall_s, self._session.signals.let_through), ""
+        differing, marked = dict[str, tuple[TestResult, Rerun]](), dict[str, TestResult]()
         try:
             with repeating.open():
                 self._compare(repeating, tests, differing)
@@ -88,7 +86,7 @@ class Auditing:
         except KeyboardInterrupt:
             self._session.interrupted, problem = True, "the audit was interrupted"
             for nodeid in [name for name in differing if name not in marked]:
-                marked[nodeid] = self._mark(*differing[nodeid], Cause(NOT_FOUND, problem))
+                marked[nodeid] = self._mark(*differing[nodeid], RepeatCause(NOT_FOUND, problem))
         self._session.sections[AUDIT.name] = AuditResult(
             tests=tuple(test.nodeid for test in tests),
             differing=tuple(marked),
@@ -103,20 +101,20 @@ class Auditing:
         return [marked.get(result.nodeid, result) for result in results]
 
     def _compare(
-        self, repeating: Repeating, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Repeat]]
+        self, repeating: Repeater, tests: Sequence[TestResult], differing: dict[str, tuple[TestResult, Rerun]]
     ) -> None:
         """Run tests again; those that come otherwise are added."""
         for test in tests:
-            repeat = repeating.run(Order((test.nodeid,)), self._hash_seed)
+            repeat = repeating.run(RerunOrder((test.nodeid,)), self._hash_seed)
             if repeat.key != key_of(test):
                 differing[test.nodeid] = test, repeat
 
-    def _cause(self, repeating: Repeating, result: TestResult, repeat: Repeat, changed: Mapping[str, str]) -> Cause:
+    def _cause(self, repeating: Repeater, result: TestResult, repeat: Rerun, changed: Mapping[str, str]) -> RepeatCause:
         aggregation = self._session.aggregation
         took_s = sum(test.wall_s or 0.0 for test in self._session.results)
         self._session.say(f"hricdv: {result.id} came otherwise when it ran again; looking for the cause ...")
         processes = [] if self._session.options.isolate else [[*ran] for ran in aggregation.ran.values()]
-        diagnosis = Diagnosis(
+        diagnosis = CauseSearch(
             repeating,
             result.nodeid,
             key_of(result),
@@ -131,15 +129,15 @@ class Auditing:
         try:
             return diagnosis.cause()
         except StartError as error:
-            return Cause(NOT_FOUND, str(error))
+            return RepeatCause(NOT_FOUND, str(error))
 
-    def _mark(self, result: TestResult, repeat: Repeat, cause: Cause) -> TestResult:
+    def _mark(self, result: TestResult, repeat: Rerun, cause: RepeatCause) -> TestResult:
         """The result with its mark; a failure that is not one alone is no violation."""
         again = repeat.ran.result
         here, there = first_difference(result, again)
         if again is None:
             there = repeat.ran.problem
-        unconfirmed = result.fails and (again is None or not again.fails or _violated(again) != _violated(result))
+        unconfirmed = result.fails and (again is None or not again.fails or _violations(again) != _violations(result))
         record = Unrepeatable(
             cause=cause.name,
             detail=cause.detail,
@@ -163,7 +161,7 @@ class Auditing:
             failure=f"{sentence(record)}\n\nin the session:\n{result.failure}",
         )
 
-    def _changed(self) -> Iterator[tuple[str, str]]:
+    def _written_files(self) -> Iterator[tuple[str, str]]:
         """Files of the project that were written since the first test began, and the test that ran then."""
         runs = [ran for tests in self._session.aggregation.ran.values() for ran in tests.items()]
         if not runs:
@@ -175,7 +173,7 @@ class Auditing:
             except OSError:
                 continue
             if written_s >= began_s - _COARSE_S:
-                yield str(path), _running_at(written_s, runs)
+                yield str(path), _test_at(written_s, runs)
 
     def _files(self, root: Path) -> Iterator[Path]:
         report, number = self._session.options.report.resolve(), 0
@@ -185,7 +183,7 @@ class Auditing:
             )
             for name in sorted(files):
                 number += 1
-                if number > _MOST_FILES:
+                if number > _MAX_FILES:
                     return
                 yield Path(folder, name)
 
@@ -194,11 +192,11 @@ _COARSE_S = 0.01
 """File systems take the time of a file from a clock that goes on by some milliseconds at a time (Linux: 4 or 10)."""
 
 
-def _running_at(time_s: float, runs: Sequence[tuple[str, TestTimes]]) -> str:
+def _test_at(time_s: float, runs: Sequence[tuple[str, TestTimes]]) -> str:
     """The test that ran at a time (s since 1970); empty where none did, or several."""
     running = [nodeid for nodeid, ran in runs if ran.start_s - _COARSE_S <= time_s <= ran.stop_s + _COARSE_S]
     return running[0] if len(running) == 1 else ""
 
 
-def _violated(result: TestResult) -> frozenset[str]:
+def _violations(result: TestResult) -> frozenset[str]:
     return frozenset(name for name in result.requirements if result.violates(name))
