@@ -38,17 +38,6 @@ def test_the_conjunct_that_failed_alone_is_named_with_its_time() -> None:
     assert nearest_miss(R1.formula.antecedent, log) == NearestMiss(5.0, ("reading.pressure",), None)
 
 
-def test_of_several_times_the_least_distance_counts_then_the_first() -> None:
-    x: Series = ([0.0, 1.0, 2.0, 3.0, 4.0], [2.0, 1.5, 1.25, 1.5, 1.25])
-    assert missed("always(x < 1 -> p)", x=x) == NearestMiss(2.0, ("x < 1",), 0.25)
-    p: Series = ([0.0, 3.0], [0.0, 1.0])
-    assert missed("always(x < 1 & p -> p)", x=x, p=p) == NearestMiss(4.0, ("x < 1",), 0.25)
-
-
-def test_a_comparison_at_its_bound_has_distance_zero() -> None:
-    assert missed("always(x < 1 -> p)", x=([0.0], [1.0])) == NearestMiss(0.0, ("x < 1",), 0.0)
-
-
 def test_the_distance_counts_the_hysteresis_that_is_in_the_way() -> None:
     x: Series = ([0.0, 1.0], [0.0, 0.003])
     miss = missed("always(x > 0.001 [hysteresis 0.004] -> p)", x=x)
@@ -56,23 +45,6 @@ def test_the_distance_counts_the_hysteresis_that_is_in_the_way() -> None:
     assert miss.distance == pytest.approx(0.002)
     negated = missed("always(!(x < 1 [hysteresis 0.5]) -> p)", x=([0.0], [0.75]))
     assert negated == NearestMiss(0.0, ("!(x < 1 [hysteresis 0.5])",), 0.25)
-
-
-def test_several_that_failed_together_have_no_distance() -> None:
-    miss = missed("always(p & x < 1 & q -> p)", p=([0.0], [0.0]), q=([0.0], [1.0]), x=([0.0], [4.0]))
-    assert miss == NearestMiss(0.0, ("p", "x < 1"), None)
-
-
-def test_without_any_message_all_conjuncts_are_missing() -> None:
-    miss = nearest_miss(R1.formula.antecedent, Log({"leg_held": ([0.5], [1.0])}, [], 9.0))
-    assert miss == NearestMiss(0.5, ("on(reading)", "reading.gaze", "reading.pressure", "reading.location"), None)
-
-
-def test_a_nearest_miss_may_be_at_the_end_of_a_window() -> None:
-    p: Series = ([0.0, 2.0, 3.0], [0.0, 1.0, 0.0])
-    q: Series = ([0.0, 1.0], [1.0, 0.0])
-    assert missed("always(once[0:0.5](q) & once[5:9](p) -> p)", p=p, q=q).time_s == 0.0
-    assert missed("always(once[5:6](p) & x > 1 -> p)", p=p, x=([0.0], [0.0])) == NearestMiss(7.0, ("x > 1",), 1.0)
 
 
 def test_a_conjunct_that_is_guarded_by_another_is_no_error() -> None:

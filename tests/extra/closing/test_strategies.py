@@ -93,24 +93,6 @@ def test_a_combination_that_worked_is_used_again_with_the_parameters_of_the_run_
     assert all(values[RUN] == {"patience_s": float(worked.seed % 7)} for values in again)
 
 
-def test_where_a_bin_is_the_only_open_target_each_test_is_for_it() -> None:
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    archive = Archive([("bin", "handover", "1", "00", "given")])
-    for test in identify("closure", 0, [pool.draft(number) for number in range(20)]):
-        archive.add(handover.run(test))
-    way = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES)
-    for number in range(8):
-        assert all(each.targets for each in way.propose(archive, 4, make_rng("all", number)))
-
-
-def test_each_disturbance_is_soon_tried_at_the_start_of_a_run() -> None:
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    archive = Archive([("statement", "robot.py", "7")])
-    way = DisturbanceStrategy(pool, Experience(pool), handover.DISTURBANCES)
-    drafts = [each.draft for each in way.propose(archive, 2 * len(handover.DISTURBANCES), make_rng("starts"))]
-    assert {each.lines[0] for each in drafts} >= {f"disturb {name}" for name in handover.DISTURBANCES}
-
-
 def test_each_disturbance_is_soon_tried_under_each_nominal_outcome() -> None:
     """In tests that have much of it: people who are given a part are one pose of four."""
     pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
@@ -138,15 +120,3 @@ def test_disturbances_are_tried_where_runs_came_near_to_what_is_open() -> None:
     aimed = [each.draft.lines for each in way.propose(archive, 40, make_rng("near")) if each.targets]
     assert len(aimed) > 10
     assert all("set gaze = 1" in lines and "set grip = 1" in lines for lines in aimed)
-
-
-def test_a_disturbance_beside_others_was_not_tried_by_itself() -> None:
-    """One of them may have masked what it does."""
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    experience, archive = Experience(pool), Archive([("statement", "robot.py", "7")])
-    together, alone = [(Intervention(1, "shake"), Intervention(3, "light"))], [(Intervention(1, "light"),)]
-    for test in identify("closure", 0, [pool.draft(0, "handover", each) for each in (together, alone)]):
-        archive.add(handover.run(test))
-    experience.learn(archive)
-    assert {name for name, _ in experience.tries} == {"light"}
-    assert [place for _, _, place in experience.tries_at] == [1]
