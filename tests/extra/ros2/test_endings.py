@@ -18,7 +18,7 @@ from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition
 from pytest_hricdv.runtime import Kernel, NodeError
 from pytest_hricdv.runtime.virtual import VirtualModules
-from tests.extra.ros2.system import Grasp, Reading, node, reading, run
+from tests.extra.ros2.system import Grasp, Reading, node, run
 
 Entities = dict[str, Any]
 
@@ -42,21 +42,6 @@ def _visible(observer: contexts.Node) -> list[int]:
     ]
 
 
-def test_what_a_context_has_leaves_the_graph_when_it_is_shut_down() -> None:
-    def robot(kernel: Kernel) -> None:
-        arm, observer = node("arm"), node("observer")
-        of_arm = _entities(arm)
-        assert _visible(observer) == [1, 1, 1, 1, 2]
-        arm.context.shutdown()
-        assert _visible(observer) == [0, 0, 0, 0, 1]
-        for entity in of_arm.values():
-            entity.destroy_when_not_in_use()  # finalizers come later, in any order
-        arm.destroy_when_not_in_use()
-        assert _visible(observer) == [0, 0, 0, 0, 1]
-
-    run(robot)
-
-
 def test_the_others_hear_that_a_publisher_is_gone_once() -> None:
     def robot(kernel: Kernel) -> None:
         arm, observer = node("arm"), node("observer")
@@ -65,19 +50,6 @@ def test_the_others_hear_that_a_publisher_is_gone_once() -> None:
         arm.context.shutdown()
         publisher.destroy_when_not_in_use()
         assert (heard.matched.current_count, heard.liveliness_changed.alive_count) == (0, 0)
-
-    run(robot)
-
-
-def test_a_server_that_is_shut_down_gets_no_request() -> None:
-    def robot(kernel: Kernel) -> None:
-        arm, observer = node("arm"), node("observer")
-        service, client = Service(arm, Grasp, "/grasp", Profile()), Client(observer, Grasp, "/grasp", Profile())
-        assert client.service_server_is_available()
-        arm.context.shutdown()
-        assert not client.service_server_is_available()
-        client.send_request(Grasp.Request())
-        assert not service.is_ready()
 
     run(robot)
 
@@ -99,17 +71,6 @@ def test_nothing_can_be_made_in_a_context_that_is_shut_down(use: Callable[[conte
         arm.context.shutdown()
         with pytest.raises(RCLError, match=f"failed to {action}: the given context is not valid"):
             use(arm)
-
-    run(robot)
-
-
-def test_nothing_is_published_from_a_context_that_is_shut_down() -> None:
-    def robot(kernel: Kernel) -> None:
-        arm = node("arm")
-        publisher = Publisher(arm, Reading, "/scan", Profile())
-        arm.context.shutdown()
-        with pytest.raises(RCLError, match="failed to publish on /scan: the given context is not valid"):
-            publisher.publish(reading(1.0))
 
     run(robot)
 

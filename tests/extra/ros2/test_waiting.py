@@ -17,58 +17,13 @@ from pytest_hricdv.extra.ros2.clocks import (
     need_no_clock_topic,
     whole_ns,
 )
-from pytest_hricdv.extra.ros2.handles import InvalidHandle, RCLError
+from pytest_hricdv.extra.ros2.handles import InvalidHandle
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
 from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.runtime import Kernel, KernelError
 from tests.extra.ros2.system import Reading, node, run, wait
 
 _MS = 1_000_000
-
-
-@given(
-    period_ms=st.integers(1, 50),
-    works_ms=st.lists(st.integers(0, 200), min_size=1, max_size=12),
-)
-def test_a_timer_keeps_its_phase_and_skips_what_was_missed(period_ms: int, works_ms: list[int]) -> None:
-    """As a reference that looks for the next due time step by step says, whatever a callback takes."""
-    called, expected = [], []
-
-    def robot(kernel: Kernel) -> None:
-        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, period_ms * _MS)
-        for work_ms in works_ms:
-            assert wait("timer", [timer]) == [0]
-            timer.call_timer()
-            called.append(round(kernel.now_s * 1000))
-            kernel.sleep(work_ms / 1000)
-
-    run(robot)
-    now_ms, due_ms = 0, period_ms
-    for work_ms in works_ms:
-        now_ms = max(now_ms, due_ms)
-        expected.append(now_ms)
-        due_ms += period_ms
-        while due_ms <= now_ms:
-            due_ms += period_ms
-        now_ms += work_ms
-    assert called == expected
-
-
-def test_a_timer_that_is_cancelled_is_not_due_until_it_is_reset() -> None:
-    seen: list[Any] = []
-
-    def robot(kernel: Kernel) -> None:
-        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 10 * _MS)
-        timer.cancel_timer()
-        seen.append(wait("timer", [timer], timeout_s=1.0))
-        assert timer.time_until_next_call() is None
-        with pytest.raises(RCLError, match="timer is canceled"):
-            timer.call_timer()
-        timer.reset_timer()
-        seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
-
-    run(robot)
-    assert seen == [[], ([0], 1.01)]
 
 
 def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass() -> None:
@@ -164,32 +119,6 @@ def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
     assert seen == expected
 
 
-def test_jumps_are_told_to_those_who_asked_for_them() -> None:
-    heard: list[str | int] = []
-
-    class Handle:
-        def _pre_callback(self) -> None:
-            heard.append("before")
-
-        def _post_callback(self, jump: dict[str, int]) -> None:
-            heard.append(jump["delta"])
-
-    def robot(kernel: Kernel) -> None:
-        clock = Clock(ClockType.ROS_TIME)
-        handle = Handle()
-        clock.set_ros_time_override(TimePoint(100, ClockType.ROS_TIME))
-        clock.set_ros_time_override_is_enabled(True)
-        clock.add_clock_callback(handle, False, 50, -50)
-        for now in (120, 200, 190, 100):
-            clock.set_ros_time_override(TimePoint(now, ClockType.ROS_TIME))
-        clock.remove_clock_callback(handle)
-        with pytest.raises(RCLError, match="was not found"):
-            clock.remove_clock_callback(handle)
-
-    run(robot)
-    assert heard == ["before", 80, "before", -90]
-
-
 def test_a_clock_event_ends_a_sleep() -> None:
     seen: list[Any] = []
 
@@ -208,26 +137,6 @@ def test_a_clock_event_ends_a_sleep() -> None:
 
     run(robot)
     assert seen == [2.0, 12.0]
-
-
-def test_a_guard_condition_is_taken_by_the_wait_that_it_ends() -> None:
-    seen: list[Any] = []
-
-    def robot(kernel: Kernel) -> None:
-        guards = [GuardCondition(node("robot").context) for _ in range(2)]
-        guards[1].trigger_guard_condition()
-        seen.append(wait("guard_condition", guards))
-        seen.append(wait("guard_condition", guards, timeout_s=0.5))
-
-        def other() -> None:
-            kernel.sleep(0.25)
-            guards[0].trigger_guard_condition()
-
-        kernel.spawn("other", other)
-        seen.append((wait("guard_condition", guards), kernel.now_s))
-
-    run(robot)
-    assert seen == [[1], [], ([0], 0.75)]
 
 
 def test_a_loop_that_polls_without_end_is_an_error() -> None:
