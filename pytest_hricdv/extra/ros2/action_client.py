@@ -64,18 +64,18 @@ class ActionClient(Destroyable):
 
     def take_goal_response(self, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
         """The number of the request, and the response; (None, None) if there is none, as of the following ones."""
-        return self._taken(self.goal, kind)
+        return self._take(self.goal, kind)
 
     def take_cancel_response(self, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
         """Likewise of a cancellation."""
-        return self._taken(self._cancel, kind)
+        return self._take(self._cancel, kind)
 
     def take_result_response(self, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
         """Likewise of a result."""
-        return self._taken(self._result, kind)
+        return self._take(self._result, kind)
 
     @staticmethod
-    def _taken(client: Client, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
+    def _take(client: Client, kind: type[Any]) -> tuple[int, Any] | tuple[None, None]:
         info, response = client.take_response(kind)
         return (None, None) if info is None else (info.request_id.sequence_number, response)
 

@@ -85,18 +85,18 @@ class ActionServer(Destroyable):
 
     def take_goal_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
         """Whose request is the oldest, and the request; (None, None) if there is none, as of the following ones."""
-        return self._taken(self._goal, kind)
+        return self._take(self._goal, kind)
 
     def take_cancel_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
         """Likewise to cancel goals."""
-        return self._taken(self._cancel, kind)
+        return self._take(self._cancel, kind)
 
     def take_result_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
         """Likewise for a result."""
-        return self._taken(self._result, kind)
+        return self._take(self._result, kind)
 
     @staticmethod
-    def _taken(service: Service, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
+    def _take(service: Service, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
         request, info = service.service_take_request(kind)
         return (None, None) if info is None else (info.request_id, request)
 

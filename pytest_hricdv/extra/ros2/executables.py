@@ -84,22 +84,22 @@ class Executables:
             LaunchError: it is not Python, and nothing stands for it; its package is not there; or it has no such
                 executable.
         """
-        replaced = self.replaced(wanted.name, shlex.join(wanted.argv))
+        replaced = self.replacement(wanted.name, shlex.join(wanted.argv))
         if replaced is not None:
             return replaced
         if is_container(wanted.name):
             return IGNORED
         package, slash, executable = wanted.name.partition("/")
         if not slash:
-            raise self._refused(str(wanted), wanted.name, "is a command of the system, which no simulated run has")
+            raise self._refusal(str(wanted), wanted.name, "is a command of the system, which no simulated run has")
         scripts = console_scripts(package, self.sources)
         if executable in (scripts or {}):
             assert scripts is not None
             self._add_to_path(package)
             return scripts[executable]
-        raise self._missing(package, executable, scripts)
+        raise self._missing_error(package, executable, scripts)
 
-    def replaced(self, *names: str) -> Process | str | None:
+    def replacement(self, *names: str) -> Process | str | None:
         """What the testbench has in the place of what has one of these names; None if there is nothing."""
         patterns = self.launch.executables
         exact = next((patterns[name] for name in names if name in patterns), None)
@@ -114,9 +114,9 @@ class Executables:
             LaunchError: nothing does.
         """
         name = f"{package}/{plugin}"
-        replaced = self.replaced(name)
+        replaced = self.replacement(name)
         if replaced is None:
-            raise self._refused(f"composable node {name}", name, "is a class of C++, loaded into a container")
+            raise self._refusal(f"composable node {name}", name, "is a class of C++, loaded into a container")
         return replaced
 
     def _add_to_path(self, package: str) -> None:
@@ -127,7 +127,7 @@ class Executables:
             if str(root) not in sys.path:
                 sys.path.append(str(root))
 
-    def _missing(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
+    def _missing_error(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
         name, file = f"{package}/{executable}", installed_executable(package, executable)
         source = self.sources.get(package)
         if file is not None:
@@ -136,9 +136,9 @@ class Executables:
                 if is_binary(file)
                 else f"is a program that is no console script of Python, {file}"
             )
-            return self._refused(name, name, problem)
+            return self._refusal(name, name, problem)
         if source is not None and (source.folder / "CMakeLists.txt").is_file():
-            return self._refused(name, name, f"is built by CMake, in {source.folder}, as programs of C++ are")
+            return self._refusal(name, name, f"is built by CMake, in {source.folder}, as programs of C++ are")
         if scripts:
             return LaunchError(
                 f"{self.launch}: package {package!r} has no executable {executable!r}; it has "
@@ -150,9 +150,9 @@ class Executables:
                 f"{self.launch}: package {package!r}, {where}, declares no console script, so no {executable!r}; see "
                 "entry_points in its setup.py"
             )
-        return self._refused(name, name, f"is of package {package!r}, which is neither installed nor in the workspace")
+        return self._refusal(name, name, f"is of package {package!r}, which is neither installed nor in the workspace")
 
-    def _refused(self, what: str, name: str, problem: str) -> RefusedError:
+    def _refusal(self, what: str, name: str, problem: str) -> RefusedError:
         return RefusedError(
             name,
             f"{self.launch}: {what} {problem}. Say what stands for it, a function or an entry of Python, or leave it "

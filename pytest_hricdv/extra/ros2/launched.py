@@ -65,7 +65,7 @@ class LaunchedProcess:
         self._kernel.sleep(duration_s)
 
 
-def launched_process(kernel: Kernel, wanted: Command) -> LaunchedProcess:
+def describe_process(kernel: Kernel, wanted: Command) -> LaunchedProcess:
     """What a function that stands for a command is told."""
     parsed = parse(wanted.argv)
     name = parsed.renamed("__node", "") or wanted.name.rpartition("/")[2]
@@ -115,7 +115,7 @@ class Processes:
         transport = Transport(self.kernel, self._started)
         if target == IGNORED:
             if is_container(wanted.name):
-                container = launched_process(self.kernel, wanted).node
+                container = describe_process(self.kernel, wanted).node
                 container.serve("~/_container/load_node", "composition_interfaces/srv/LoadNode", self._load)
             return transport
         main = self._main(wanted, target)
@@ -131,7 +131,7 @@ class Processes:
             has_parameter = any(
                 parameter.default is parameter.empty for parameter in signature(target).parameters.values()
             )
-            return partial(target, launched_process(self.kernel, wanted)) if has_parameter else partial(target)
+            return partial(target, describe_process(self.kernel, wanted)) if has_parameter else partial(target)
         node = f"{self.executables.launch}: {wanted.name}"
         require_virtual_package(node, target, self.packages)
         return load_entry(node, target, list(wanted.argv))
@@ -139,13 +139,13 @@ class Processes:
     def _load(self, request: Any, response: Any) -> Any:
         """Answer a request of `composition_interfaces/srv/LoadNode` to a container that stands for a real one."""
         try:
-            return self._loaded(request, response)
+            return self._load_component(request, response)
         except InputError as error:
             self.failed(error)
             response.success, response.error_message = False, str(error)
             return response
 
-    def _loaded(self, request: Any, response: Any) -> Any:
+    def _load_component(self, request: Any, response: Any) -> Any:
         target = self.executables.component(request.package_name, request.plugin_name)
         name = request.node_name or request.plugin_name.rpartition("::")[2]
         rules = [f"__node:={name}", f"__ns:={request.node_namespace or '/'}", *request.remap_rules]

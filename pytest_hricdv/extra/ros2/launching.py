@@ -158,17 +158,13 @@ def _may_use(entities: Any, name: str) -> bool:
     return False
 
 
-_NESTED = 8
-"""How deep substitutions are looked for in what an action has: twice the depth of a list of parameters."""
-
-
 def _names(values: Any, name: str, depth: int) -> bool:
     for value in values:
         if type(value).__name__ == "LaunchConfiguration":
             texts = getattr(value, "variable_name", ())
             if "".join(getattr(text, "text", "") for text in texts) == name:
                 return True
-        if depth < _NESTED:
+        if depth < 8:  # a list of parameters has 4 levels
             inner: Any = ()
             if isinstance(value, Mapping):
                 inner = [*value.keys(), *value.values()]

@@ -24,7 +24,7 @@ _NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "site-packag
 """Folders of a workspace in which colcon and Python keep what they have made."""
 _IGNORING = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _DEPTH = 4
-"""Of folders below a workspace in which packages are looked for. Chosen: src/repository/group/package."""
+"""Of the folders below a workspace that may be packages: src/repository/group/package."""
 
 _MARKERS = Path("share") / "ament_index" / "resource_index" / "packages"
 

@@ -38,7 +38,7 @@ def process_of(node: Node | None) -> Process | None:
 
 
 @dataclass(frozen=True, eq=False)  # a key by identity: what it is of need not be hashable
-class Variable:
+class ModuleVariable:
     """A variable of a module, which functions of the module set; and what it is when the module has been imported."""
 
     module: dict[str, Any]
@@ -69,9 +69,9 @@ class ModuleVariables:
     def __init__(self, packages: Iterable[str]) -> None:
         self._packages = frozenset(package.partition(".")[0] for package in packages)
         self._known: set[str] = set()
-        self._variables = [Variable(vars(sys), "argv", sys.argv), Variable(vars(os), "environ", os.environ)]
+        self._variables = [ModuleVariable(vars(sys), "argv", sys.argv), ModuleVariable(vars(os), "environ", os.environ)]
 
-    def __iter__(self) -> Iterator[Variable]:
+    def __iter__(self) -> Iterator[ModuleVariable]:
         return iter(self._variables)
 
     def update(self) -> None:
@@ -87,7 +87,7 @@ class ModuleVariables:
         names = vars(module)
         file = names.get("__file__") or ""
         for name in sorted(_set_by_functions(str(file)) & names.keys()):
-            self._variables.append(Variable(names, name, names[name]))
+            self._variables.append(ModuleVariable(names, name, names[name]))
 
 
 class Process:
@@ -117,7 +117,7 @@ class Process:
         own: dict[str, Any] = {"argv": list(arguments)}
         if environ is not None:
             own["environ"] = dict(environ)
-        self._values: dict[Variable, Any] = {
+        self._values: dict[ModuleVariable, Any] = {
             variable: own[variable.name]
             for variable in variables
             if variable.name in own and variable.module in (vars(sys), vars(os))

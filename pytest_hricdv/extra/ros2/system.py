@@ -85,7 +85,7 @@ class Ros2Overlay:
         carry_with(kernel, bridge)
         need_no_clock_topic(kernel)
         files = [find(launch) for launch in nodes if isinstance(launch, Launch)]
-        started = [(node, self._loaded(node)) for node in nodes if not isinstance(node, Launch)]
+        started = [(node, self._load_node(node)) for node in nodes if not isinstance(node, Launch)]
         variables = ModuleVariables(self._packages)
         self._know(variables)
         self.modules.imported.append(lambda: self._know(variables))
@@ -114,7 +114,7 @@ class Ros2Overlay:
         variables.update()
         adapt_rclpy()
 
-    def _loaded(self, node: RosNode) -> Callable[[], object]:
+    def _load_node(self, node: RosNode) -> Callable[[], object]:
         if not isinstance(node, RosNode):
             raise LaunchError(f"expected RosNode(...) or Launch(...), not {node!r}")
         try:

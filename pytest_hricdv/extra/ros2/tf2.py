@@ -20,12 +20,12 @@ from pytest_hricdv.extra.ros2.transforms import (
     Stored,
     Transform,
     Vector,
-    added,
+    add,
     cross,
     inverse,
-    negated,
+    negate,
     product,
-    rotated,
+    rotate,
     seconds,
 )
 
@@ -168,18 +168,18 @@ class BufferCore:
         start, _ = self._tree.lookup(observation_frame, tracking_frame, round(start_s * 1e9))
         end, _ = self._tree.lookup(observation_frame, tracking_frame, round(end_s * 1e9))
         turned = product(inverse(start.rotation), end.rotation)
-        moved = added(end.translation, negated(start.translation))
-        twist = rotated(start.rotation, _scaled(_axis(turned), _angle(turned) / took_s))
+        moved = add(end.translation, negate(start.translation))
+        twist = rotate(start.rotation, _scale(_axis(turned), _angle(turned) / took_s))
         to_reference, _ = self._tree.lookup(reference_frame, tracking_frame, time_ns)
-        angular = rotated(to_reference.rotation, twist)
-        linear = added(
-            rotated(to_reference.rotation, _scaled(moved, 1.0 / took_s)), cross(to_reference.translation, angular)
+        angular = rotate(to_reference.rotation, twist)
+        linear = add(
+            rotate(to_reference.rotation, _scale(moved, 1.0 / took_s)), cross(to_reference.translation, angular)
         )
         point_to_reference, _ = self._tree.lookup(reference_frame, reference_point_frame, time_ns)
-        delta = added(point_to_reference.of(reference_point), negated(to_reference.of(NO_WAY)))
+        delta = add(point_to_reference.of(reference_point), negate(to_reference.of(NO_WAY)))
         # As tf2 has it: the product of the components, where a cross product was meant.
         further = (angular[0] * delta[0], angular[1] * delta[1], angular[2] * delta[2])
-        return added(linear, further), angular
+        return add(linear, further), angular
 
     def all_frames_as_string(self) -> str:
         """A sentence for each frame that has a parent."""
@@ -196,7 +196,7 @@ class BufferCore:
         return self._tree.names
 
 
-def _scaled(v: Vector, by: float) -> Vector:
+def _scale(v: Vector, by: float) -> Vector:
     return (v[0] * by, v[1] * by, v[2] * by)
 
 
@@ -204,7 +204,7 @@ def _axis(q: tuple[float, float, float, float]) -> Vector:
     length_squared = 1.0 - min(1.0, q[3] * q[3])
     if length_squared < sys.float_info.epsilon * 10:
         return (1.0, 0.0, 0.0)  # of no rotation: any
-    return _scaled((q[0], q[1], q[2]), 1.0 / math.sqrt(length_squared))
+    return _scale((q[0], q[1], q[2]), 1.0 / math.sqrt(length_squared))
 
 
 def _angle(q: tuple[float, float, float, float]) -> float:

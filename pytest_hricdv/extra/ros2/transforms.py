@@ -34,18 +34,18 @@ def inverse(q: Quaternion) -> Quaternion:
     return (-q[0], -q[1], -q[2], q[3])
 
 
-def rotated(q: Quaternion, v: Vector) -> Vector:
+def rotate(q: Quaternion, v: Vector) -> Vector:
     """A vector, rotated."""
     x, y, z, _ = product(product(q, (*v, 0.0)), inverse(q))
     return (x, y, z)
 
 
-def added(a: Vector, b: Vector) -> Vector:
+def add(a: Vector, b: Vector) -> Vector:
     """The sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-def negated(v: Vector) -> Vector:
+def negate(v: Vector) -> Vector:
     """The vector back."""
     return (-v[0], -v[1], -v[2])
 
@@ -80,7 +80,7 @@ class Transform:
 
     def of(self, point: Vector) -> Vector:
         """A point of the child frame, in the parent frame."""
-        return added(rotated(self.rotation, point), self.translation)
+        return add(rotate(self.rotation, point), self.translation)
 
     def after(self, first: Transform) -> Transform:
         """Both, `first` first."""
@@ -89,7 +89,7 @@ class Transform:
     def inverted(self) -> Transform:
         """The way back."""
         back = inverse(self.rotation)
-        return Transform(rotated(back, negated(self.translation)), back)
+        return Transform(rotate(back, negate(self.translation)), back)
 
 
 @dataclass(frozen=True)

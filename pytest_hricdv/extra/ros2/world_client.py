@@ -59,7 +59,7 @@ def wait_for(kind: str, entity: Awaited, timeout_s: float | None) -> None:
 
 
 _FEEDBACK_DEPTH = 1000
-"""Feedback that nobody takes is kept so far (chosen, as of the world's subscriptions): 100 s at 10 Hz."""
+"""Feedback messages kept until they are taken, as for the subscriptions of the world: 100 s at 10 Hz."""
 
 
 class SentGoal:

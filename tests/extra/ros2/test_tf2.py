@@ -23,7 +23,7 @@ from pytest_hricdv.extra.ros2.frame_tree import (
     LookupException,
 )
 from pytest_hricdv.extra.ros2.tf2 import BufferCore
-from pytest_hricdv.extra.ros2.transforms import Quaternion, Transform, inverse, product, rotated, slerp
+from pytest_hricdv.extra.ros2.transforms import Quaternion, Transform, inverse, product, rotate, slerp
 
 _TURN = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
 """By 90 degrees about z."""
@@ -191,7 +191,7 @@ def test_transforms_compose_and_invert(a: Any, moved_a: Any, b: Any, moved_b: An
     first, second = Transform(moved_a, a), Transform(moved_b, b)
     assert second.after(first).of(point) == pytest.approx(second.of(first.of(point)), abs=1e-9)
     assert first.inverted().of(first.of(point)) == pytest.approx(point, abs=1e-9)
-    assert rotated(product(a, inverse(a)), point) == pytest.approx(point, abs=1e-9)
+    assert rotate(product(a, inverse(a)), point) == pytest.approx(point, abs=1e-9)
 
 
 @given(_ROTATIONS, _ROTATIONS, st.floats(0.0, 1.0))
