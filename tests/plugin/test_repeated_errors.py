@@ -7,7 +7,14 @@ import pytest
 from tests.plugin.project import A_WORKER, change, outcomes
 
 SUITE = "--hri-suite=by-hand"
-each_way = pytest.mark.parametrize("options", [(), A_WORKER, ("-p", "no:xdist")], ids=["plain", "worker", "no xdist"])
+each_way = pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param((), id="plain"),
+        pytest.param(A_WORKER, id="worker", marks=pytest.mark.slow),
+        pytest.param(("-p", "no:xdist"), id="no xdist", marks=pytest.mark.slow),
+    ],
+)
 
 
 def break_guide(lamps: pytest.Pytester, how: str = 'raise ConnectionError(f"lamp {level} unplugged")') -> None:

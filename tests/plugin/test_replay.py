@@ -28,10 +28,22 @@ def edit(lamps: pytest.Pytester, **changed: Any) -> None:
     path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | changed), encoding="utf-8")
 
 
+@pytest.fixture(scope="module")
+def report_files() -> dict[str, bytes]:
+    """The files of the report of a run in which one test has failed, once there was such a run."""
+    return {}
+
+
 @pytest.fixture
-def failed(lamps: pytest.Pytester) -> pytest.Pytester:
+def failed(lamps: pytest.Pytester, report_files: dict[str, bytes]) -> pytest.Pytester:
     """The project, after a run in which one test has failed."""
-    lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-k", BRIGHT)
+    if not report_files:
+        lamps.runpytest_inprocess("--hri-suite=rl", "--hri-strict", "-k", BRIGHT)
+        files = [file for file in (lamps.path / "hri-report").rglob("*") if file.is_file()]
+        report_files.update({str(file.relative_to(lamps.path)): file.read_bytes() for file in files})
+    for name, content in report_files.items():
+        (lamps.path / name).parent.mkdir(parents=True, exist_ok=True)
+        (lamps.path / name).write_bytes(content)
     return lamps
 
 
@@ -186,7 +198,7 @@ def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
     assert "replay" not in report(lamps.path)["tests"][0]
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["plain", "on two workers"])
+@plain_and_slowly_in_other_modes
 @pytest.mark.parametrize(
     ("changed", "told"),
     [

@@ -10,7 +10,12 @@ from tests.plugin.project import A_WORKER, change, report
 
 BELOW = Path("tests", "hri")
 each_way = pytest.mark.parametrize(
-    "options", [(), A_WORKER, ("-p", "no:xdist")], ids=["plain", "on a worker", "without xdist"]
+    "options",
+    [
+        pytest.param((), id="plain"),
+        pytest.param(A_WORKER, id="on a worker", marks=pytest.mark.slow),
+        pytest.param(("-p", "no:xdist"), id="without xdist", marks=pytest.mark.slow),
+    ],
 )
 
 

@@ -100,6 +100,7 @@ def test_what_a_started_process_ends_with_is_the_end_of_its_test(forkless: pytes
     assert sorted(test["outcome"] for test in report(forkless.path)["tests"]) == ["error", "failed"]
 
 
+@pytest.mark.slow
 def test_faults_cannot_be_tried_without_forks(forkless: pytest.Pytester) -> None:
     result = forkless.runpytest_subprocess("--hri-suite=rl", "--hri-mutate")
     assert result.ret == pytest.ExitCode.USAGE_ERROR

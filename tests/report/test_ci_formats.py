@@ -96,11 +96,11 @@ def test_odd_names_break_no_table_and_no_fence(name: str, title: str) -> None:
 
 
 def test_a_campaign_of_failures_stays_small() -> None:
-    report = sample.data(tests=3000)
+    report = sample.data(tests=1000)
     for test in report["tests"]:
         test["outcome"] = "failed"
     text = markdown(report)
-    assert "and 2990 more: see the report" in text
+    assert "and 990 more: see the report" in text
     assert len(text) < 60_000
 
 

@@ -71,6 +71,7 @@ def source(tmp_path: Path) -> Path:
     return tmp_path / "source"
 
 
+@pytest.mark.slow
 def test_each_test_is_run_also_after_one_that_stops_the_run(tmp_path: Path, source: Path) -> None:
     done = _conformance(tmp_path, str(source))
     assert done.returncode == 1, done.stderr
