@@ -18,7 +18,7 @@ from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import ReinforcementLearning
 from pytest_hricdv.generate.saved_table import SavedTable, read_warm_start
-from tests.generate.toy import GUIDE, LAMPS, lamps
+from tests.generate.toy import LAMPS, lamps
 
 names = st.text(min_size=1, max_size=5)
 tables = st.builds(
@@ -60,46 +60,10 @@ def test_a_saved_table_has_the_same_bytes_again_and_no_temporary_file_remains(co
     assert saved.maxima == {"guide": 2, "visitor": 2}
 
 
-def test_learning_continues_from_a_table_and_notes_it(context: GenerationContext) -> None:
-    assert context.model is not None
-    start = read_warm_start(_learned(context), context.model, LAMPS)
-    cold, warm = context, replace(context, start=start)
-    assert cold.fingerprint("rl") != warm.fingerprint("rl")
-    suite = ReinforcementLearning().generate(warm)
-    assert suite.generation.notes[0] == "learning began with q.json"
-    assert suite.generation.q_delta != ReinforcementLearning().generate(cold).generation.q_delta
-
-
 def test_the_file_of_the_table_has_no_effect_on_the_suite(context: GenerationContext) -> None:
     elsewhere = replace(context, save=None)
     assert ReinforcementLearning().generate(elsewhere) == ReinforcementLearning().generate(context)
     assert elsewhere.fingerprint("rl") == context.fingerprint("rl")
-
-
-def test_learning_begins_with_belief_sets(context: GenerationContext, tmp_path: Path) -> None:
-    assert context.model is not None
-    path = tmp_path / "sets.toml"
-    path.write_text('[[aim]]\nbeliefs = ["hall", "polite", "bright"]\n[[aim]]\nbeliefs = ["curt"]\n')
-    start = read_warm_start(path, context.model, LAMPS)
-    assert start.subsets == (("hall", "polite", "bright"),)
-    cold = ReinforcementLearning().generate(context)
-    warm = ReinforcementLearning().generate(replace(context, start=start))
-    assert warm.generation.notes[0] == "learning began with sets.toml"
-    assert warm.generation.bdi_runs != cold.generation.bdi_runs
-    path.write_text('[[aim]]\nbeliefs = ["curt"]\n')
-    with pytest.raises(GenerateError, match="no belief set with a start belief"):
-        read_warm_start(path, context.model, LAMPS)
-
-
-def test_a_table_of_another_model_is_an_error_with_both_hashes(context: GenerationContext) -> None:
-    assert context.model is not None
-    path, before = _learned(context), context.model.sha256()
-    (context.model.path.parent / "guide.asl").write_text(GUIDE.replace("switch.", "greet; switch."), encoding="utf-8")
-    after = context.model.sha256()
-    assert before != after
-    message = f"another model: it was learned on lamps.mas2j of sha256 {before}, and .*lamps.mas2j has {after}; learn"
-    with pytest.raises(GenerateError, match=message):
-        read_warm_start(path, context.model, LAMPS)
 
 
 def test_the_hash_of_a_model_depends_on_files_and_fields_but_not_on_folders(tmp_path: Path) -> None:

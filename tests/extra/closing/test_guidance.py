@@ -58,46 +58,6 @@ def test_tests_whose_interactions_end_well_are_tried_most(run: Callable[[Abstrac
     assert parts[3] + parts[2] > 25
 
 
-def test_a_test_that_was_run_in_vain_again_and_again_yields_to_others() -> None:
-    """What is best may be another one, which failed by chance when it was run first."""
-
-    def failing(test: AbstractTest) -> Observation:
-        found = handover.run(test)
-        return replace(found, distances=((ALL_GIVEN, 4.0 - sum(hit[-1] == "given" for hit in found.hits["handover"])),))
-
-    runs = [*range(20), *range(30, 60)]
-
-    def chosen(numbers: list[int]) -> Counter[int]:
-        _, found = guided(numbers, failing)
-        rng = make_rng("again")
-        return Counter(script[0] for _ in range(40) if (script := found.test(rng)) is not None)
-
-    [(favourite, often)] = chosen(runs).most_common(1)
-    assert chosen([*runs, *[favourite] * 12])[favourite] < often / 2
-
-
-def test_what_failed_once_by_chance_is_tried_again() -> None:
-    """Three interactions that are well prepared give three parts, but the first time one of them failed."""
-
-    def unlucky(test: AbstractTest) -> Observation:
-        found = handover.run(test)
-        hits = tuple((*hit[:2], "kept" if hit[:2] == ("3", "11") else hit[2]) for hit in found.hits["handover"])
-        return replace(
-            found,
-            hits={**found.hits, "handover": hits},
-            distances=((ALL_GIVEN, 3.0 - sum(hit[-1] == "given" for hit in hits)),),
-        )
-
-    pool = Pool(handover.exploration(), handover.SPACE, {"handover": handover.planned})
-    interactions = [
-        [interaction.planned for interaction in pool.interactions(number)] for number in range(len(pool.tests))
-    ]
-    once = next(number for number, each in enumerate(interactions) if each.count(("3", "11")) == 1)
-    _, found = guided([*range(20), once, *[interactions.index([("2", "11")] * 2)] * 3], unlucky)
-    best, rng = interactions.index([("3", "11")] * 3), make_rng("again")
-    assert sum((found.test(rng) or (None,))[0] == best for _ in range(40)) > 10
-
-
 def test_where_no_open_point_has_a_distance_there_is_no_guidance() -> None:
     _, found = guided([])
     assert found.test(make_rng("none")) is None
@@ -113,9 +73,3 @@ def test_the_slopes_of_a_linear_function_are_found(wanted: list[float], offset: 
     values = [offset + sum(slope * each for slope, each in zip(wanted, row, strict=True)) for row in rows]
     found = regression(rows, values)
     assert all(abs(one - other) < 1e-3 for one, other in zip(found, wanted, strict=True))
-
-
-def test_what_never_varied_and_what_nothing_depends_on_has_no_slope() -> None:
-    assert regression([[1.0, 0.0], [1.0, 1.0]] * 10, [2.0, 2.0] * 10) == [0.0, 0.0]
-    assert regression([], []) == []
-    assert regression([[], []], [1.0, 2.0]) == []

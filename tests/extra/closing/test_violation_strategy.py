@@ -10,10 +10,10 @@ import pytest
 
 from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.extra.closing.evidence import nearest_runs, violation_estimate
-from pytest_hricdv.extra.closing.loop import GENERATION, STALLED, Loop, OnlineWeights, searched
+from pytest_hricdv.extra.closing.evidence import violation_estimate
+from pytest_hricdv.extra.closing.loop import GENERATION, Loop, OnlineWeights, searched
 from pytest_hricdv.extra.closing.observation import Observation
-from pytest_hricdv.extra.closing.records import NearestRun, ViolationEstimate
+from pytest_hricdv.extra.closing.records import ViolationEstimate
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, never_decisive
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
@@ -113,16 +113,6 @@ def test_a_search_has_a_tenth_of_the_runs_made_and_none_but_those_left(
     assert len(closed(runs, search).entries) == GENERATION + made
 
 
-def test_a_tenth_of_many_runs_is_more_than_a_generation() -> None:
-    budget = Budget(1000)
-    budget.used = 300
-    archive = Archive([])
-    archive.add(entering(AbstractTest("a", "s", "t", (), ("enter",))))
-    loop = Loop(archive, [], Runs(), 0, budget, searcher=ViolationStrategy(("R3",), SPACE))
-    assert searched(loop, "closed", None) == "closed"
-    assert budget.used == 330
-
-
 def test_a_loop_that_ended_early_is_not_followed_by_a_search() -> None:
     budget = Budget(100)
     archive = Archive([("never",)])
@@ -180,35 +170,6 @@ def test_where_no_parameter_can_have_another_value_nothing_is_searched() -> None
     loop = Loop(archive, [Enters(("wait",))], Runs(yields), 0, Budget(400), searcher=ViolationStrategy(("R1",), SPACE))
     assert searched(loop, loop.run(), 50) == "closed"
     assert len(archive.entries) == GENERATION
-
-
-def test_a_quarter_of_the_runs_searches_while_nothing_pays() -> None:
-    runner = Runs()
-    archive = Archive([("entered",), ("never",)])
-    loop = Loop(
-        archive, [Enters()], runner, 0, Budget(STALLED + 5 * GENERATION), searcher=ViolationStrategy(("R3",), SPACE)
-    )
-    assert loop.run() == "runs"
-    searching = [entry.number for entry in archive.entries if entry.way == NAME]
-    assert min(searching) >= STALLED
-    by_generation = [sum(number // GENERATION == place for number in searching) for place in range(15)]
-    assert set(by_generation) <= {0, GENERATION // 4}
-    assert by_generation[-1] == GENERATION // 4
-    assert set(runner.sizes) == {GENERATION}
-
-
-def test_the_nearest_run_is_that_of_the_least_margin_beside_how_much_margins_differ() -> None:
-    archive = Archive([])
-    for margin, unused in ((3.0, ("a", "b")), (1.0, ("a",)), (1.0, ("a", "b"))):
-        number = len(archive.entries)
-        test = AbstractTest(f"t{number}", "s", "t", (), ("enter",))
-        archive.add(Observation(test.to_data(), margins={"R1": margin}, unused={"R1": unused, "R2": ()}), way="model")
-    r1, r2 = nearest_runs(archive, {2}, ())
-    assert r1 == NearestRun(
-        requirement="R1", margin=1.0, spread=2.0, test="t2", runs=3, searched=0, never_decisive=("a",)
-    )
-    assert (r2.margin, r2.spread, r2.test, r2.runs) == (None, None, "", 3)
-    assert next(nearest_runs(archive, (), {1, 2})).margin == 3.0
 
 
 @pytest.mark.parametrize(
