@@ -16,22 +16,6 @@ from tests.extra.ros2.system import node, run
 
 
 @pytest.mark.parametrize(
-    ("name", "full"),
-    [
-        ("scan", "/cell/scan"),
-        ("/scan", "/scan"),
-        ("~", "/cell/arm"),
-        ("~/state", "/cell/arm/state"),
-        ("{node}/state", "/cell/arm/state"),
-        ("{ns}/state", "/cell/state"),
-    ],
-)
-def test_a_name_is_expanded(name: str, full: str) -> None:
-    assert names.expand(name, "arm", "/cell") == full
-    assert names.full_topic_name_fault(full) is None
-
-
-@pytest.mark.parametrize(
     ("name", "what", "index"),
     [
         ("", "must not be empty", 0),
@@ -55,36 +39,9 @@ def test_a_wrong_name_is_refused_with_the_place(name: str, what: str, index: int
         names.expand(name, "arm", "/")
 
 
-@pytest.mark.parametrize("name", ["scan", "/scan/", "/a//b", "/2nd", "/a b", ""])
-def test_a_full_name_is_checked(name: str) -> None:
-    assert names.full_topic_name_fault(name) is not None
-
-
 def test_an_unknown_substitution_is_refused() -> None:
     with pytest.raises(ValueError, match=r"unknown substitution '\{robot\}'"):
         names.expand("{robot}/scan", "arm", "/")
-
-
-def test_arguments_rename_a_node_and_its_topics() -> None:
-    def robot(kernel: Kernel) -> None:
-        made = node("arm", "--ros-args", "-r", "__node:=left", "-r", "__ns:=/cell", "-r", "scan:=/lidar")
-        assert made.get_fully_qualified_name() == "/cell/left"
-        assert made.logger_name() == "cell.left"
-        assert made.resolve("scan") == "/lidar"
-        assert made.resolve("/scan") == "/scan"
-        other = node("arm", "--ros-args", "-r", "gripper:scan:=/lidar")
-        assert other.resolve("scan") == "/scan"
-
-    run(robot)
-
-
-@pytest.mark.parametrize("name", ["2arm", "ar m", ""])
-def test_a_wrong_node_name_is_refused(name: str) -> None:
-    def robot(kernel: Kernel) -> None:
-        with pytest.raises(ValueError, match="invalid node name"):
-            node(name)
-
-    run(robot)
 
 
 @dataclass
