@@ -80,7 +80,7 @@ class Experiments:
         groups = self.grouping(replace(self.evidence, asks=True))
         self.ended = "done"
         try:
-            while (wanted := self._next(groups)) is not None and self._confirmed(wanted[1]) < enough:
+            while (wanted := self._next(groups)) is not None and self._confirm(wanted[1]) < enough:
                 if self.used + (1 if wanted[0] in self.controls else 2) > self.budget:
                     self.ended = "runs"
                     break
@@ -92,7 +92,7 @@ class Experiments:
 
     def _next(self, groups: Sequence[Group]) -> tuple[str, Group] | None:
         """The test and the group of the next experiment: the group with fewest tests tried, the largest first."""
-        open_groups = [(self._confirmed(group), number) for number, group in enumerate(groups) if self._open(group)]
+        open_groups = [(self._confirm(group), number) for number, group in enumerate(groups) if self._open(group)]
         if not open_groups:
             return None
         group = groups[min(open_groups)[1]]
@@ -103,7 +103,7 @@ class Experiments:
         names = group.nodeids if group.change else ()
         return [name for name in names if name in self.tests and (name, group.change) not in self._tried]
 
-    def _confirmed(self, group: Group) -> int:
+    def _confirm(self, group: Group) -> int:
         return sum((name, group.change) in self._tried for name in group.nodeids)
 
     def length(self, nodeid: str) -> tuple[int, str]:

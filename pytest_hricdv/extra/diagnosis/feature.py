@@ -56,7 +56,7 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
         from pytest_hricdv.coverage.own_coverage import debugger
         from pytest_hricdv.extra.diagnosis.records import LINES
 
-        return result if debugger() else LINES.put(result, self._tracing(context).trace(case.result))
+        return result if debugger() else LINES.put(result, self._trace(context).trace(case.result))
 
     def after_isolated_test(self, context: RunContext, result: TestResult) -> None:
         """Counts its traced run among those of this process."""
@@ -66,13 +66,13 @@ class DiagnosisFeature(Feature[DiagnosisOptions]):
 
         lines = LINES.of(result)
         if lines is not None and lines.files:
-            self._tracing(context).count([name for name in result.requirements if result.violates(name)] or [""])
+            self._trace(context).count([name for name in result.requirements if result.violates(name)] or [""])
 
     def _traces(self, context: RunContext) -> bool:
         """Whether lines of failing runs are looked for: the page has to have the texts that they are of."""
         return self.settings(context.options).runs != 0 and bool(context.code.files)
 
-    def _tracing(self, context: RunContext) -> LineTracer:
+    def _trace(self, context: RunContext) -> LineTracer:
         from pytest_hricdv.extra.diagnosis.executed_lines import LineTracer
 
         if _TRACING not in context.stash:

@@ -38,7 +38,7 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
         ended=max((basis.ended for basis in bases), key=DIAGNOSIS_ENDS.index),
         experiments=experiments,
     )
-    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_traced(cause, before) for cause in made)), basis)
+    return DIAGNOSIS.put(CAUSES.put(merged, tuple(_add_trace(cause, before) for cause in made)), basis)
 
 
 def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Decision | None:
@@ -54,7 +54,7 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
     )
 
 
-def _traced(cause: Cause, before: Sequence[Cause]) -> Cause:
+def _add_trace(cause: Cause, before: Sequence[Cause]) -> Cause:
     """The cause with the places of the report that has most of its tests: there, runs were traced."""
     same = sorted((other for other in before if other.id == cause.id), key=canonical)
     largest = max(same, key=lambda other: (len(other.tests), canonical(other)), default=cause)

@@ -162,12 +162,12 @@ class PairSearch:
         deciding = NeighborSearch(test, space, control, wanted & set(control.violated), experiments.ran, left - to_show)
         decision = deciding.decision(before)
         if decision is not None and deciding.neighbour is not None and deciding.used < left:
-            decision = replace(decision, neighbour=self._shown(deciding.neighbour))
+            decision = replace(decision, neighbour=self._show(deciding.neighbour))
         if decision is not None:
             for requirement in wanted:
                 self.made[nodeid, requirement] = decision
 
-    def _shown(self, neighbour: ConcreteTest) -> Neighbour | None:
+    def _show(self, neighbour: ConcreteTest) -> Neighbour | None:
         self.experiments.used += 1
         return self.neighbour_runner(neighbour)
 

@@ -146,7 +146,7 @@ def readers(files: Iterable[SourceFile], places: Collection[Place]) -> Iterator[
             first = max((first for first in file.statements if first <= line), default=0)
             reading.setdefault(name, []).append((file.name, first))
     for file in files:
-        for names, line in _defined(trees[file.name]):
+        for names, line in _definitions(trees[file.name]):
             first = max((first for first in file.statements if first <= line), default=0)
             if (file.name, first) in places:
                 yield (file.name, first), [place for name in names for place in reading.get(name, ())]
@@ -170,11 +170,11 @@ def _read(tree: ast.AST) -> Iterator[tuple[str, int]]:
                     yield node.attr, node.lineno
 
 
-def _defined(tree: ast.Module | ast.ClassDef) -> Iterator[tuple[list[str], int]]:
+def _definitions(tree: ast.Module | ast.ClassDef) -> Iterator[tuple[list[str], int]]:
     """Names that statements outside of functions define, with the lines."""
     for statement in tree.body:
         if isinstance(statement, ast.ClassDef):
-            yield from _defined(statement)
+            yield from _definitions(statement)
         elif isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
             targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
             names = [node.id for target in targets for node in ast.walk(target) if isinstance(node, ast.Name)]

@@ -199,11 +199,11 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     messages: Mapping[str, Mapping[str, KindName]] = {}
 
 
-def _renamed(causes: tuple[Cause, ...], names: FileNames) -> tuple[Cause, ...]:
+def _rename(causes: tuple[Cause, ...], names: FileNames) -> tuple[Cause, ...]:
     return tuple(replace(cause, replay=names.replay(cause.replay)) for cause in causes)
 
 
-CAUSES: Section[tuple[Cause, ...]] = Section("causes", tuple[Cause, ...], (), rename=_renamed)
+CAUSES: Section[tuple[Cause, ...]] = Section("causes", tuple[Cause, ...], (), rename=_rename)
 """The causes, new ones first, then those of most tests."""
 
 DIAGNOSIS: Section[Diagnosis | None] = Section("diagnosis", Diagnosis | None, None)

@@ -84,7 +84,7 @@ def runner(rerunning: TestRerunner, code: CodeMap, traced: Mapping[str, Concrete
 
     def run_here(test: ConcreteTest) -> RunSummary | None:
         if traced.get(test.id) == test and not debugger():
-            return _traced(rerunning, code, named(test, "experiment"))
+            return _trace_run(rerunning, code, named(test, "experiment"))
         result = rerunning.run(named(test, "experiment"))
         return None if result is None else ran(result)
 
@@ -137,7 +137,7 @@ def in_fork(rerunning: TestRerunner, work: Callable[[], Struct | None]) -> bytes
         process.close()
 
 
-def _traced(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
+def _trace_run(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> RunSummary | None:
     tracing = Tracer(code)
     settings = rerunning.settings
     result = replace(rerunning, settings=settings.measured_by(tracing)).run(test, tracing.begun, [tracing])

@@ -194,7 +194,7 @@ class Tracer:
             )
             for place, step in sorted(last.items(), key=lambda item: -item[1])
         )
-        stacks, taken = self._followed(end)
+        stacks, taken = self._follow(end)
         return ViolationTrace(
             until_s=time_s,
             is_said=is_said,
@@ -205,7 +205,7 @@ class Tracer:
             stood=tuple(tuple(self._all[place] for place in reversed(stack)) for _, stack in sorted(stacks.items())),
         )
 
-    def _followed(self, end: int) -> tuple[dict[int, list[int]], set[tuple[int, int]]]:
+    def _follow(self, end: int) -> tuple[dict[int, list[int]], set[tuple[int, int]]]:
         """Of each node, the statements that it is in, the outermost first; and which statement followed on which."""
         stacks: dict[int, list[int]] = {}
         taken = set()

@@ -158,12 +158,15 @@ class _Triage:
         reason = f"{self.report.known_violations[requirement]}; {REASON}" if replaces else REASON
         causes = ",".join(
             dict.fromkeys(
-                (*(self._known(requirement) if replaces else ()), *(self.ids[failure] for failure in failures))
+                (
+                    *(self._violations(requirement) if replaces else ()),
+                    *(self.ids[failure] for failure in failures),
+                )
             )
         )
         return TriageEntry(requirement, condition, f"{requirement} of {causes} while {text}: {reason}", replaces)
 
-    def _known(self, requirement: str) -> Iterator[str]:
+    def _violations(self, requirement: str) -> Iterator[str]:
         """The causes of what the entry of a requirement tolerates by now."""
         for failure, name in self.ids.items():
             if failure.requirement == requirement and failure.is_known:
@@ -189,7 +192,7 @@ class _Triage:
             (inside if is_inside else outside).extend(violated)
             if result.verdict == "Passed" and passing < MAX_PASSING:
                 passing += 1
-                elsewhere += [RunMoment(nodeid, time_s) for time_s in _decided(test, requirement)]
+                elsewhere += [RunMoment(nodeid, time_s) for time_s in _decide(test, requirement)]
         unique = (tuple(dict.fromkeys(moments)) for moments in (inside, outside, elsewhere))
         return Examples(*unique)
 
@@ -208,7 +211,7 @@ class _Triage:
         return f"no condition separates it; {where}, first in {next(iter(ids))}"
 
 
-def _decided(test: TestResult, requirement: str) -> Iterator[float]:
+def _decide(test: TestResult, requirement: str) -> Iterator[float]:
     """When triggers of a requirement were decided (s)."""
     for trigger in (test.timeline.triggers.get(requirement, "") if test.timeline else "").split():
         yield float(trigger.rstrip("!?").rpartition("-")[2])
@@ -276,7 +279,7 @@ def compare_with_entries(report: Report, entries: Mapping[str, Exemption]) -> It
                 tests = f"{plural(len(failing), 'test')} {'violates' if len(failing) == 1 else 'violate'}"
                 yield (
                     True,
-                    f"{requirement} is known of {_listed(entry)}, but {tests} it for cause {id_of(group)}, first "
+                    f"{requirement} is known of {_list(entry)}, but {tests} it for cause {id_of(group)}, first "
                     f"{subject.tests[failing[0]].id}: mend it, or name it in hri_known_violations",
                 )
         for name in entry.causes:
@@ -288,6 +291,6 @@ def compare_with_entries(report: Report, entries: Mapping[str, Exemption]) -> It
                 )
 
 
-def _listed(entry: Exemption) -> str:
+def _list(entry: Exemption) -> str:
     word = "cause" if len(entry.causes) == 1 else "causes"
     return f"{word} {', '.join(entry.causes)}"

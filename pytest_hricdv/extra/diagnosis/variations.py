@@ -46,7 +46,7 @@ class Variation:
 def variations(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
     """All variations of a test, in the order in which they are to be tried."""
     yield from _without_disturbances(test)
-    yield from _swapped(test)
+    yield from _swap(test)
     yield from _other_commands(test, space)
     yield from _without_actions(test)
     yield from values(test, space)
@@ -68,7 +68,7 @@ def _without_disturbances(test: ConcreteTest) -> Iterator[Variation]:
         yield Variation("disturbance", f"without the disturbance {name}", without(test, name))
 
 
-def _swapped(test: ConcreteTest) -> Iterator[Variation]:
+def _swap(test: ConcreteTest) -> Iterator[Variation]:
     """Neighbours in the order of all actors, the other way round, where neither has to wait for the other.
 
     Where nobody waits for a turn, the order comes from the world: keys of turns would change nothing.
@@ -96,7 +96,7 @@ def _swapped(test: ConcreteTest) -> Iterator[Variation]:
 def _spots(test: ConcreteTest) -> tuple[Spot, ...]:
     """The parameters: those of disturbances first, then of other actions, then the run's.
 
-    Turns are not among them: `_swapped` has all orders of neighbours.
+    Turns are not among them: `_swap` has all orders of neighbours.
     """
     actions = [*enumerate(test.actions)]
     actions.sort(key=lambda entry: (entry[1].disturbance is None, entry[0]))

@@ -84,7 +84,7 @@ def drifts(models: Sequence[CodeModel], testbench: Testbench, tests: Sequence[Te
             *_messages(code, testbench),
             *_values(code, testbench, machine),
             *(_machine(machine, testbench) if machine is not None else ()),
-            *(_unreached(machine, tests) if machine is not None and tests else ()),
+            *(_states_not_reached(machine, tests) if machine is not None and tests else ()),
             *_parameters(code, testbench),
         ):
             by_key.setdefault(drift.key, drift)
@@ -136,7 +136,7 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
             yield Drift("gone", f"{source}->{target}", "", text)
 
 
-def _unreached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Drift]:
+def _states_not_reached(machine: StateMachine, tests: Sequence[TestResult]) -> Iterator[Drift]:
     """States and transitions that no test reaches: no plan of the model leads there."""
     topic, _, field = machine.field.partition(".")
     states: set[str] = set()

@@ -116,7 +116,7 @@ class EnginesView(View):
         for name in sorted(agreed.verdicts, key=natural):
             if agreed.verdicts[name].same < agreed.verdicts[name].tests:
                 yield Line(visible(f"  {name}: {_describe(agreed.verdicts[name], margin_unit(report, name))}"), "warn")
-        yield from _differing(agreed, columns)
+        yield from _tests_that_differ(agreed, columns)
 
     def section(self, report: Report) -> PageSection | None:
         """What depends on the engine, and how far each requirement's verdicts agree."""
@@ -167,7 +167,7 @@ def _describe(verdicts: VerdictAgreement, unit: str) -> str:
     )
 
 
-def _differing(agreed: Agreement, columns: int) -> Iterator[Line]:
+def _tests_that_differ(agreed: Agreement, columns: int) -> Iterator[Line]:
     for test in sorted(agreed.differing, key=natural)[:_MAX_TESTS]:
         yield Line(visible(f"  {test}"), "warn")
         for text in agreed.differing[test]:

@@ -76,13 +76,13 @@ class MutationFeature(Feature[MutationOptions]):
         settings = self.settings(session.options)
         if session.interrupted or not settings.asked:
             return report
-        from pytest_hricdv.extra.mutation.mutating import Mutating, MutationError  # they need mutmut
+        from pytest_hricdv.extra.mutation.mutating import MutationError, MutationRun  # they need mutmut
         from pytest_hricdv.extra.mutation.records import MUTATION
 
         session.say("")
         aggregation = session.aggregation
         processes = aggregation.workers if aggregation.is_distributed else os.cpu_count() or 1
-        mutating = Mutating(
+        mutating = MutationRun(
             session.context, settings, aggregation.chosen, processes, session.say, session.signals.let_through
         )
         try:

@@ -73,10 +73,10 @@ def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutan
 
 def _of_file(source: Source, names: Names, numbers: dict[int, int]) -> Iterator[Mutant]:
     path = str(source.file.path)
-    seen = {_compiled(source.file.text, path)}
+    seen = {_compile(source.file.text, path)}
     ids: Counter[str] = Counter()
-    for operator, line, text in _changed_texts(source, names):
-        compiled = _compiled(text, path)
+    for operator, line, text in _texts_with_change(source, names):
+        compiled = _compile(text, path)
         if compiled is None or compiled in seen:
             continue
         seen.add(compiled)
@@ -87,14 +87,14 @@ def _of_file(source: Source, names: Names, numbers: dict[int, int]) -> Iterator[
         yield Mutant(name, source.file.name, place, numbers[line], operator, before, after, text)
 
 
-def _changed_texts(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
+def _texts_with_change(source: Source, names: Names) -> Iterator[tuple[str, int, str]]:
     for node, line in source.places():
         for name, operator in OPERATORS.items():
             for old, new in operator(node, source, names):
                 yield name, line, source.changed(old, new)
 
 
-def _compiled(text: str, path: str) -> object:
+def _compile(text: str, path: str) -> object:
     """What a text compiles to, without places in the text, to be compared; None where it is no Python."""
     try:
         return _content(compile(text, path, "exec", dont_inherit=True))

@@ -1,4 +1,4 @@
-"""Mutating: when all tests have run, faults are put into the code under test, to see which of them the tests notice."""
+"""After the last test, faults are put into the code under test, to see which of them the tests notice."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class MutationError(Exception):
 
 
 @dataclass
-class Mutating:
+class MutationRun:
     """Tries the mutants of the code under test on the tests of a session.
 
     Args:

@@ -120,17 +120,17 @@ TrialEvent = MutantRunEnd | TrialEnd | ControlDiffers
 
 def events(job: MutationJob) -> Iterator[TrialEvent]:
     """Do a job; what there is to tell, as soon as it is known."""
-    for event in _tried(replace(job, seconds=None), [job.control]):
+    for event in _try(replace(job, seconds=None), [job.control]):
         if isinstance(event, MutantRunEnd) and (event.run.oracles or event.run.changed):
             failed = ", ".join(event.run.oracles)
             yield ControlDiffers(
                 f"{event.run.test}: {event.run.note or (failed and f'{failed} failed') or 'another record'}"
             )
             return
-    yield from _tried(job, job.trials)
+    yield from _try(job, job.trials)
 
 
-def _tried(job: MutationJob, trials: Sequence[MutantTrial]) -> Iterator[MutantRunEnd | TrialEnd]:
+def _try(job: MutationJob, trials: Sequence[MutantTrial]) -> Iterator[MutantRunEnd | TrialEnd]:
     began_s = time.monotonic()
     runs: dict[str, list[MutantRun]] = {trial.mutant: [] for trial in trials}
     queue, killed = deque(trials), Counter[str]()
@@ -147,7 +147,7 @@ def _tried(job: MutationJob, trials: Sequence[MutantTrial]) -> Iterator[MutantRu
         left = job.left(trial, runs[trial.mutant])
         killed[trial.mutant] += event.problem == KILLED
         if left and not (event.problem == KILLED and killed[trial.mutant] < MAX_ATTEMPTS):  # it ended within a run
-            runs[trial.mutant].append(_ended_run(job.tests[left[0]].suite, left[0], event.problem))
+            runs[trial.mutant].append(_end_run(job.tests[left[0]].suite, left[0], event.problem))
             yield MutantRunEnd(trial.mutant, runs[trial.mutant][-1])
             left = job.left(trial, runs[trial.mutant])
         if left:
@@ -158,7 +158,7 @@ def _tried(job: MutationJob, trials: Sequence[MutantTrial]) -> Iterator[MutantRu
             queue.clear()
 
 
-def _ended_run(suite: str, test: str, problem: str) -> MutantRun:
+def _end_run(suite: str, test: str, problem: str) -> MutantRun:
     """The run in which a process came to its end, or was ended."""
     spins = signal.SIGXCPU.name in problem
     oracle = ENDING if spins or not problem.startswith("ended") else EXCEPTION
@@ -198,7 +198,7 @@ class _Trier:
         except Exception as error:
             self._tell(name, (EXCEPTION,), f"{type(error).__name__}: {error}")
             return
-        oracles = tuple(_failed(result, context.known_violations))
+        oracles = tuple(_has_failed(result, context.known_violations))
         outcome = result.outcome
         now = (result.record.sha256, outcome.ended, tuple(outcome.outcomes))
         changed = now != (test.record_sha256, test.ended, test.outcomes)
@@ -220,7 +220,7 @@ class _Trier:
         self._send(encode(MutantRunEnd(self._trial.mutant, self._runs[-1], behaviour)))
 
 
-def _failed(result: CaseResult, known_violations: Container[str]) -> Iterator[str]:
+def _has_failed(result: CaseResult, known_violations: Container[str]) -> Iterator[str]:
     """The oracles that fail a run."""
     yield from list_undeclared_violations(result, known_violations)
     if result.ending_faults:

@@ -13,7 +13,7 @@ import libcst as cst
 from libcst import matchers
 
 from pytest_hricdv.extra.mutation.names import OPPOSITES, Names, following, is_time_or_speed
-from pytest_hricdv.extra.mutation.source import NOTES, Source, called_name, last_name, string_value
+from pytest_hricdv.extra.mutation.source import NOTES, Source, last_name, name_of_call, string_value
 
 Change = tuple[cst.CSTNode, cst.CSTNode]
 """A node of the tree, and what stands in its place."""
@@ -71,7 +71,7 @@ def order_exchanged(node: cst.CSTNode, source: Source, names: Names) -> Iterator
     body = list(block.body)
     here = body.index(node)
     pair = body[here : here + 2]
-    if len(pair) == 2 and all(_acts(statement) for statement in pair) and not _assigned(pair[0]) & _read(pair[1]):
+    if len(pair) == 2 and all(_acts(statement) for statement in pair) and not _assignment(pair[0]) & _read(pair[1]):
         body[here : here + 2] = reversed(pair)
         yield block, block.with_changes(body=body)
 
@@ -81,7 +81,7 @@ def time_or_speed_scaled(node: cst.CSTNode, source: Source, names: Names) -> Ite
     if isinstance(node, cst.BaseExpression) and is_time_or_speed(_purpose(node, source)):
         text = source.module.code_for_node(node)
         for factor in _SCALES:
-            yield node, cst.parse_expression(f"{_bracketed(node, text)} * {factor}")
+            yield node, cst.parse_expression(f"{_in_brackets(node, text)} * {factor}")
 
 
 def states_swapped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
@@ -89,7 +89,7 @@ def states_swapped(node: cst.CSTNode, source: Source, names: Names) -> Iterator[
     if isinstance(node, cst.DictElement):
         yield from _other_value(node, source)
     elif isinstance(node, cst.Return):
-        yield from _other_text(node, _returned(source.around(node, cst.FunctionDef)))
+        yield from _other_text(node, _return_value(source.around(node, cst.FunctionDef)))
     elif isinstance(node, cst.Assign):
         yield from _other_text(node, names.assigned.get(last_name(node.targets[0].target), ()))
     elif isinstance(node, cst.Attribute):
@@ -120,11 +120,11 @@ def off_by_one(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Chan
     """A whole number is one less (one more is an operator of the library); a loop runs once less or more."""
     if isinstance(node, cst.Integer):
         yield node, cst.parse_expression(f"({node.evaluated_value - 1})")
-    elif called_name(node) == "range" and isinstance(node, cst.Call):
+    elif name_of_call(node) == "range" and isinstance(node, cst.Call):
         stop = node.args[:2][-1].value
         if not isinstance(stop, cst.BaseNumber):
             text = source.module.code_for_node(stop)
-            yield from ((stop, cst.parse_expression(f"{_bracketed(stop, text)} {sign} 1")) for sign in "-+")
+            yield from ((stop, cst.parse_expression(f"{_in_brackets(stop, text)} {sign} 1")) for sign in "-+")
 
 
 def loop_left_early(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
@@ -135,7 +135,7 @@ def loop_left_early(node: cst.CSTNode, source: Source, names: Names) -> Iterator
             yield node.body, node.body.with_changes(body=(*body, cst.SimpleStatementLine([cst.Break()])))
 
 
-def returned_early(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
+def return_early(node: cst.CSTNode, source: Source, names: Names) -> Iterator[Change]:
     """A function that returns no value returns after its first statement."""
     function = source.around(node, cst.FunctionDef)
     if not isinstance(node, cst.BaseStatement) or not isinstance(function, cst.FunctionDef):
@@ -178,21 +178,21 @@ def _words(node: cst.CSTNode) -> set[str]:
     if not isinstance(node, cst.Expr):
         return set()
     call = node.value.expression if isinstance(node.value, cst.Await) else node.value
-    return {*called_name(call).split("_")} - {""}
+    return {*name_of_call(call).split("_")} - {""}
 
 
 def _acts(statement: cst.CSTNode) -> bool:
     """Whether a statement does something, and leaves the control flow to what follows it."""
     if isinstance(statement, cst.FunctionDef | cst.ClassDef) or _leaves(statement):
         return False
-    return any(called_name(call) not in NOTES for call in matchers.findall(statement, matchers.Call()))
+    return any(name_of_call(call) not in NOTES for call in matchers.findall(statement, matchers.Call()))
 
 
 def _leaves(statement: cst.CSTNode) -> bool:
     return isinstance(statement, cst.SimpleStatementLine) and isinstance(statement.body[-1], _LEAVING)
 
 
-def _assigned(node: cst.CSTNode) -> set[str]:
+def _assignment(node: cst.CSTNode) -> set[str]:
     targets = matchers.findall(node, matchers.AssignTarget() | matchers.NamedExpr())
     return {
         name
@@ -224,13 +224,13 @@ def _purpose(node: cst.BaseExpression, source: Source) -> str:
             return parent.keyword.value
         call = source.parent(parent)
         assert call is not None, "an argument is in a call"
-        if not {*called_name(call).split("_")}.isdisjoint(_WAIT):
+        if not {*name_of_call(call).split("_")}.isdisjoint(_WAIT):
             return "duration"
         return last_name(node)
     return ""
 
 
-def _bracketed(node: cst.BaseExpression, text: str) -> str:
+def _in_brackets(node: cst.BaseExpression, text: str) -> str:
     simple = cst.BaseNumber | cst.Name | cst.Attribute | cst.Call | cst.Subscript
     return text if isinstance(node, simple) else f"({text})"
 
@@ -256,7 +256,7 @@ def _other_text(node: cst.Return | cst.Assign, texts: Sequence[str]) -> Iterator
         yield node.value, cst.parse_expression(repr(other))
 
 
-def _returned(function: cst.CSTNode | None) -> Sequence[str]:
+def _return_value(function: cst.CSTNode | None) -> Sequence[str]:
     """The texts that a function returns."""
     if function is None:
         return ()
@@ -289,6 +289,6 @@ ROBOT: Mapping[str, Changes] = {
     "condition negated": condition_negated,
     "off by one": off_by_one,
     "loop left early": loop_left_early,
-    "returned early": returned_early,
+    "returned early": return_early,
 }
 """What is shown of an operator -> the operator."""

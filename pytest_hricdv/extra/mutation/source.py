@@ -69,7 +69,7 @@ class Source:
         return tree.code
 
 
-def called_name(node: cst.CSTNode) -> str:
+def name_of_call(node: cst.CSTNode) -> str:
     """The last name of what is called: `publish` of `robot.bus.publish(...)`; empty for anything but a call."""
     return last_name(node.func) if isinstance(node, cst.Call) else ""
 
@@ -99,7 +99,7 @@ def _walk(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
 
 def _is_left_out(node: cst.CSTNode) -> bool:
     if isinstance(node, cst.Expr):
-        return isinstance(node.value, cst.BaseString) or called_name(node.value) in NOTES
+        return isinstance(node.value, cst.BaseString) or name_of_call(node.value) in NOTES
     if isinstance(node, cst.Assign):
-        return called_name(node.value) in TYPES
+        return name_of_call(node.value) in TYPES
     return isinstance(node, _DECLARING) or (isinstance(node, cst.If) and last_name(node.test) == "TYPE_CHECKING")

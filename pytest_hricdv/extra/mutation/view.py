@@ -120,7 +120,7 @@ def notes(result: MutationResult) -> Iterator[str]:
         yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
     if result.left_out:
         left_out = plural(len(result.left_out), "test")
-        yield f"{left_out} took no part, failing or unmeasured without a fault: {_listed(result.left_out)}"
+        yield f"{left_out} took no part, failing or unmeasured without a fault: {_list(result.left_out)}"
     if result.ended != "done":
         why = {"seconds": "time was over", "lost": "their process was lost"}.get(result.ended, "it was interrupted")
         yield f"{plural(result.total.not_tried, 'mutant')} not tried: {why}"
@@ -170,8 +170,8 @@ def change(mutant: MutantResult) -> tuple[str, str]:
     before, after = (
         _TOKEN.findall(" / ".join(map(str.strip, text.split("\n")))) for text in (mutant.before, mutant.after)
     )
-    first = _shared(before, after)
-    last = _shared(before[first:][::-1], after[first:][::-1])
+    first = _share(before, after)
+    last = _share(before[first:][::-1], after[first:][::-1])
     begin, end = max(0, first - _AROUND), max(0, last - _AROUND)
 
     def part(tokens: list[str]) -> str:
@@ -181,12 +181,12 @@ def change(mutant: MutantResult) -> tuple[str, str]:
     return (part(before), part(after)) if mutant.after else ("".join(before), "")
 
 
-def _shared(first: Sequence[str], second: Sequence[str]) -> int:
+def _share(first: Sequence[str], second: Sequence[str]) -> int:
     """How many tokens two texts have in common before they part."""
     return next(
         (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
     )
 
 
-def _listed(names: Sequence[str], most: int = 3) -> str:
+def _list(names: Sequence[str], most: int = 3) -> str:
     return ", ".join(names[:most]) + (and_more(len(names) - most) if len(names) > most else "")

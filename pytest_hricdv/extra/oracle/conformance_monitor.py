@@ -52,12 +52,12 @@ class ConformanceMonitor:
 
     def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> None:
         """A message has arrived, as for a `MonitorSet`."""
-        if topic in self._events.topics and not self._ended:
+        if topic in self._events.topics and not self._end:
             self._observe(self._events.message(time_s, topic, fields))
 
     def signal(self, time_s: float, name: str, value: Value) -> None:
         """A signal has a new value, as for a `MonitorSet`."""
-        if name in self._events.signals and not self._ended:
+        if name in self._events.signals and not self._end:
             self._observe(self._events.signal(time_s, name, value))
 
     def finish(self, time_s: float) -> Verdict:
@@ -67,19 +67,19 @@ class ConformanceMonitor:
             ModelOracleError: the agent could not go on, or a value that it hears is not known yet.
         """
         self._observe(self._events.advance(time_s))
-        if not self._ended:
+        if not self._end:
             self._go_on(partial(Product.finish, time_s=time_s))
         if self._error is not None:
             raise ModelOracleError(f"ModelOracle: {self._error}") from self._error
         return self._verdict(time_s if self._left_s is None else self._left_s)
 
     @property
-    def _ended(self) -> bool:
+    def _end(self) -> bool:
         return self._product.deviation is not None or self._error is not None or self._left_s is not None
 
     def _observe(self, occurrences: Iterable[Occurrence]) -> None:
         for occurrence in occurrences:
-            if self._ended:
+            if self._end:
                 continue
             if any(self._declared[index][0] == "until" for index in occurrence.numbers):
                 self._left_s = occurrence.time_s

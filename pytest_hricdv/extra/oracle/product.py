@@ -193,13 +193,13 @@ class Product:
 
     def _deviate(self, time_s: float, acts: Collection[ReadyAct], observed: str, event: str) -> None:
         agent = self._oracle.agent.name
-        expected = " or ".join(map(self._expected, acts)) or f"{NOTHING}, as {agent} waits"
+        expected = " or ".join(map(self._expectation, acts)) or f"{NOTHING}, as {agent} waits"
         if self.follower.run.warnings:
             expected += f" ({self.follower.run.warnings[-1]})"
         since_s = min((act.ready_s for act in acts if act.ready_s <= time_s), default=time_s)
         self.deviation = ModelDeviation(since_s, time_s, expected, observed, tuple(act.text for act in acts), event)
 
-    def _expected(self, act: ReadyAct) -> str:
+    def _expectation(self, act: ReadyAct) -> str:
         declared = [self._does[number] for number in act.acts]
         first_s, last_s = (choose(does.within_s[at] for does in declared) for at, choose in ((0, min), (1, max)))
         when = f"within {last_s:g} s of" if first_s == 0 else f"{first_s:g} to {last_s:g} s after"

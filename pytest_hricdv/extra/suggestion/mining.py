@@ -110,7 +110,7 @@ def _key(score: CandidateScore) -> str:
     return score.candidate.formula
 
 
-def undecided_tests(shown: Sequence[CandidateScore], runs: Sequence[StoredRun]) -> list[str]:
+def list_open_tests(shown: Sequence[CandidateScore], runs: Sequence[StoredRun]) -> list[str]:
     """The tests of runs at whose end one of these candidates still waits for what it asks for."""
     judge, requirements = _Judge(), [score.requirement for score in shown]
     return [run.test for run in runs if any(verdict.pending for verdict in judge.judge(requirements, run.log()))]

@@ -83,7 +83,7 @@ class RecordingJob:
 
 
 class VersionEnd(msgspec.Struct, frozen=True):
-    """All runs of a version that are missing_runs are stored."""
+    """All runs of a version that are runs_to_repeat are stored."""
 
     name: str
 
@@ -99,10 +99,10 @@ def events(job: RecordingJob) -> Iterator[VersionEnd]:
         if isinstance(event, Line):
             continue  # a run is stored
         version = event.item
-        left = list(missing_runs(folder, version))
+        left = list(runs_to_repeat(folder, version))
         if left and event.problem:  # it ended within a run
             write(folder / left[0].file, StoredRun(test=left[0].test.id, faults=(_words(event.problem),)))
-            left = list(missing_runs(folder, version))
+            left = list(runs_to_repeat(folder, version))
         if left and event.problem:
             queue.appendleft(version)
         else:
@@ -115,7 +115,7 @@ def _words(problem: str) -> str:
     return "takes too much processor time" if signal.SIGXCPU.name in problem else problem
 
 
-def missing_runs(folder: Path, version: Version) -> Iterator[RecordingRequest]:
+def runs_to_repeat(folder: Path, version: Version) -> Iterator[RecordingRequest]:
     """The runs of a version that are still to be made: of a fault, until enough of them differ or one fails."""
     changed = 0
     for planned in version.runs:
@@ -150,7 +150,7 @@ class _Recorder:
 
     def _run_all(self, context: RunContext) -> None:
         folder = Path(self._job.folder)
-        while planned := next(missing_runs(folder, self._version), None):
+        while planned := next(runs_to_repeat(folder, self._version), None):
             limit_time(self._job.run_s)
             write(folder / planned.file, record_run(planned.test, context, self._job.formulas))
             self._send(planned.test.id)

@@ -15,7 +15,7 @@ from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.process_pool import MAX_ATTEMPTS
 from pytest_hricdv.execution.separate_process import LetThrough, LostError, ProcessError, started
 from pytest_hricdv.extra.suggestion import process as recording_process
-from pytest_hricdv.extra.suggestion.process import RecordingJob, RecordingRequest, Version, VersionEnd, missing_runs
+from pytest_hricdv.extra.suggestion.process import RecordingJob, RecordingRequest, Version, VersionEnd, runs_to_repeat
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun, read
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import UNIFORM, ConcreteTest, concretize
@@ -122,7 +122,7 @@ class Recordings:
         return {
             fault: [run for run, planned in self._read(version) if run.sha256 != planned.record_sha256]
             for fault, version in versions.items()
-            if not [*missing_runs(self.folder, version)]
+            if not [*runs_to_repeat(self.folder, version)]
         }
 
     def _read(self, version: Version) -> Iterable[tuple[StoredRun, RecordingRequest]]:
@@ -135,7 +135,7 @@ class Recordings:
         self, versions: Sequence[Version], what: str, seconds: float | None, formulas: Sequence[str] = ()
     ) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
-        left = [version for version in versions if next(iter(missing_runs(self.folder, version)), None) is not None]
+        left = [version for version in versions if next(iter(runs_to_repeat(self.folder, version)), None) is not None]
         if not left:
             return None
         self.say(f"hricdv: recording {what}, {self.processes} at a time ...")
@@ -154,7 +154,7 @@ class Recordings:
             except LostError as error:
                 if attempt == MAX_ATTEMPTS - 1:
                     raise RecordingError(f"the process that records runs was lost: {error}") from None
-                still = tuple(version for version in job.versions if [*missing_runs(self.folder, version)])
+                still = tuple(version for version in job.versions if [*runs_to_repeat(self.folder, version)])
                 job = replace(job, versions=still)
             except ProcessError as error:
                 raise RecordingError(f"runs could not be recorded: {error}") from None

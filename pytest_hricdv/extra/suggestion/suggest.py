@@ -14,7 +14,7 @@ from pytest_hricdv.execution.case import HriCase, formulas
 from pytest_hricdv.execution.faulty_import import SeededFault
 from pytest_hricdv.execution.outcome import AS_DECLARED
 from pytest_hricdv.extra.suggestion.events import Runs
-from pytest_hricdv.extra.suggestion.mining import CandidatePool, CandidateScore, mine, undecided_tests
+from pytest_hricdv.extra.suggestion.mining import CandidatePool, CandidateScore, list_open_tests, mine
 from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 from pytest_hricdv.extra.suggestion.recordings import RecordingError, Recordings, vary_tests
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionEnd, SuggestionResult
@@ -142,7 +142,7 @@ class Suggester:
         """Fault -> its runs that differ, of those that change any; how many no test reaches; why it ended."""
         session, settings = self.session, self.settings
         measured = [test for test in self.tests if test.code is not None]
-        seed = self._seeding(measured) if settings.faults else None
+        seed = self._seed(measured) if settings.faults else None
         if seed is None:
             return {}, 0, "done"
         trials, unreached = seed(session.context, measured, session.aggregation.chosen, settings.faults, TESTS_OF_FAULT)
@@ -152,7 +152,7 @@ class Suggester:
             self._notes.append(f"{left} of {plural(len(trials), 'fault')} not tried: time was over")
         return {fault: changed for fault, changed in runs.items() if changed}, unreached, "seconds" if left else "done"
 
-    def _seeding(self, measured: Sequence[TestResult]) -> Callable[..., Trials] | None:
+    def _seed(self, measured: Sequence[TestResult]) -> Callable[..., Trials] | None:
         """What seeds faults; None, with a note, where nothing does."""
         makers = offers("feature", "seed_faults")
         if makers and importlib.util.find_spec("mutmut") is not None and measured:
@@ -173,7 +173,7 @@ class Suggester:
         for _ in range(MAX_ROUNDS):
             shown = pool.rank()[: self.settings.most]
             texts = tuple(score.candidate.formula for score in shown)
-            undecided = [tests[name] for name in undecided_tests(shown, own)]
+            undecided = [tests[name] for name in list_open_tests(shown, own)]
             runs = recordings.of_tests(undecided, "tests that continue until suggestions are decided", texts)
             refuted = {name for run in runs for name in run.failed}.intersection(texts)
             if not refuted:

@@ -42,12 +42,12 @@ class SceneChange:
     gone: tuple[str, ...]
 
 
-def _renamed(trace: TraceResult | None, names: FileNames) -> TraceResult | None:
+def _rename(trace: TraceResult | None, names: FileNames) -> TraceResult | None:
     return trace and replace(trace, file=names.file(FOLDER, trace.file), bag=names.file(FOLDER, trace.bag))
 
 
 TRACE: TestSection[TraceResult | None] = TestSection(
-    "trace", TraceResult | None, None, rename=_renamed, folder=FOLDER, suffixes=(".mcap",)
+    "trace", TraceResult | None, None, rename=_rename, folder=FOLDER, suffixes=(".mcap",)
 )
 """Of a test whose run was to be written."""
 

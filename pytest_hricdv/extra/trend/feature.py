@@ -183,7 +183,7 @@ def changes(entries: Sequence[HistoryEntry]) -> list[str]:
     if len(entries) < 2:
         return []
     before, now = entries[-2], entries[-1]
-    sentences = changed_causes(entries)
+    sentences = compare_causes(entries)
     new, gone = set(now.failing) - set(before.failing), set(before.failing) - set(now.failing)
     sentences += [f"fails now: {name}" for name in sorted(new)] + [f"fails no longer: {name}" for name in sorted(gone)]
     for measure in ("statements", "branches", "plans", "cross"):
@@ -201,7 +201,7 @@ def changes(entries: Sequence[HistoryEntry]) -> list[str]:
     return sentences
 
 
-def changed_causes(entries: Sequence[HistoryEntry]) -> list[str]:
+def compare_causes(entries: Sequence[HistoryEntry]) -> list[str]:
     """Causes that are new in the last session, that the session before had too, and that are gone."""
     if len(entries) < 2 or (now := entries[-1].causes) is None:
         return []
@@ -262,7 +262,7 @@ class TrendView(View):
         """Causes that are new, that were there before, and that are gone."""
         from pytest_hricdv.report.formatting import Line
 
-        for text in changed_causes(HISTORY.of(report)):
+        for text in compare_causes(HISTORY.of(report)):
             yield Line(visible(f"trend: {text}"), "ok" if text.startswith("gone") else "warn")
 
     def section(self, report: Report) -> PageSection | None:

@@ -202,14 +202,14 @@ class PlanView(View):
         """The goals, each with its owner, or that of its section."""
         if not PLAN.of(report):
             return None
-        rows = [(part.title or part.name, owner, part.state, _lacking(part)) for part, owner in _owned(report)]
+        rows = [(part.title or part.name, owner, part.state, _missing(part)) for part, owner in _owners(report)]
         return SheetTable("Plan", _headline(PLAN.of(report)[0]), ("Goal", "Owner", "State", "Missing"), tuple(rows))
 
     def section(self, report: Report) -> PageSection | None:
         """The plan as a table: each goal with its owner, or that of its section."""
         if not PLAN.of(report):
             return None
-        rows = [{"goal": goal, "owner": owner, "style": _STYLES[goal.state]} for goal, owner in _owned(report)]
+        rows = [{"goal": goal, "owner": owner, "style": _STYLES[goal.state]} for goal, owner in _owners(report)]
         values = {"whole": PLAN.of(report)[0], "rows": rows}
         headline = _headline(PLAN.of(report)[0])
         return PageSection(
@@ -220,7 +220,7 @@ class PlanView(View):
 VIEW = PlanView()
 
 
-def _owned(report: Report) -> Iterator[tuple[PlanItem, str]]:
+def _owners(report: Report) -> Iterator[tuple[PlanItem, str]]:
     """The parts of the plan, each with who answers for it, or for its section."""
     owners = [""]
     for number, part in enumerate(PLAN.of(report)):
@@ -229,7 +229,7 @@ def _owned(report: Report) -> Iterator[tuple[PlanItem, str]]:
             yield part, owners[-1]
 
 
-def _lacking(part: PlanItem) -> str:
+def _missing(part: PlanItem) -> str:
     """What a goal lacks; of a section, how many of its goals are met."""
     from pytest_hricdv.report.formatting import plural
 

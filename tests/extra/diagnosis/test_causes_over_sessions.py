@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from pytest_hricdv.extra.diagnosis.records import CAUSES, DIAGNOSIS, Cause, Diagnosis, failure_causes
 from pytest_hricdv.extra.diagnosis.view import VIEW
-from pytest_hricdv.extra.trend.feature import HistoryEntry, changed_causes
+from pytest_hricdv.extra.trend.feature import HistoryEntry, compare_causes
 from pytest_hricdv.report.failing_tests import FailingTests
 from pytest_hricdv.results.baseline import Baseline, baseline_of, read_baseline, write_baseline
 from pytest_hricdv.results.baseline_diff import compare
@@ -79,13 +79,13 @@ def test_a_trend_says_new_since_when_and_gone() -> None:
         report_with("aaaa0001", began="2026-11-24"),
     ]
     entries = [HistoryEntry.of(report, is_whole=True) for report in reports]
-    assert changed_causes(entries[:1]) == []
-    assert changed_causes(entries[:2]) == ["cause aaaa0001 since 2026-11-20: R1", "new: cause aaaa0002: R1"]
-    assert changed_causes(entries[:3]) == ["cause aaaa0002 since 2026-11-21: R1", "gone: cause aaaa0001: R1"]
-    assert changed_causes(entries[:4]) == ["gone: cause aaaa0002: R1"]
-    assert changed_causes(entries) == ["again: cause aaaa0001: R1"]
+    assert compare_causes(entries[:1]) == []
+    assert compare_causes(entries[:2]) == ["cause aaaa0001 since 2026-11-20: R1", "new: cause aaaa0002: R1"]
+    assert compare_causes(entries[:3]) == ["cause aaaa0002 since 2026-11-21: R1", "gone: cause aaaa0001: R1"]
+    assert compare_causes(entries[:4]) == ["gone: cause aaaa0002: R1"]
+    assert compare_causes(entries) == ["again: cause aaaa0001: R1"]
     older = [replace(entry, causes=None) for entry in entries[:1]]
-    assert changed_causes([*older, entries[1]]) == []
+    assert compare_causes([*older, entries[1]]) == []
 
 
 @pytest.mark.slow

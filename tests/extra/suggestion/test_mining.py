@@ -6,7 +6,7 @@ from msgspec import structs
 
 from pytest_hricdv.extra.suggestion.candidate import Candidate
 from pytest_hricdv.extra.suggestion.events import Runs
-from pytest_hricdv.extra.suggestion.mining import CandidateScore, Tally, find_candidates, mine, rank, undecided_tests
+from pytest_hricdv.extra.suggestion.mining import CandidateScore, Tally, find_candidates, list_open_tests, mine, rank
 from pytest_hricdv.monitor import Requirement, Vocabulary, evaluate, parse_formula
 from tests.extra.suggestion.runs import run, serving, some_runs, views
 
@@ -70,7 +70,7 @@ def test_what_still_waits_at_the_end_of_a_run_is_undecided() -> None:
     runs = [*some_runs(), structs.replace(complete, messages=before, end_s=41.0)]
     pool = mine(views(runs), [], [])
     (answered,) = (score for score in pool.scores if score.candidate.formula.endswith("eventually[3:7](on(served)))"))
-    assert undecided_tests([answered], runs) == ["cut"]
+    assert list_open_tests([answered], runs) == ["cut"]
     assert answered not in pool.drop({answered.candidate.formula}).scores
 
 

@@ -37,7 +37,7 @@ class Module:
         """The top-level definitions and assignments, by name; the last one counts."""
         names: dict[str, ast.stmt] = {}
         for statement in _top_level(self.tree.body):
-            for name in _bound_names(statement):
+            for name in _names_bound(statement):
                 names[name] = statement
         return names
 
@@ -87,7 +87,7 @@ class Sources:
         if head in module.scope:
             statement = module.scope[head]
             if rest and isinstance(statement, ast.ClassDef):
-                inner = next((s for s in statement.body if rest in _bound_names(s)), None)
+                inner = next((s for s in statement.body if rest in _names_bound(s)), None)
                 return (module, inner) if inner is not None else None
             return (module, statement) if not rest else None
         for origin in module.star_imports:
@@ -180,7 +180,7 @@ def _top_level(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
                 yield from _top_level(handler.body)
 
 
-def _bound_names(statement: ast.stmt) -> tuple[str, ...]:
+def _names_bound(statement: ast.stmt) -> tuple[str, ...]:
     if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         return (statement.name,)
     if isinstance(statement, ast.Assign):

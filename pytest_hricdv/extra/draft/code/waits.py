@@ -103,7 +103,7 @@ def parameters(sources: Sources, entry: Entry | None) -> Iterator[Parameter]:
 def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
     """Files that cannot be read, modules that are not installed, and the first place where a terminal is read."""
     yield from sources.problems
-    guarded = {name for module in sources.modules for name in _guarded_imports(module)}
+    guarded = {name for module in sources.modules for name in _imports_with_fallback(module)}
     seen: set[str] = set()
     for dotted, location in sources.outside:
         top = dotted.partition(".")[0]
@@ -125,7 +125,7 @@ def problems(sources: Sources, flow: Flow) -> Iterator[Problem]:
             return
 
 
-def _guarded_imports(module: Module) -> Iterator[str]:
+def _imports_with_fallback(module: Module) -> Iterator[str]:
     """What a module imports within `try: ... except ImportError`: it runs without."""
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Try) and any(

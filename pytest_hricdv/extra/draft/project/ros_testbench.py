@@ -88,7 +88,7 @@ _STAYS = """            if what == "stay":  # after_s has passed
 def ros_conftest(draft: Draft, start: RosStart) -> str:
     """The module `conftest`."""
     body = "\n".join(
-        [*constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_said_function(draft)]
+        [*constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_message_function(draft)]
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
     names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Launch", "Model", "Outcome", "Ros2",
@@ -218,7 +218,7 @@ def _lists(draft: Draft) -> list[str]:
             for thing in draft.inputs for part in thing.message.fields if part.type == "list"]  # fmt: skip
 
 
-def _said_function(draft: Draft) -> list[str]:
+def _message_function(draft: Draft) -> list[str]:
     """The function that says what a command means."""
     lines = [
         "", "", "def said(what: str, numbers: Mapping[str, float]) -> tuple[str, dict[str, Any]]:",
