@@ -22,7 +22,7 @@ from pytest_hricdv.results.model import Report, RequirementText, TestResult
 # Chosen, as the number of actions in `action_lines`.
 _MAX_VIOLATIONS = 3
 _MAX_MISSING = 6
-_OF_A_REPLAY = ("--hri-replay-anyway", "--hri-known", "--hri-strict", "--hri-fidelity", "--hri-engine")
+_OF_A_REPLAY = ("--hri-replay-force", "--hri-known", "--hri-strict", "--hri-fidelity", "--hri-engine")
 _PLAIN_IN_DOUBLE_QUOTES = set("[]/.:-_ ()=,+@%#~{}&;<>|*?'")
 
 

@@ -162,7 +162,7 @@ class BreakpointRunner:
             return
         try:
             frames = [_of_code(frame, self.files) for frame in (here, *code.waiting.values())]
-            pdb = pytestPDB._init_pdb("hri-break", header=_header(now))  # type: ignore[no-untyped-call]
+            pdb = pytestPDB._init_pdb("hri-break-on-violation", header=_header(now))  # type: ignore[no-untyped-call]
             pdb.reset()
             pdb.interaction(next((frame for frame in frames if frame is not None), here), None)
         except pytest.exit.Exception as error:

@@ -44,7 +44,7 @@ TESTS = (
         key=False,
     ),
     Flag(
-        "replay-anyway",
+        "replay-force",
         "replay also when the code under test or a version has changed; the record may differ then",
         key=False,
     ),
@@ -113,7 +113,7 @@ GATES = (
 
 AFTER_THE_TESTS = (
     Value(
-        "break",
+        "break-on-violation",
         "REQUIREMENT[,...]",
         "stop in a debugger at the instant at which a test violates it, inside the code under test; hri_state has the "
         "time, signals, messages, the state and the verdicts",

@@ -73,7 +73,7 @@ class Options:
     export: Path | None
     coverage: bool
     replay: tuple[Path, ...] = ()
-    replay_anyway: bool = False
+    replay_force: bool = False
     learning: LearningOptions = field(default_factory=LearningOptions)
     stop_at: tuple[str, ...] = ()
     """Requirements at whose violation a debugger stops."""
@@ -135,7 +135,7 @@ def read_options(config: pytest.Config) -> Options:
         isolate=reader.flag("isolate"),
         no_waivers=reader.flag("no_waivers"),
         replay=replay,
-        replay_anyway=bool(config.getoption("hri_replay_anyway")),
+        replay_force=bool(config.getoption("hri_replay_force")),
         features={feature.name: feature.read(reader) for feature in feature_options()},
         learning=read_learning(config),
         stop_at=_stop_at(config),
@@ -166,7 +166,7 @@ def _again(config: pytest.Config) -> tuple[str, ...]:
     known_violations = [f"--hri-known={requirement}" for requirement in config.getoption("hri_known") or ()]
     strict = ["--hri-strict"] if config.getoption("hri_strict") else []
     learned = read_learning(config).again
-    anyway = ["--hri-replay-anyway"] if config.getoption("hri_replay_anyway") else []
+    anyway = ["--hri-replay-force"] if config.getoption("hri_replay_force") else []
     drawn = (f"--hri-{name}={value}" for name, value in single if value is not None)
     further = (option for feature in feature_options() for option in feature.rerun_options(OptionReader(config)))
     return (*drawn, *further, *learned, *known_violations, *strict, *anyway)
@@ -184,9 +184,11 @@ def _read_sampling(reader: OptionReader) -> str:
 
 
 def _stop_at(config: pytest.Config) -> tuple[str, ...]:
-    text = str(config.getoption("hri_break") or "")
+    text = str(config.getoption("hri_break_on_violation") or "")
     if text and getattr(config.option, "numprocesses", None):
-        raise usage_error("--hri-break: a debugger needs a terminal, and workers have none: leave -n out, or give -n0")
+        raise usage_error(
+            "--hri-break-on-violation: a debugger needs a terminal, and workers have none: leave -n out, or give -n0"
+        )
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 

@@ -145,12 +145,12 @@ class Preparation:
             manager.register(ResultRestorer(self.collection, journaling.resumed.results), "hricdv-restoring")
 
     def _check_replays(self) -> None:
-        """Refuse replay files of other code or versions, unless --hri-replay-anyway is given."""
+        """Refuse replay files of other code or versions, unless --hri-replay-force is given."""
         notes = [self.context.provenance.note(file) for file in self.collection.replays.values()]
         changed = [note for note in notes if note]
-        if changed and not self.options.replay_anyway:
+        if changed and not self.options.replay_force:
             lines = "\n  ".join(changed)
-            raise usage_error(f"--hri-replay: {lines}\nadd --hri-replay-anyway to run it all the same")
+            raise usage_error(f"--hri-replay: {lines}\nadd --hri-replay-force to run it all the same")
 
     def _import_required(self) -> None:
         for name in self.collection.testbench.simulation.requires:

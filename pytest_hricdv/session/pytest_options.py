@@ -25,9 +25,9 @@ def runs_tests(config: pytest.Config) -> bool:
 
 
 def refuse_break(config: pytest.Config, options: Options) -> None:
-    """Raise pytest.UsageError where --hri-break has no debugger."""
+    """Raise pytest.UsageError where --hri-break-on-violation has no debugger."""
     if options.stop_at and not config.pluginmanager.hasplugin("debugging"):
-        raise usage_error("--hri-break: pytest's debugger is switched off: leave -p no:debugging out")
+        raise usage_error("--hri-break-on-violation: pytest's debugger is switched off: leave -p no:debugging out")
 
 
 def refuse_looponfail(config: pytest.Config, options: Options) -> None:

@@ -66,7 +66,9 @@ class RunContext:
         names = [criterion.id for criterion in criteria]
         for name in self.options.stop_at:
             if name not in names:
-                raise usage_error(f"--hri-break={name}: no such requirement; there are: {', '.join(names)}")
+                raise usage_error(
+                    f"--hri-break-on-violation={name}: no such requirement; there are: {', '.join(names)}"
+                )
         return criteria
 
     @property
@@ -125,7 +127,7 @@ class RunContext:
 
     def _stepping(self) -> str:
         if self.options.stop_at:
-            return "--hri-break was given: measuring would get in its way"
+            return "--hri-break-on-violation was given: measuring would get in its way"
         namespace = self.collection.config.option
         asked = [name for name, use in (("--pdb", "usepdb"), ("--trace", "trace")) if getattr(namespace, use, False)]
         return f"{asked[0]} was given: measuring would get in its way" if asked else ""

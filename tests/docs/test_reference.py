@@ -14,7 +14,7 @@ from pytest_hricdv.testbench import Testbench
 from tests.docs.page import DOCS
 
 PAGES = sorted([*DOCS.rglob("*.md"), *DOCS.parent.glob("*.md")])
-FIXTURES = {"hri_case", "hri_run", "hri_state"}  # the last is what --hri-break gives to a debugger
+FIXTURES = {"hri_case", "hri_run", "hri_state"}  # the last is what --hri-break-on-violation gives to a debugger
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""`--hri-break`: a debugger at the instant of a violation, inside the code under test."""
+"""`--hri-break-on-violation`: a debugger at the instant of a violation, inside the code under test."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def debugged(lamps: pytest.Pytester, commands: str, *options: str) -> str:
 @pytest.mark.slow
 def test_it_stops_in_the_line_that_acted_while_time_stands_still(lamps: pytest.Pytester) -> None:
     asked = "p hri_state.time_s, hri_state.requirement\np hri_state.signals, hri_state.messages['wish']\np level\nc\n"
-    said = debugged(lamps, f"where\n{asked}", "--hri-break=R2")
+    said = debugged(lamps, f"where\n{asked}", "--hri-break-on-violation=R2")
     assert ">>> R2 is violated at 1.71556 s: see hri_state; c goes on, q ends the session" in said
     assert f"> {lamps.path}/lamps/guide.py(19)serve()\n-> lamp.set(level)" in said
     assert "(1.715564, 'R2')" in said
@@ -50,21 +50,21 @@ def test_where_the_world_acts_it_stops_where_the_code_under_test_waits(lamps: py
     project.change(lamps.path, "conftest.py", '    run.kernel.spawn("visitor", visitor)\n', "")
     both = '    run.kernel.spawn("guide", run.measured(robot))\n'
     project.change(lamps.path, "conftest.py", both, f'{both}    run.kernel.spawn("visitor", visitor)\n')
-    said = debugged(lamps, "p hri_state.nodes\nc\n", "--hri-break=R2")
+    said = debugged(lamps, "p hri_state.nodes\nc\n", "--hri-break-on-violation=R2")
     assert "-> wish = wishes.wait(patience_s)" in said
     assert "('guide',)" in said
 
 
 @pytest.mark.slow
 def test_a_test_that_violates_nothing_of_it_runs_once(lamps: pytest.Pytester) -> None:
-    said = debugged(lamps, "", "--hri-break=R1,R3")
+    said = debugged(lamps, "", "--hri-break-on-violation=R1,R3")
     assert "PDB" not in said
     assert "see hri_state" not in said
 
 
 @pytest.mark.slow
 def test_quitting_ends_the_session(lamps: pytest.Pytester) -> None:
-    said = debugged(lamps, "q\n", "--hri-break=R2")
+    said = debugged(lamps, "q\n", "--hri-break-on-violation=R2")
     assert "Quitting debugger" in said
     assert "Traceback" not in said
 
@@ -72,8 +72,14 @@ def test_quitting_ends_the_session(lamps: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--hri-break=R9",), "ERROR: --hri-break=R9: no such requirement; there are: R1, R2, R3"),
-        (("--hri-break=R2", "-n", "1"), "ERROR: --hri-break: a debugger needs a terminal, and workers have none*"),
+        (
+            ("--hri-break-on-violation=R9",),
+            "ERROR: --hri-break-on-violation=R9: no such requirement; there are: R1, R2, R3",
+        ),
+        (
+            ("--hri-break-on-violation=R2", "-n", "1"),
+            "ERROR: --hri-break-on-violation: a debugger needs a terminal, and workers have none*",
+        ),
     ],
 )
 def test_bad_input(lamps: pytest.Pytester, options: tuple[str, ...], said: str) -> None:
@@ -108,7 +114,7 @@ def test_an_ides_debugger_stops_in_the_code_under_test_also_where_it_shows_nothi
                 case "terminated":
                     return
 
-    given = ("-m", "pytest", *RUN, "--hri-break=R2")
+    given = ("-m", "pytest", *RUN, "--hri-break-on-violation=R2")
     roots = {"IDE_PROJECT_ROOTS": str(lamps.path)} if as_library else {}
     said = under_an_ide(given, lamps.path, tmp_path / "endpoints.json", converse, roots)
     assert seen == [("serve", "guide.py"), ("robot", "conftest.py"), "1.715564"]

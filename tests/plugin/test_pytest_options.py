@@ -73,9 +73,11 @@ def test_without_its_terminal_standard_error_says_why_a_session_failed(lamps: py
 
 
 def test_a_debugger_that_is_off_is_not_asked_for(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "--hri-break=R2", "-p", "no:debugging")
+    result = lamps.runpytest_inprocess(SUITE, "--hri-break-on-violation=R2", "-p", "no:debugging")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: --hri-break: pytest's debugger is switched off: leave -p no:debugging out"])
+    result.stderr.fnmatch_lines(
+        ["ERROR: --hri-break-on-violation: pytest's debugger is switched off: leave -p no:debugging out"]
+    )
 
 
 @in_each_mode

@@ -117,8 +117,8 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
     change(failed.path, "lamps/guide.py", "    return wish.level\n", "    return min(wish.level, GLARE)\n")
     told = refused(failed, REPLAY, "--hri-strict", *options)
     assert f"{FILE}: lamps/guide.py changed: its run need not be the same again" in told
-    assert "add --hri-replay-anyway to run it all the same" in told
-    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-anyway", *options)
+    assert "add --hri-replay-force to run it all the same" in told
+    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-force", *options)
     assert again.ret == 0
     again.assert_outcomes(passed=1)
     again.stdout.fnmatch_lines(
@@ -137,7 +137,7 @@ def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester)
     data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
     edit(failed, code=data["code"] | {"lamps/old.py": "0" * 64}, made_with=data["made_with"] | {"python": "3.10.1"})
     assert f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now " in refused(failed, REPLAY)
-    again = failed.runpytest_inprocess(REPLAY, "--hri-replay-anyway")
+    again = failed.runpytest_inprocess(REPLAY, "--hri-replay-force")
     again.stdout.fnmatch_lines([f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now *"])
     again.assert_outcomes(xfailed=1)
 
@@ -145,8 +145,8 @@ def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester)
 @pytest.mark.slow
 def test_what_still_fails_says_the_whole_command(failed: pytest.Pytester) -> None:
     change(failed.path, "lamps/guide.py", '"""What', '"""How and what')
-    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-anyway", "--tb=short")
-    again.stdout.fnmatch_lines(["run it again:", f"  pytest {REPLAY} --hri-strict --hri-replay-anyway"])
+    again = failed.runpytest_inprocess(REPLAY, "--hri-strict", "--hri-replay-force", "--tb=short")
+    again.stdout.fnmatch_lines(["run it again:", f"  pytest {REPLAY} --hri-strict --hri-replay-force"])
 
 
 @pytest.mark.slow
