@@ -6,21 +6,15 @@ from collections.abc import Iterator
 
 from pytest_hricdv._base.message import MAX_LINE, MAX_TEXT, cut
 
-MAX_LEAVES = 4
-"""Of a group of errors (chosen): a line of a terminal."""
-
-MAX_CAUSES = 3
-"""Of a chain of causes (chosen): the last one and what led to it; the traceback has all."""
-
 
 def error_text(error: BaseException) -> str:
     """`ExceptionGroup: unhandled errors in a TaskGroup (2 sub-exceptions): ValueError: no dimmer; OSError: no bulb`.
 
-    Causes follow: `RuntimeError: cannot serve, from KeyError: 'rig'`.
+    Up to three causes in all: `RuntimeError: cannot serve, from KeyError: 'rig'`. The traceback has the others.
     """
     texts: list[str] = []
     cause: BaseException | None = error
-    while cause is not None and len(texts) < MAX_CAUSES:
+    while cause is not None and len(texts) < 3:
         texts.append(_alone(cause))
         hidden = cause.__suppress_context__
         cause = cause.__cause__ or (None if hidden else cause.__context__)
@@ -37,8 +31,9 @@ def _alone(error: BaseException) -> str:
     if not isinstance(error, BaseExceptionGroup):
         return text
     leaves = [*_leaves(error)]
-    named = [_alone(leaf) for leaf in leaves[:MAX_LEAVES]]
-    more = [f"and {len(leaves) - MAX_LEAVES} more"] if len(leaves) > MAX_LEAVES else []
+    named = [_alone(leaf) for leaf in leaves[:4]]
+    rest = len(leaves) - len(named)
+    more = [f"and {rest} more"] if rest else []
     return f"{text}: {'; '.join([*named, *more])}"
 
 

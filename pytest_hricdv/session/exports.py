@@ -169,8 +169,6 @@ def _label(failure: ET.Element, label: str) -> None:
 
 LINK = "pytest-hricdv"
 TIMELINE = "timeline"
-_SENDER_COLUMNS = 10
-"""Of a timeline; chosen: names of nodes are about as long, and longer ones only shift their own line."""
 
 
 class Attacher(ABC):
@@ -292,7 +290,7 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
     events = [*_messages(test), *_actions(test), *_violations(test, units), *_pending_events(test)]
     events.append((test.timeline.end_s, "", test.ended))
     lines = (
-        f"{time_s:9.3f}  {sender:{_SENDER_COLUMNS}}  {event}".rstrip()
+        f"{time_s:9.3f}  {sender:10}  {event}".rstrip()
         for time_s, sender, event in sorted(events, key=lambda event: event[0])
     )
     return "".join(f"{visible(line)}\n" for line in lines)

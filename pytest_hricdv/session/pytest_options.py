@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import pytest
 
-from pytest_hricdv._base.message import cut, visible
+from pytest_hricdv._base.message import MAX_TEXT, cut, visible
 from pytest_hricdv.execution.judge import FunctionEnd
 from pytest_hricdv.execution.outcome import XFAILED, Judgement, TestOutcome
 from pytest_hricdv.session.option import usage_error
@@ -78,9 +78,8 @@ Raised = TypeVar("Raised", bound=BaseException)
 
 NO_REASON = "xfail without a reason"
 
-MAX_OUTPUT = 200_000
-"""Characters of a test's failure, and of each of its outputs, that pytest is given (chosen: ten times what a result
-keeps)."""
+MAX_OUTPUT = 10 * MAX_TEXT
+"""Characters of a test's failure, and of each of its outputs, that pytest receives."""
 
 _EXPLAINED = "_hricdv_explained"
 """Attribute of an exception whose text is the plugin's, with a first line that stands alone."""

@@ -36,13 +36,10 @@ from pytest_hricdv.testbench import Testbench
 
 FOLDER = "failures"
 
-MAX_VIOLATIONS = 1000
-"""Violations of a requirement that a replay file lists (chosen): only people read them, and there may be one an event.
-With a million of them, the file would be larger than replay files may be."""
-
 
 def _shorten(result: RequirementResult) -> RequirementResult:
-    return msgspec.structs.replace(result, violations=result.violations[:MAX_VIOLATIONS])
+    """The first 1000 violations: there may be one for each event, and with a million the file would be too large."""
+    return msgspec.structs.replace(result, violations=result.violations[:1000])
 
 
 @dataclass(frozen=True)

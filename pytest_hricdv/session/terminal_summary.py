@@ -24,9 +24,6 @@ from pytest_hricdv.results.model import Report
 from pytest_hricdv.session.aggregation import Aggregation
 from pytest_hricdv.session.reporting import SessionReporter
 
-MAX_NAMED = 20
-"""Of the tests with the same error (chosen): a few lines of a terminal; -rf lists all."""
-
 ALL_FROM_VERBOSITY = 2
 """With -vv, each test has its traceback."""
 
@@ -80,9 +77,9 @@ class RepeatedErrors:
 
 def _add(report: Any, others: list[str]) -> None:
     title = f"the same in {plural(len(others), 'more test')}"
-    named = [visible(nodeid) for nodeid in others[:MAX_NAMED]]
-    if len(others) > MAX_NAMED:
-        named.append(f"and {len(others) - MAX_NAMED} more")
+    named = [visible(nodeid) for nodeid in others[:20]]  # -rf lists all
+    if rest := len(others) - len(named):
+        named.append(f"and {rest} more")
     report.longrepr.addsection(title, "\n".join(named))
 
 
@@ -96,8 +93,8 @@ MARKUP: dict[Style, dict[str, bool]] = {
 }
 
 MAX_EXAMPLE_LINES = 30
-"""The first example is shown in any case, further ones as long as all together have so many lines. Chosen: with causes,
-a line for each test and the summary, a session with 20 failures has at most 120 lines."""
+"""The first example is always shown, others while all together have at most this many lines: the output of a session
+with 24 failures then fits in 120 lines (tests/plugin/test_shown_failures.py)."""
 
 MAX_REPEATED = 10
 """Of violations that are listed by cause above, pytest's short summary repeats examples only, if there are more than
