@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,43 @@ for _name in (
     # Loaded once: runs of pytest in this process drop what they loaded themselves, and extension modules like the
     # tracer do not take well to being loaded again.
     importlib.import_module(_name)
+
+
+@dataclass(frozen=True)
+class FinishedSession:
+    """A session of pytest in the unchanged lamps project.
+
+    Attributes:
+        path: the project's folder. Tests share it and leave it as it is.
+        result: exit status and output.
+    """
+
+    path: Path
+    result: pytest.RunResult
+
+
+@pytest.fixture(scope="session")
+def finished_sessions() -> dict[tuple[str, ...], FinishedSession]:
+    """Options -> the session with these options."""
+    return {}
+
+
+@pytest.fixture
+def finished(
+    lamps: pytest.Pytester, finished_sessions: dict[tuple[str, ...], FinishedSession]
+) -> Callable[..., FinishedSession]:
+    """Runs pytest in the unchanged lamps project, once for all tests that ask for the same options."""
+
+    def run(*options: str) -> FinishedSession:
+        if options not in finished_sessions:
+            folder = lamps.mkdir(f"session{len(finished_sessions)}")
+            project.write(folder)
+            with pytest.MonkeyPatch.context() as patch:
+                patch.chdir(folder)
+                finished_sessions[options] = FinishedSession(folder, lamps.runpytest_inprocess(*options))
+        return finished_sessions[options]
+
+    return run
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
-
 import pytest
 from _pytest.mark.structures import ParameterSet
 
@@ -23,7 +21,7 @@ def failed(result: pytest.RunResult) -> list[str]:
     return result.outlines[start + 1 : -1]
 
 
-@pytest.mark.parametrize("options", [(), slowly("-q"), slowly("-rA"), slowly("--tb=line"), slowly(*A_WORKER)])
+@pytest.mark.parametrize("options", [(), slowly("-q", "-rA"), slowly("--tb=line"), slowly(*A_WORKER)])
 def test_services_that_repeat_a_failure_repeat_its_first_line(
     lamps: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
 ) -> None:
@@ -53,12 +51,3 @@ def test_so_does_a_custom_test(lamps: pytest.Pytester, monkeypatch: pytest.Monke
     result = lamps.runpytest_inprocess("test_mine.py", "--hri-strict")
     result.stdout.fnmatch_lines([f"FAILED test_mine.py::test_mine - {FIRST}"])
     assert len(failed(result)) == 1
-
-
-@pytest.mark.slow
-def test_junit_has_it_as_its_message_and_all_as_its_text(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess(*SUITE, "--junitxml=junit.xml")
-    (failure,) = ET.parse(lamps.path / "junit.xml").getroot().iter("failure")
-    assert failure.attrib["message"].startswith("R2 failed at ")
-    assert "\n" not in failure.attrib["message"]
-    assert "run it again:" in (failure.text or "")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import datetime
 import re
+from collections.abc import Callable
 
 import pytest
 
+from tests.plugin.conftest import FinishedSession
 from tests.plugin.project import (
     change,
     command,
@@ -24,9 +26,15 @@ MISSED = {"statements": 98, "branches": 100, "plans": 78, "assertions": 100, "cr
 
 
 @counted_up_to_313
-def test_every_kind_is_held(lamps: pytest.Pytester) -> None:
-    options = [f"--hri-fail-under={kind}={bound}" for kind, bound in BOUNDS.items()]
-    assert lamps.runpytest_inprocess(*SUITE, *options).ret == 0
+def test_the_command_checks_every_gate_of_a_report(finished: Callable[..., FinishedSession]) -> None:
+    session = finished("--hri-suite=by-hand,rl")
+    assert session.result.ret == 0
+    folder = str(session.path / "hri-report")
+    assert command("gate", folder, *(f"--fail-under={kind}={bound}" for kind, bound in BOUNDS.items())).returncode == 0
+    missed = command("gate", folder, "--fail-under=cross=60")
+    assert missed.returncode == 1
+    assert "FAILED suite by-hand: cross" in missed.stdout
+    assert "suite rl: cross" not in missed.stdout
 
 
 def test_every_missed_kind_is_named_with_what_was_reached(lamps: pytest.Pytester) -> None:
@@ -66,14 +74,6 @@ def test_what_is_unmeasured_holds_no_gate(lamps: pytest.Pytester) -> None:
     result = lamps.runpytest_inprocess(*SUITE, "--hri-no-cov", "--hri-fail-under=statements=0")
     assert result.ret == 1
     result.stdout.fnmatch_lines(["FAILED suite by-hand: statements unmeasured, at least 0 % asked for"])
-
-
-@pytest.mark.slow
-def test_each_suite_is_held_to_the_gates(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "-q", "--hri-fail-under=cross=60")
-    assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED suite by-hand: cross*"])
-    result.stdout.no_fnmatch_line("FAILED suite rl: cross*")
 
 
 SILENT = ("--hri-suite=by-hand", "-k", "curt")  # nobody greets, so R3 is never triggered

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 
 import pytest
 
@@ -10,14 +11,15 @@ from pytest_hricdv.extra.search.records import SEARCH, SHRUNK
 from pytest_hricdv.results.codec import canonical, load
 from pytest_hricdv.results.model import Report
 from tests import json_schema
+from tests.plugin.conftest import FinishedSession
 from tests.plugin.project import change
 
 SUITE = "--hri-suite=by-hand"
 
 
-def reread(lamps: pytest.Pytester) -> Report:
-    """The report as it is read, once it was checked that it is written as it was."""
-    path = lamps.path / "hri-report" / "report.json"
+def reread(session: pytest.Pytester | FinishedSession) -> Report:
+    """The report, after a check that it is written as it was read."""
+    path = session.path / "hri-report" / "report.json"
     text = path.read_text(encoding="ascii")
     report = load(path)
     assert canonical(report) == text
@@ -26,9 +28,8 @@ def reread(lamps: pytest.Pytester) -> Report:
 
 
 @pytest.mark.slow
-def test_a_learned_suite(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=rl")
-    report = reread(lamps)
+def test_a_learned_suite(finished: Callable[..., FinishedSession]) -> None:
+    report = reread(finished("--hri-suite=rl"))
     assert [suite.name for suite in report.suites] == ["rl"]
     assert report.tests[0].outcomes == ("released",)
     assert report.gates is not None

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from tests import json_schema
+from tests.plugin.conftest import FinishedSession
 from tests.plugin.project import (
     A_WORKER,
     MODES,
@@ -49,9 +51,10 @@ def test_a_run_is_the_same_in_every_mode_and_for_one_test_alone(lamps: pytest.Py
 
 @pytest.mark.slow
 @counted_up_to_313
-def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=rl").assert_outcomes(passed=32, xfailed=2, deselected=1)
-    written = report(lamps.path)
+def test_the_report_says_what_was_judged_and_covered(finished: Callable[..., FinishedSession]) -> None:
+    session = finished("--hri-suite=rl")
+    session.result.assert_outcomes(passed=32, xfailed=2, deselected=1)
+    written = report(session.path)
     (suite,) = written["suites"]
     tallies = suite["requirements"].items()
     assert {name: (t["passed"], t["failed"], t["nc"]) for name, t in suite["requirements"].items()} == {
@@ -84,8 +87,8 @@ def test_the_report_says_what_was_judged_and_covered(lamps: pytest.Pytester) -> 
     (guide,) = [file for file in written["code_under_test"]["files"] if file["missing_lines"]]
     assert guide["file"] == "lamps/guide.py"
     (line,) = guide["missing_lines"]
-    assert (lamps.path / "lamps/guide.py").read_text().splitlines()[line - 1].strip() == 'return "by hand"'
-    assert "<html" in (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
+    assert (session.path / "lamps/guide.py").read_text().splitlines()[line - 1].strip() == 'return "by hand"'
+    assert "<html" in (session.path / "hri-report" / "index.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -105,16 +108,6 @@ def test_a_run_in_another_folder_of_the_project_is_the_same(
 
 
 @pytest.mark.slow
-def test_another_seed_runs_other_tests(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-seed=0")
-    ours = {test["id"] for test in report(lamps.path)["tests"]}
-    lamps.runpytest_inprocess("--hri-suite=bdi-random", "--hri-seed=1")
-    written = report(lamps.path)
-    assert written["suites"][0]["seed"] == 1
-    assert ours.isdisjoint({test["id"] for test in written["tests"]})
-
-
-@pytest.mark.slow
 def test_several_suites_are_reported_side_by_side(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand,pseudorandom", "--hri-tests=4", "--hri-concretizations=2")
     written = report(lamps.path)
@@ -129,16 +122,6 @@ def test_an_exported_suite_runs_as_the_original_did(lamps: pytest.Pytester) -> N
     before = report(lamps.path)["tests"]
     assert lamps.runpytest_inprocess("--hri-suite=kept").ret == 0
     assert [*map(timeless, report(lamps.path)["tests"])] == [*map(timeless, before)]
-
-
-@pytest.mark.slow
-def test_junit_xml_has_the_verdicts(lamps: pytest.Pytester) -> None:
-    lamps.runpytest_inprocess("--hri-suite=by-hand", "--junitxml=junit.xml")
-    xml = (lamps.path / "junit.xml").read_text(encoding="utf-8")
-    for name, value in (("suite", "by-hand"), ("R1", "Passed"), ("R2", "Failed"), ("R3", "NC")):
-        assert f'<property name="hri.{name}" value="{value}"' in xml
-    for test in report(lamps.path)["tests"]:
-        assert f'<property name="hri.record_sha256" value="{test["record_sha256"]}"' in xml
 
 
 @pytest.mark.slow

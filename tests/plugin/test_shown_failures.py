@@ -72,16 +72,11 @@ def test_a_suite_with_twenty_failures_is_read_on_two_screens(
 
 
 @pytest.mark.slow
-def test_with_tb_line_each_failure_has_one_line(bright: pytest.Pytester) -> None:
-    result = bright.runpytest_inprocess(*SUITE, "--tb=line")
+def test_with_tb_line_and_rf_each_failure_has_one_line(bright: pytest.Pytester) -> None:
+    result = bright.runpytest_inprocess(*SUITE, "--tb=line", "-rf")
     lines = between(result.outlines, "FAILURES", "human-robot interaction")
     assert len(lines) == 24
     assert all("R2 failed at " in line for line in lines)
-
-
-@pytest.mark.slow
-def test_the_short_summary_has_all_where_it_is_asked_for(bright: pytest.Pytester) -> None:
-    result = bright.runpytest_inprocess(*SUITE, "-rf")
     assert sum(line.startswith("FAILED test_lamps.py") for line in result.outlines) == 24
 
 
@@ -95,24 +90,18 @@ def test_with_v_all_are_shown_with_formulas(bright: pytest.Pytester, options: tu
 
 
 @pytest.mark.slow
-def test_services_read_the_cause_in_the_short_summary(bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CI", "true")
-    result = bright.runpytest_inprocess(*SUITE)
-    lines = [line for line in result.outlines if line.startswith("FAILED test_lamps.py")]
-    assert len(lines) == 24
-    assert all(line.endswith("by 20 % (cause 1)") for line in lines)
-    assert result.outlines.index(lines[0]) == len(result.outlines) - 25
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("options", [(), A_WORKER], ids=["plain", "worker"])
-def test_github_and_junit_read_causes(
+def test_services_and_junit_read_causes(
     bright: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
 ) -> None:
+    monkeypatch.setenv("CI", "true")
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(bright.path / "summary.md"))
     monkeypatch.setenv("GITHUB_WORKSPACE", str(bright.path.parent))
     result = bright.runpytest_inprocess(*SUITE, "--junitxml=junit.xml", *options)
+    summary = [line for line in result.outlines if line.startswith("FAILED test_lamps.py")]
+    assert len(summary) == 24
+    assert all(line.endswith("by 20 % (cause 1)") for line in summary)
     annotations = [line for line in result.outlines if line.startswith("::error")]
     (cause,) = report(bright.path)["causes"]
     place = cause["places"][0]

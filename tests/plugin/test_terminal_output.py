@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
+from tests.plugin.conftest import FinishedSession
 from tests.plugin.project import A_WORKER, change, counted_up_to_313, plain_and_slowly_in_other_modes
 
 SUITE = "--hri-suite=rl"
@@ -19,8 +22,11 @@ def section(result: pytest.RunResult) -> list[str]:
 
 @plain_and_slowly_in_other_modes
 @counted_up_to_313
-def test_one_line_in_the_header_and_one_section_at_the_end(lamps: pytest.Pytester, options: tuple[str, ...]) -> None:
-    result = lamps.runpytest_inprocess(SUITE, *options)
+def test_one_line_in_the_header_and_one_section_at_the_end(
+    finished: Callable[..., FinishedSession], options: tuple[str, ...]
+) -> None:
+    session = finished(SUITE, *options)
+    result = session.result
     result.stdout.fnmatch_lines(["hri: lamps, suite rl, seed 0, 34 tests"])
     assert sum(line.startswith("hri") for line in result.outlines) == 2  # and the one that says that it is learning
     lines = section(result)
@@ -28,7 +34,7 @@ def test_one_line_in_the_header_and_one_section_at_the_end(lamps: pytest.Pyteste
     assert "statements            97.6 % (40 of 41), 97.6 % of 41 reachable" in map(str.strip, lines)
     assert "  lamps/guide.py        44" in lines
     assert "34/34 tests reported" in lines
-    assert lines[-1] == f"report: {lamps.path / 'hri-report' / 'index.html'}"
+    assert lines[-1] == f"report: {session.path / 'hri-report' / 'index.html'}"
     assert all(len(line) <= 80 for line in lines[:-1])
 
 
@@ -39,17 +45,12 @@ def test_a_terminal_of_sixty_columns_is_enough(lamps: pytest.Pytester, monkeypat
 
 
 @pytest.mark.slow
-def test_colour_only_where_it_is_asked_for(lamps: pytest.Pytester) -> None:
-    plain, coloured = (lamps.runpytest_inprocess(SUITE, *options) for options in ((), ("--color=yes",)))
-    assert "\x1b" not in plain.stdout.str()
-    assert "\x1b[32m" in coloured.stdout.str()
-
-
-@pytest.mark.slow
-def test_quiet_leaves_out_the_header_and_keeps_the_section(lamps: pytest.Pytester) -> None:
-    result = lamps.runpytest_inprocess(SUITE, "-q")
-    result.stdout.no_fnmatch_line("hri*:*")
-    assert section(result)[1] == "suite rl, seed 0: 34 tests"
+def test_colour_is_optional_and_quiet_drops_the_header_only(finished: Callable[..., FinishedSession]) -> None:
+    assert "\x1b" not in finished(SUITE).result.stdout.str()
+    assert "\x1b[32m" in finished(SUITE, "--color=yes").result.stdout.str()
+    quiet = finished(SUITE, "-q").result
+    quiet.stdout.no_fnmatch_line("hri*:*")
+    assert section(quiet)[1] == "suite rl, seed 0: 34 tests"
 
 
 @pytest.mark.slow
