@@ -31,7 +31,7 @@ from pytest_hricdv.registry import offers
 from pytest_hricdv.run import Ending, Run, TestbenchError
 from pytest_hricdv.runtime import topic_of
 from pytest_hricdv.runtime.geometry import Body
-from pytest_hricdv.testbench_groups import People, Simulation, StateField, Suites, VirtualTime
+from pytest_hricdv.testbench_groups import Field, People, Signal, Simulation, StateField, Suites, VirtualTime
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
 
@@ -49,6 +49,7 @@ __all__ = [
     "Drop",
     "Duplicate",
     "Ending",
+    "Field",
     "Film",
     "GenerateError",
     "InteractiveAgent",
@@ -65,6 +66,7 @@ __all__ = [
     "RosNode",
     "Run",
     "Sampler",
+    "Signal",
     "Simulation",
     "Sometimes",
     "StateField",
@@ -82,7 +84,7 @@ FIELD_PURPOSES: Mapping[str, str] = {
     "concretization": "the human's commands with the ranges of their parameters (Concretization)",
     "requirements": "the path of a TOML file of requirement texts, or a tuple of requirements",
     "messages": "the classes of the messages on the bus: dataclasses, or the like",
-    "signals": "the physical signals, name -> bool, float or str",
+    "signals": "the physical signals, name -> bool, float, str or Signal(...)",
     "cross": "a mapping of names to cross products (CrossProduct)",
     "code": "the names of the packages under test",
     "run": "a function that runs one concrete test and returns an Outcome",
@@ -146,13 +148,9 @@ class Testbench:
         messages: the classes of the messages on the bus, frozen dataclasses for preference; named tuples and classes of
             attrs, msgspec and pydantic are as good. Fields that are bool, int, float, str, Literal or Enum
             can be named in requirements. A member of an Enum is named by its value if this is a text, else by its name.
-        signals: physical signals that the world records, name -> bool, float or str.
-        values: the values that a text signal, or a text field named `topic.field`, can have: a requirement that
-            compares it with another text is refused. Those of Literal and Enum fields are known without this.
-        sampled_while: signal -> the bool signal that has to be True for the world to measure it: between, plots have a
-            gap, and requirements see the last value, as always.
-        units: the units of numeric signals, and of numeric fields named `topic.field`, for instance "m/s": reports
-            write them at axes and margins, and numbers in requirements may have one (`hand_distance < 50 mm`).
+        signals: physical signals that the world records: name -> bool, float or str, or `Signal(...)` with a unit, the
+            values of a text, or when it is measured.
+        fields: the units and values of fields of messages: `topic.field` -> `Field(...)`.
         code: importable names of the packages under test.
         run: builds world, human, sensors and controller around the given `Run`, runs it, and says how it went.
         cross: the cross products to cover, by name.
@@ -178,11 +176,11 @@ class Testbench:
     concretization: Concretization
     requirements: Path | tuple[Requirement, ...]
     messages: tuple[type[Any], ...]
-    signals: Mapping[str, Kind] = field(hash=False)
+    signals: Mapping[str, Kind | Signal] = field(hash=False)
     code: tuple[str, ...]
     run: Callable[[Run], Outcome]
+    fields: Mapping[str, Field] = field(default_factory=dict, hash=False)
     cross: Mapping[str, CrossProduct] = field(default_factory=dict, hash=False)
-    units: Mapping[str, str] = field(default_factory=dict, hash=False)
     outcome_label: str = "interactions"
     oracle: ModelOracle | None = None
     people: People = field(default_factory=People)
@@ -190,8 +188,6 @@ class Testbench:
     state: StateField = field(default_factory=StateField)
     time: VirtualTime = field(default_factory=VirtualTime)
     simulation: Simulation = field(default_factory=Simulation)
-    values: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
-    sampled_while: Mapping[str, str] = field(default_factory=dict, hash=False)
     disturbances: Disturbances = field(default_factory=dict, hash=False)
     ros2: Ros2 | None = None
 
@@ -206,6 +202,32 @@ class Testbench:
         for bystander in self.people.bystanders:
             declared = dataclasses.replace(declared, run={**declared.run, **bystander.parameters})
         return dataclasses.replace(declared, commands={**declared.commands, **lines(self.disturbances)})
+
+    @cached_property
+    def signal_types(self) -> Mapping[str, Kind]:
+        """Signal -> bool, float or str."""
+        return {name: signal.type if isinstance(signal, Signal) else signal for name, signal in self.signals.items()}
+
+    @cached_property
+    def units(self) -> Mapping[str, str]:
+        """Signal, or `topic.field` -> its unit, where it has one."""
+        return {name: declared.unit for name, declared in self._details.items() if declared.unit}
+
+    @cached_property
+    def values(self) -> Mapping[str, tuple[str, ...]]:
+        """Signal, or `topic.field` -> the texts that it can have, where they are declared."""
+        return {name: declared.values for name, declared in self._details.items() if declared.values}
+
+    @cached_property
+    def sampled_while(self) -> Mapping[str, str]:
+        """Signal -> the bool signal that has to be True for the world to measure it."""
+        signals = ((name, signal) for name, signal in self.signals.items() if isinstance(signal, Signal))
+        return {name: signal.sampled_while for name, signal in signals if signal.sampled_while}
+
+    @property
+    def _details(self) -> Mapping[str, Signal | Field]:
+        signals = {name: signal for name, signal in self.signals.items() if isinstance(signal, Signal)}
+        return {**signals, **self.fields}
 
     def choose(self, *, fidelity: str | None = None, engine: str | None = None) -> Testbench:
         """The testbench with this fidelity or engine; None keeps the current one.
@@ -241,4 +263,4 @@ class Testbench:
                 if name in topics:
                     raise ValueError(f"{name!r} is a message of the bus, and a topic of ROS 2; rename one of them")
                 topics[name] = fields
-        return Vocabulary(dict(self.signals), topics, {**values, **self.values}, dict(self.units))
+        return Vocabulary(dict(self.signal_types), topics, {**values, **self.values}, dict(self.units))

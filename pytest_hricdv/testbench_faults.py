@@ -24,7 +24,7 @@ from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime import fields_of, topic_of
 from pytest_hricdv.runtime.message_fields import FORMS
 from pytest_hricdv.testbench import FIELD_PURPOSES, Testbench
-from pytest_hricdv.testbench_groups import People, Simulation, StateField, Suites, VirtualTime
+from pytest_hricdv.testbench_groups import Field, People, Simulation, StateField, Suites, VirtualTime
 
 NEEDED_PARTS = {"oracle": "oracle", "ros2": "ros2"}
 """What a testbench declares -> the optional part without which it would be passed over in silence."""
@@ -36,6 +36,9 @@ MOVED_KEYWORDS: Mapping[str, Mapping[str, str]] = {
         "may_end": "time=VirtualTime(allowed_endings=...)",
         "online": "people=People(agents=(InteractiveAgent(...),))",
         "bystanders": "people=People(bystanders=...)",
+        "units": "signals={NAME: Signal(TYPE, unit=...)}, or fields={'TOPIC.FIELD': Field(unit=...)}",
+        "values": "signals={NAME: Signal(str, values=...)}, or fields={'TOPIC.FIELD': Field(values=...)}",
+        "sampled_while": "signals={NAME: Signal(TYPE, sampled_while=...)}",
         "by_hand": "suites=Suites(by_hand=...)",
         "learning": "suites=Suites(learning=...)",
         "lengths": "suites=Suites(random_test_length=...)",
@@ -122,6 +125,9 @@ def _check_kinds(testbench: Testbench, where: str) -> None:
         )
     if not isinstance(testbench.signals, Mapping):
         raise TestbenchError(f"{where}: signals is {testbench.signals!r}; expected {FIELD_PURPOSES['signals']}")
+    fields = testbench.fields
+    if not isinstance(fields, Mapping) or not all(isinstance(declared, Field) for declared in fields.values()):
+        raise TestbenchError(f"{where}: fields is {fields!r}; expected a mapping of topic.field to Field(...)")
     if not isinstance(testbench.cross, Mapping):
         raise TestbenchError(f"{where}: cross is {testbench.cross!r}; expected {FIELD_PURPOSES['cross']}")
     for name, product in testbench.cross.items():
@@ -226,10 +232,8 @@ def _bystander_faults(testbench: Testbench) -> Iterator[str]:
 
 
 def _sampling_faults(testbench: Testbench) -> Iterator[str]:
-    switches = [name for name, kind in testbench.signals.items() if kind is bool]
+    switches = [name for name, kind in testbench.signal_types.items() if kind is bool]
     for name, switch in testbench.sampled_while.items():
-        if name not in testbench.signals:
-            yield f"sampled_while has {name!r}, which is no signal{nearest(name, testbench.signals)}"
         if switch not in switches:
             listed = ", ".join(switches) or "none"
-            yield f"sampled_while[{name!r}] is {switch!r}, which is no bool signal; there are: {listed}"
+            yield f"signals[{name!r}]: sampled_while is {switch!r}, which is no bool signal; there are: {listed}"

@@ -13,6 +13,7 @@ from pytest_hricdv.declarations.bystander import Bystander
 from pytest_hricdv.declarations.film import Film
 from pytest_hricdv.generate.context import PSEUDORANDOM_LENGTHS
 from pytest_hricdv.generate.qlearning import QLearning
+from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.runtime.blocking_calls import KINDS
 
@@ -133,3 +134,35 @@ class StateField:
 
     name: str = ""
     transitions: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A physical signal that the world records; a bare type, such as bool, declares one without anything else.
+
+    Args:
+        type: bool, float or str.
+        unit: of a float, for instance "m/s": reports write it at axes and margins, and numbers in requirements may
+            have one (`hand_distance < 50 mm`).
+        values: those that a str can have: a requirement that compares it with another text is refused.
+        sampled_while: the bool signal that has to be True for the world to measure this one: between, plots have a gap,
+            and requirements see the last value, as always.
+    """
+
+    type: Kind
+    unit: str = ""
+    values: tuple[str, ...] = ()
+    sampled_while: str = ""
+
+
+@dataclass(frozen=True)
+class Field:
+    """What the class of a message does not say of a field.
+
+    Args:
+        unit: of a number, as for `Signal`.
+        values: those that a text can have, as for `Signal`; those of Literal and Enum are known without this.
+    """
+
+    unit: str = ""
+    values: tuple[str, ...] = ()

@@ -36,7 +36,9 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
 
     from pytest_hricdv.testbench import (
         Concretization,
+        Field,
         People,
+        Signal,
         Simulation,
         StateField,
         Suites,
@@ -45,6 +47,7 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         VirtualTime,
     )
 
+    units = {**house.UNITS, **observer.UNITS}
     return Testbench(
         name="home-care",
         model=MODEL,
@@ -55,9 +58,11 @@ def pytest_hricdv_testbench(config: pytest.Config) -> Testbench:
         concretization=Concretization(COMMANDS, {**RUN, "battery": Uniform(0.19, 1.0)}),
         requirements=HERE / "tests" / "requirements.toml",
         messages=(Order, *SAID, DogCalled),
-        signals={**house.SIGNALS, **observer.SIGNALS},
-        units={**house.UNITS, **observer.UNITS},
-        values={**house.VALUES, "state.name": STATES},
+        signals={
+            name: Signal(kind, units.get(name, ""), house.VALUES.get(name, ()))
+            for name, kind in {**house.SIGNALS, **observer.SIGNALS}.items()
+        },
+        fields={"state.name": Field(values=STATES)},
         state=StateField("state.name", transitions()),
         code=("carebot",),
         time=VirtualTime(apis=("asyncio",)),

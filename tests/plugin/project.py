@@ -59,7 +59,7 @@ CONFTEST = '''
 """The lamps testbench."""
 
 from pathlib import Path
-from pytest_hricdv.testbench import Simulation, StateField, Suites, VirtualTime  # some of them for tests
+from pytest_hricdv.testbench import Field, Signal, Simulation, StateField, Suites, VirtualTime  # some of them for tests
 HERE = Path(__file__).parent
 LIMIT_S = 60.0
 
@@ -94,8 +94,8 @@ def pytest_hricdv_testbench(config):
         ),
         requirements=HERE / "requirements.toml",
         messages=(Answer, Greeting, Switched, Wish),
-        signals={"lamp_level": float},
-        units={"lamp_level": "%"},
+        signals={"lamp_level": Signal(float, "%")},
+        fields={},
         code=("lamps",),
         run=run,
         suites=Suites(by_hand=HERE / "by_hand.toml"),

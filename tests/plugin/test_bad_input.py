@@ -198,33 +198,28 @@ def test_files(lamps: pytest.Pytester, mode: tuple[str, ...], name: str, old: st
         ),
         ("messages=(Answer,", "messages=(int,", "message <class 'int'> is no class with fields"),
         (
-            '{"lamp_level": float}',
+            '{"lamp_level": Signal(float, "%")}',
             '["lamp_level"]',
             "signals is ['lamp_level']; expected the physical signals, name ->",
         ),
         (
-            'units={"lamp_level": "%"}',
-            'units={"lamp": "%"}',
+            "fields={}",
+            'fields={"lamp": Field("%")}',
             "units has 'lamp', which is no signal and no topic.field; nearest: lamp_level",
         ),
         (
-            'units={"lamp_level": "%"}',
-            'sampled_while={"lamp_levl": "lamp_level"}',
-            "sampled_while has 'lamp_levl', which is no signal; nearest: lamp_level",
+            'Signal(float, "%")',
+            'Signal(float, "%", sampled_while="lamp_level")',
+            "signals['lamp_level']: sampled_while is 'lamp_level', which is no bool signal; there are: none",
         ),
         (
-            'units={"lamp_level": "%"}',
-            'sampled_while={"lamp_level": "lamp_level"}',
-            "sampled_while['lamp_level'] is 'lamp_level', which is no bool signal; there are: none",
-        ),
-        (
-            '{"lamp_level": float}',
+            '{"lamp_level": Signal(float, "%")}',
             '{"lamp_level": int}',
             "signal 'lamp_level': expected the type bool, float or str, got",
         ),
         (
-            '"lamp_level": float',
-            '"lamp_level": float, "until": float',
+            '"lamp_level": Signal(float, "%")',
+            '"lamp_level": Signal(float, "%"), "until": float',
             "signal 'until': this is a keyword of the requirement language",
         ),
         (

@@ -29,7 +29,12 @@ def test_numbers_of_numpy_are_recorded_as_what_they_stand_for(lamps: pytest.Pyte
 
 @pytest.mark.slow
 def test_a_bool_of_numpy_is_a_bool(lamps: pytest.Pytester) -> None:
-    project.change(lamps.path, "conftest.py", '{"lamp_level": float}', '{"lamp_level": float, "lit": bool}')
+    project.change(
+        lamps.path,
+        "conftest.py",
+        '{"lamp_level": Signal(float, "%")}',
+        '{"lamp_level": Signal(float, "%"), "lit": bool}',
+    )
     lit = f'run.recorder.signal(run.kernel.now_s, "lit", {NUMPY}.bool_(level > 0))'
     project.change(lamps.path, "conftest.py", SIGNAL, f"{SIGNAL}\n            {lit}")
     lamps.runpytest_subprocess(*RUN).assert_outcomes(passed=2, deselected=1)
@@ -55,7 +60,12 @@ def test_a_signal_that_is_not_as_declared_is_an_error_with_its_name(
 
 @pytest.mark.parametrize("value", ["0.5", "1", "'on'"])
 def test_a_signal_that_no_requirement_reads_has_to_be_as_declared_too(lamps: pytest.Pytester, value: str) -> None:
-    project.change(lamps.path, "conftest.py", '{"lamp_level": float}', '{"lamp_level": float, "lit": bool}')
+    project.change(
+        lamps.path,
+        "conftest.py",
+        '{"lamp_level": Signal(float, "%")}',
+        '{"lamp_level": Signal(float, "%"), "lit": bool}',
+    )
     lit = f'run.recorder.signal(run.kernel.now_s, "lit", {value})'
     project.change(lamps.path, "conftest.py", SIGNAL, f"{SIGNAL}\n            {lit}")
     result = lamps.runpytest(*RUN)

@@ -19,8 +19,12 @@ def toned(lamps: pytest.Pytester) -> pytest.Pytester:
         "    tone: Literal['warm', 'cold'] = 'cold'",
     )
     change(lamps.path, "lamps/messages.py", "import dataclass\n", "import dataclass\nfrom typing import Literal\n")
-    change(lamps.path, "conftest.py", '{"lamp_level": float}', '{"lamp_level": float, "colour": str}')
-    change(lamps.path, "conftest.py", 'units={"lamp', 'values={"colour": ("white", "red")}, units={"lamp')
+    change(
+        lamps.path,
+        "conftest.py",
+        'Signal(float, "%")}',
+        'Signal(float, "%"), "colour": Signal(str, values=("white", "red"))}',
+    )
     switch = 'run.recorder.signal(run.kernel.now_s, "lamp_level", level)'
     change(lamps.path, "conftest.py", switch, f"{switch}; {switch.replace('lamp_level', 'colour')}")
     change(lamps.path, "conftest.py", '"colour", level', '"colour", "white" if level else "red"')
@@ -53,7 +57,7 @@ def test_a_value_that_they_never_have_is_refused(toned: pytest.Pytester, formula
 
 
 def test_values_of_what_is_no_text_are_refused(toned: pytest.Pytester) -> None:
-    change(toned.path, "conftest.py", 'values={"colour"', 'values={"color"')
+    change(toned.path, "conftest.py", "fields={}", 'fields={"color": Field(values=("white",))}')
     result = toned.runpytest_inprocess("--hri-suite=by-hand")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["*values of 'color': this is no signal or topic.field of type str; nearest: colour*"])

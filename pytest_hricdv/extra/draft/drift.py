@@ -121,7 +121,7 @@ def _machine(machine: StateMachine, testbench: Testbench) -> Iterator[Drift]:
     declared = testbench.vocabulary().values.get(testbench.state.name, ())
     for name, state in states.items():
         if declared and name not in declared:
-            text = f"the code has state {name}, which `values` of {testbench.state.name} does not have"
+            text = f"the code has state {name}, which `fields` has not as a value of {testbench.state.name}"
             yield Drift("value", f"{testbench.state.name}={name}", str(state.location), text)
     if not testbench.state.transitions or not machine.transitions:
         return

@@ -151,11 +151,11 @@ def _insertions(tree: ast.Module, drift: Sequence[Drift]) -> Iterator[_Insertion
     if moves and state is not None and isinstance(_keyword(state, "transitions"), ast.Tuple | ast.List):
         entries = [f'("{source}", "{target}")' for source, _, target in moves]
         yield from _add(state, "transitions", entries, "(", ",)")
-    values = _keyword(testbench, "values")
+    fields = _keyword(testbench, "fields")
     for one in drift:
-        if one.kind == "value" and isinstance(values, ast.Dict):
+        if one.kind == "value" and isinstance(fields, ast.Dict):
             name, _, text = one.name.partition("=")
-            yield from _value(values, name, text)
+            yield from _value(fields, name, text)
     concretization = _call(tree, "Concretization")
     parameters = [one.parameter for one in drift if one.parameter is not None]
     if parameters and concretization is not None:
@@ -205,9 +205,10 @@ def _after(node: ast.expr, entries: Sequence[str], indent: int | None) -> _Inser
     return _Insertion(node.end_lineno, node.end_col_offset, "".join(f"{separator}{entry}" for entry in entries))
 
 
-def _value(values: ast.Dict, name: str, text: str) -> Iterator[_Insertion]:
-    for key, value in zip(values.keys, values.values, strict=True):
+def _value(fields: ast.Dict, name: str, text: str) -> Iterator[_Insertion]:
+    for key, declared in zip(fields.keys, fields.values, strict=True):
         is_it = isinstance(key, ast.Constant) and key.value == name
+        value = _keyword(declared, "values") if isinstance(declared, ast.Call) else None
         if is_it and isinstance(value, ast.Tuple | ast.List) and value.elts:
             last = value.elts[-1]
             if last.end_lineno is not None and last.end_col_offset is not None:

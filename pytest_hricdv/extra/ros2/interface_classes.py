@@ -17,7 +17,7 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.extra.ros2.interface_text import Field, FieldType, Part, parts_of
+from pytest_hricdv.extra.ros2.interface_text import FieldType, InterfaceField, Part, parts_of
 
 FOLDERS = ("msg", "srv", "action")
 
@@ -60,7 +60,7 @@ class _Message(metaclass=_Interface):
     """What all messages have in common."""
 
     __slots__ = ()
-    _FIELDS: tuple[Field, ...] = ()
+    _FIELDS: tuple[InterfaceField, ...] = ()
     SLOT_TYPES: tuple[Any, ...] = ()
 
     def __init__(self, **values: Any) -> None:
@@ -123,7 +123,7 @@ def _element(kind: FieldType) -> Any:
     return b"\x00" if plain is bytes else plain()
 
 
-def _default(field: Field) -> Any:
+def _default(field: InterfaceField) -> Any:
     kind = field.type
     if not kind.is_array:
         return _element(kind) if field.default is None else field.default
@@ -145,7 +145,7 @@ def _container(kind: FieldType, values: Any) -> Any:
     return values if isinstance(values, array.array) and values.typecode == code else array.array(code, values)
 
 
-def _setter(field: Field) -> Any:
+def _setter(field: InterfaceField) -> Any:
     kind, slot = field.type, f"_{field.name}"
 
     def set_value(message: Any, value: Any) -> None:
@@ -158,7 +158,7 @@ def _setter(field: Field) -> Any:
     return set_value
 
 
-def _checked_array(field: Field, value: Any) -> Any:
+def _checked_array(field: InterfaceField, value: Any) -> Any:
     kind = field.type
     is_sequence = hasattr(value, "__len__") and hasattr(value, "__iter__") and not isinstance(value, (str, dict))
     fits = is_sequence and (
@@ -235,9 +235,9 @@ def _service_class(module: str, name: str, request: Part, response: Part) -> Any
         "Response": _message_class(module, f"{name}_Response", response),
     }
     package, folder, _ = module.split(".")
-    info = Field("info", FieldType("service_msgs/msg/ServiceEventInfo"))
+    info = InterfaceField("info", FieldType("service_msgs/msg/ServiceEventInfo"))
     both = [
-        Field(part, FieldType(f"{package}/{folder}/{name}_{part.capitalize()}", is_array=True, size=1))
+        InterfaceField(part, FieldType(f"{package}/{folder}/{name}_{part.capitalize()}", is_array=True, size=1))
         for part in ("request", "response")
     ]
     members["Event"] = _message_class(module, f"{name}_Event", Part((info, *both), ()))
@@ -249,14 +249,14 @@ def _action_class(module: str, name: str, goal: Part, result: Part, feedback: Pa
     package, folder, _ = module.split(".")
     parts = {"Goal": goal, "Result": result, "Feedback": feedback}
     classes = {key: _message_class(module, f"{name}_{key}", part) for key, part in parts.items()}
-    goal_id = Field("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
+    goal_id = InterfaceField("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
 
-    def nested(key: str) -> Field:
-        return Field(key.lower(), FieldType(f"{package}/{folder}/{name}_{key}"))
+    def nested(key: str) -> InterfaceField:
+        return InterfaceField(key.lower(), FieldType(f"{package}/{folder}/{name}_{key}"))
 
-    stamp = Field("stamp", FieldType("builtin_interfaces/msg/Time"))
-    send_goal = Part((goal_id, nested("Goal")), ()), Part((Field("accepted", FieldType("boolean")), stamp), ())
-    get_result = Part((goal_id,), ()), Part((Field("status", FieldType("int8")), nested("Result")), ())
+    stamp = InterfaceField("stamp", FieldType("builtin_interfaces/msg/Time"))
+    send_goal = Part((goal_id, nested("Goal")), ()), Part((InterfaceField("accepted", FieldType("boolean")), stamp), ())
+    get_result = Part((goal_id,), ()), Part((InterfaceField("status", FieldType("int8")), nested("Result")), ())
     impl = {
         "SendGoalService": _service_class(module, f"{name}_SendGoal", *send_goal),
         "GetResultService": _service_class(module, f"{name}_GetResult", *get_result),

@@ -53,7 +53,7 @@ class FieldType:
 
 
 @dataclass(frozen=True)
-class Field:
+class InterfaceField:
     """A field of a message; `default` is None where the file says none."""
 
     name: str
@@ -65,7 +65,7 @@ class Field:
 class Part:
     """A message, or one part of a service or an action."""
 
-    fields: tuple[Field, ...]
+    fields: tuple[InterfaceField, ...]
     constants: tuple[tuple[str, Any], ...]
 
 
@@ -104,7 +104,7 @@ def _part(lines: Sequence[tuple[int, str]], package: str, place: str) -> Part:
             if rest.startswith("=") and not kind.is_array:
                 constants.append((name, _value(kind, rest[1:].strip())))
             else:
-                fields.append(Field(name, kind, _value(kind, rest) if rest else None))
+                fields.append(InterfaceField(name, kind, _value(kind, rest) if rest else None))
         except (KeyError, ValueError, SyntaxError, TypeError):
             raise Ros2Error(f"{place}:{number}: {rest!r} is no value of type {entry['type']}") from None
     return Part(tuple(fields), tuple(constants))

@@ -112,7 +112,7 @@ class McapTrace:
             yield Event(channel, ns(message.time_s), dict(message.fields))
 
     def _signals(self) -> Iterator[Event]:
-        declared, units = self.testbench.signals, self.testbench.units
+        declared, units = self.testbench.signal_types, self.testbench.units
         for name, (times, values) in self.record.signals.items():
             kind = bool if declared.get(name) is bool else float
             channel = Channel(f"/signals/{name}", schemas.of_signal(name, kind, units.get(name, "")))

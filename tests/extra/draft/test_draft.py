@@ -220,8 +220,8 @@ class Desk:
 def test_a_field_that_is_also_made_of_unknown_texts_is_not_declared_with_those_that_are_known(tmp_path: Path) -> None:
     (tmp_path / "desk.py").write_text(REASONS, encoding="utf-8")
     text = dict(files(Draft(analyse("desk", tmp_path), "desk", "person", tmp_path / "hri")))["conftest.py"]
-    assert '# "refused.reason": ("unknown", "too late"),  # desk.py:28; TODO: which others?' in text
-    assert '            "refused.told_by": ("desk", "kitchen"),' in text
+    assert '# "refused.reason": Field(values=("unknown", "too late")),  # desk.py:28; TODO: which others?' in text
+    assert '            "refused.told_by": Field(values=("desk", "kitchen")),' in text
 
 
 def test_a_draft_of_long_names_is_sorted_as_ruff_sorts(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ class Sensor:
 
 
 @dataclass(frozen=True)
-class Signal:
+class FieldSignal:
     """A signal that the world records: a field of a published message."""
 
     name: str
@@ -157,10 +157,10 @@ class Draft:
         return {port: f"{name}OfDevice" if name in taken else name for port, name in names.items()}
 
     @cached_property
-    def signals(self) -> tuple[Signal, ...]:
+    def signals(self) -> tuple[FieldSignal, ...]:
         """One for each field that the robot publishes."""
         return tuple(
-            Signal(f"said_{message.topic}_{part.name}", part.kind, message.topic, part.name, part.location)
+            FieldSignal(f"said_{message.topic}_{part.name}", part.kind, message.topic, part.name, part.location)
             for message in self.code.published
             for part in message.fields
             if part.kind

@@ -91,8 +91,8 @@ def ros_conftest(draft: Draft, start: RosStart) -> str:
         [*constants(draft), "", *_declarations(draft, start), *_testbench(draft, start), *_message_function(draft)]
     )
     body += _FILLED + "\n" + "\n".join(_run(draft, start))
-    names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Launch", "Model", "Outcome", "Ros2",
-             "RosNode", "Run", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
+    names = ("BeliefSpace", "Concretization", "Delay", "Drop", "Duplicate", "Field", "Launch", "Model", "Outcome",
+             "Ros2", "RosNode", "Run", "Testbench", "Uniform", "VirtualTime")  # fmt: skip
     head = [
         f'"""The testbench of {draft.robot}, a node of ROS 2, drafted from its code: values have their locations.',
         "",
@@ -179,8 +179,8 @@ def _testbench(draft: Draft, start: RosStart) -> list[str]:
     lines.append(f"        signals={{{', '.join(signals)}}},")
     if values:
         lines += [
-            "        values={",
-            *(f'            "{n}": {tuple_text(t)},  # {p}' for n, t, p in values),
+            "        fields={",
+            *(f'            "{n}": Field(values={tuple_text(t)}),  # {p}' for n, t, p in values),
             "        },",
         ]
     lines += [

@@ -43,9 +43,11 @@ def conftest(draft: Draft) -> str:
         "Delay",
         "Drop",
         "Duplicate",
+        "Field",
         "Model",
         "Outcome",
         "Run",
+        "Signal",
         "StateField",
         "Testbench",
         "Uniform",
@@ -197,9 +199,9 @@ def _testbench(draft: Draft) -> list[str]:
         (f"{m.topic}.{p.name}", [*(v.text for v in p.values), *_others(draft, m, p)], p)
         for m in draft.messages for p in m.fields if p.values and not p.by_type and p.kind == "str"
     ]  # fmt: skip
-    units = [(f"{m.topic}.{p.name}", p.unit) for m in draft.messages for p in m.fields if p.unit]
-    units += [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
-              for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
+    units = {f"{m.topic}.{p.name}": p.unit for m in draft.messages for p in m.fields if p.unit}
+    signals = [(s.name, p.unit) for s in draft.signals for m in draft.messages if m.topic == s.topic
+               for p in m.fields if p.name == s.field and p.unit]  # fmt: skip
     called = [*draft.called_classes.values()]
     needs = [*message_imports(draft.messages), *(("ports", name) for name in called), ("world", "SIGNALS")]
     names = ", ".join((*(message.name for message in draft.messages), *called))
@@ -223,25 +225,32 @@ def _testbench(draft: Draft) -> list[str]:
         "        ),",
         '        requirements=HERE / "requirements.toml",',
         f"        messages=({names}{',' if len(draft.messages) + len(called) == 1 else ''}),",
-        "        signals=SIGNALS,",
+        *_signal_lines(signals),
     ]
-    if values:
-        lines += ["        values={"]
+    if values or units:
+        lines += ["        fields={"]
         for name, texts, part in values:
+            location = part.values[0].location
             if part.is_partial and name != code.state:  # a testbench that declares some refuses the others
-                location = part.values[0].location
-                lines.append(f'            # "{name}": {tuple_text(texts)},  # {location}; TODO: which others?')
+                lines.append(
+                    f'            # "{name}": Field(values={tuple_text(texts)}),  # {location}; TODO: which others?'
+                )
                 continue
-            lines.append(f'            "{name}": {tuple_text(texts)},  # {part.values[0].location}')
-        lines.append("        },")
-    if units:
-        lines += ["        units={", *(f'            "{name}": "{unit}",' for name, unit in units), "        },"]
+            lines.append(f'            "{name}": Field(values={tuple_text(texts)}),  # {location}')
+        lines += [*(f'            "{name}": Field(unit="{unit}"),' for name, unit in units.items()), "        },"]
     lines.append(f"        code={tuple_text(code.modules)},")
     lines += ["        run=run,", *time_lines(draft, code.virtual)]
     lines += _state_part(draft)
     if draft.messages:
         lines += ["        disturbances={", *_disturbances(draft), "        },"]
     return [*lines, "    )"]
+
+
+def _signal_lines(units: Sequence[tuple[str, str]]) -> list[str]:
+    if not units:
+        return ["        signals=SIGNALS,"]
+    lines = [f'            "{name}": Signal(SIGNALS["{name}"], unit="{unit}"),' for name, unit in units]
+    return ["        signals={", "            **SIGNALS,", *lines, "        },"]
 
 
 def time_lines(draft: Draft, apis: Sequence[str] = ()) -> list[str]:
