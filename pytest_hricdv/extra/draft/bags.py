@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv._base.input_file import unmerged_log
 
 Value = bool | float | str | tuple[float, ...]
 """Of a field; the numbers of an array."""
@@ -80,6 +81,11 @@ def _of_mcap(file: Path) -> Iterator[BagMessage]:
 def _of_rosbag(path: Path) -> Iterator[BagMessage]:
     from rosbags.rosbag2 import Reader
 
+    if log := unmerged_log(path):
+        raise UnreadableError(
+            f"{log.name} has messages that are not in the database yet, as after an interrupted recording; merge them: "
+            f"sqlite3 {log.name.removesuffix('-wal')} 'PRAGMA wal_checkpoint(TRUNCATE)'"
+        )
     with Reader(path) as reader:
         for connection, time_ns, data in reader.messages():
             definition = connection.msgdef.data if connection.msgdef is not None else ""

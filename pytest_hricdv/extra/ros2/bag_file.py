@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pytest_hricdv._base.error_text import error_text
+from pytest_hricdv._base.input_file import unmerged_log
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 
@@ -106,6 +107,11 @@ def _read(path: Path, content: BagContent, topics: Collection[str] | None) -> No
         raise BagError(
             f'bag {path}: {error.name} is needed to read it; install the extra: pip install "pytest-hricdv[ros2]"'
         ) from None
+    if log := unmerged_log(path):
+        raise BagError(
+            f"bag {path}: {log.name} has messages that are not in the database yet, as after an interrupted recording; "
+            f"merge them: sqlite3 {log.name.removesuffix('-wal')} 'PRAGMA wal_checkpoint(TRUNCATE)'"
+        )
     try:
         with Reader(path) as reader:
             wanted = [connection for connection in reader.connections if _is_wanted(connection.topic, topics)]

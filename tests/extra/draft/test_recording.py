@@ -134,6 +134,11 @@ def with_bytes(folder: Path, name: str, data: bytes) -> Path:
 BAD: dict[str, tuple[Callable[[Path], Path], str, int]] = {
     "empty MCAP": (lambda f: with_bytes(f, "run.mcap", b""), "run.mcap: not an MCAP file that can be read", 0),
     "empty SQLite": (lambda f: with_bytes(f, "run.db3", b""), "run.db3: not a database that can be read", 0),
+    "log that is not merged": (
+        lambda f: (with_bytes(f, "run.db3-wal", b"frames"), with_bytes(f, "run.db3", b""))[1],
+        "run.db3-wal has messages that are not in the database yet",
+        0,
+    ),
     "cut off": (truncated, "run.mcap: not an MCAP file that can be read, or cut off", 900),
     "text": (lambda f: with_bytes(f, "run.mcap", b"time,topic\n0,said\n"), "run.mcap: not an MCAP file", 0),
     "table": (lambda f: with_bytes(f, "run.csv", b"time,topic\n"), "run.csv: the file is neither *.mcap nor *.db3", 0),

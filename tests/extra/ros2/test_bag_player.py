@@ -252,6 +252,14 @@ def test_a_file_that_is_cut_off_is_said_to_be(tmp_path: Path, suffix: str) -> No
         read_bag(bag)
 
 
+@pytest.mark.usefixtures("ros_messages")
+def test_messages_that_are_not_in_the_database_yet_are_not_passed_over(tmp_path: Path) -> None:
+    bag = _write(tmp_path / "walk", "db3", _walk())
+    (bag / "walk_0.db3-wal").write_bytes(b"not merged")
+    with pytest.raises(BagError, match=r"walk_0\.db3-wal has messages that are not in the database yet.*sqlite3"):
+        read_bag(bag)
+
+
 @pytest.mark.parametrize("text", ["", "rosbag2_bagfile_information: 3", "{", "rosbag2_bagfile_information: {}"])
 def test_metadata_that_is_none_is_said_to_be(tmp_path: Path, text: str) -> None:
     (tmp_path / "metadata.yaml").write_text(text)
