@@ -47,11 +47,11 @@ for line in sys.stdin:
 PROJECT = {"robot.py": "0123456789abcdef"}
 
 
-@pytest.fixture(scope="module")
 def unheard(text: str) -> None:
-    """What is said of the workers is of no interest."""
+    """Ignore what is reported of the workers."""
 
 
+@pytest.fixture(scope="module")
 def echo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The folder of a module `echo_service`, which answers each word of a question."""
     folder = tmp_path_factory.mktemp("echo")
