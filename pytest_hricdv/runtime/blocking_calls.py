@@ -58,7 +58,7 @@ def real_wait(
     while inner is not None and inner.f_back is not own:
         inner = inner.f_back
     library = waits_in
-    if not waits_in and inner is not None and frame is not own:
+    if not waits_in and inner is not None and frame is not own and not _is_substitute(inner):
         library = waits_in = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
     elif not waits_in and own is not None:
         waits_in, library = _called(own)
@@ -67,6 +67,11 @@ def real_wait(
     advice = _remedy(module, who, library, code, virtual)
     where = f", in {waits_in}" if waits_in else ""
     return f"{place}: {who} waits in real time{where}, of which a simulated run has none: {advice}"
+
+
+def _is_substitute(frame: FrameType) -> bool:
+    """Whether a frame is of the plugin, which took the place of a function in C, such as `select.select`."""
+    return str(frame.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
 
 
 def _called(frame: FrameType) -> tuple[str, str]:
