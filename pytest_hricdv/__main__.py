@@ -18,7 +18,6 @@ from typing import Any
 
 from pytest_hricdv._base.message import InputError, visible
 from pytest_hricdv._base.output import work_on_unread
-from pytest_hricdv.extra.suggestion import command as suggest
 from pytest_hricdv.registry import offers
 from pytest_hricdv.skeleton.skeleton import Skeleton, name_like
 
@@ -134,11 +133,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     init.add_argument("--write", action="store_true", help="as --update, and write these lines into conftest.py")
     init.set_defaults(do=_init)
-    suggesting = commands.add_parser(
-        "suggest", help=suggest.PURPOSE, description=suggest.__doc__, formatter_class=formatter
-    )
-    suggest.add_arguments(suggesting)
-    suggesting.set_defaults(do=suggest.do)
+    for add_command in offers("command", "add_command"):
+        add_command(commands, formatter)
     return parser
 
 

@@ -12,7 +12,8 @@ A feature offers the core some names, each in the module of that role, or in `fe
 - `remote`: `REMOTE`, workers on other machines (`session.remote`);
 - `commands`: `COMMANDS`, what it does with reports: commands of `python -m pytest_hricdv.report` (`report.command`);
 - `bag_writer`: `write_bag(path, record)`, the messages of a run as a bag: whether it has any.
-- `command`: `INIT`, what `python -m pytest_hricdv init` does with code;
+- `command`: `INIT`, what `python -m pytest_hricdv init` does with code, and `add_command(commands, formatter)` for a
+  command of its own;
 - `drafting`: `ROS_TOOLS`, what drafts for nodes of ROS 2 need of it: packages, console scripts, names, launch files.
 
 Nothing below `extra` imports a feature, and no feature imports another one: a feature is removed by deleting its
@@ -29,7 +30,7 @@ from typing import Any
 FEATURES = MappingProxyType(
     {
         "mutation": ("feature", "records", "view"),
-        "suggestion": ("feature", "records", "view"),
+        "suggestion": ("feature", "command", "records", "view"),
         "engines": ("feature", "view"),
         "draft": ("feature", "command"),
         "closing": ("feature", "records", "view"),

@@ -16,11 +16,6 @@ from pytest_hricdv.skeleton.skeleton import Skeleton
 
 PACKAGE = Path(pytest_hricdv.__file__).parent
 
-ENTANGLED: dict[str, tuple[str, ...]] = {
-    "suggestion": ("__main__.py",),
-}
-"""Feature -> what still imports it, so that it cannot be deleted yet. Entries are only removed."""
-
 QUICK = "--hri-no-cov -p no:html -p no:metadata -p no:allure_pytest -p no:cov -p no:hypothesispytest -p no:playwright"
 """Other plugins take longer to load than the tests to run, and the audit starts processes."""
 
@@ -79,17 +74,14 @@ def copy_without(features: tuple[str, ...], folder: Path) -> None:
 
 @pytest.mark.parametrize("feature", FEATURES)
 def test_nothing_imports_it(feature: str) -> None:
-    assert importers(feature) == set(ENTANGLED.get(feature, ()))
-
-
-DELETABLE = tuple(feature for feature in FEATURES if feature not in ENTANGLED)
+    assert importers(feature) == set()
 
 
 @pytest.mark.parametrize(
     "features",
     [
-        pytest.param(DELETABLE, id="all"),
-        *(pytest.param((feature,), id=feature, marks=pytest.mark.slow) for feature in DELETABLE),
+        pytest.param(tuple(FEATURES), id="all"),
+        *(pytest.param((feature,), id=feature, marks=pytest.mark.slow) for feature in FEATURES),
     ],
 )
 def test_without_it_each_module_imports_and_tests_run(features: tuple[str, ...], tmp_path: Path) -> None:

@@ -26,8 +26,12 @@ from pytest_hricdv.extra.suggestion.options import SuggestionOptions
 PURPOSE = "suggest requirements that all runs of a suite satisfied, with what each rests on"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what the command takes."""
+def add_command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], formatter: type[argparse.HelpFormatter]
+) -> None:
+    """Add the command `suggest` to those of `python -m pytest_hricdv`."""
+    parser = commands.add_parser("suggest", help=PURPOSE, description=__doc__, formatter_class=formatter)
+    parser.set_defaults(do=do)
     add, default = parser.add_argument, SuggestionOptions()
     add(
         "--suite",
