@@ -7,7 +7,7 @@
 # make false-alarms: docs/false-alarms.md, what fails on the unchanged controller (40 sessions; resumable as well).
 # make engines: docs/studies/engines.md, how far the two physics engines agree (10 minutes; resumable as well).
 # make closure: docs/studies/closure.md, how fast suites and the closing loop reach points (ten seeds: hours; resumable as well).
-# make campaign: docs/studies/campaign.md, 6,560 runs (45 minutes; ended at any time, it goes on where it was).
+# make campaign: the 6,560 runs of docs/studies/campaign.md (45 minutes; interrupted at any time, it resumes).
 # make docs: the documentation as a site, docs/_build/index.html (a minute). make dist: wheel and sdist, checked, in dist/.
 # Each creates the environment in $(VENV) first, from nothing but a Python from 3.11 to 3.14, and make: `suite` and
 # `home-care` install the project and its simulated world, the others the development tools and ROS 2 as well. With 3.11 on
@@ -73,7 +73,7 @@ closure: $(VENV)/.installed
 
 campaign: $(VENV)/.installed
 	$(BIN)/python -m pytest_hricdv.campaign run --suite=rl --tests=160 --concretizations=41 --state=hri-campaign.db
-	$(BIN)/python -m pytest_hricdv.campaign report --state=hri-campaign.db --output=hri-campaign --page=docs/studies/campaign.md
+	$(BIN)/python -m pytest_hricdv.campaign report --state=hri-campaign.db --output=hri-campaign
 
 pictures: $(VENV)/.installed
 	$(BIN)/python -m studies.architecture

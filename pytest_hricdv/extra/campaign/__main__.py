@@ -49,7 +49,6 @@ def _parser() -> argparse.ArgumentParser:
     status.set_defaults(do=commands.status)
     report = subparsers.add_parser("report", help="write the report of all runs; exit 1 where a gate fails")
     report.add_argument("-o", "--output", type=Path, default=Path("hri-report"), help="folder (default hri-report)")
-    report.add_argument("--page", type=Path, metavar="FILE", help="also write a page of tables in Markdown")
     report.add_argument(
         "--most",
         type=_number,

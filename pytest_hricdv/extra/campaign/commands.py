@@ -20,7 +20,7 @@ from msgspec import structs
 from pytest_hricdv._base.message import harmless_line, visible
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.execution.outcome import FAILING
-from pytest_hricdv.extra.campaign import audit, page
+from pytest_hricdv.extra.campaign import audit
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, plan
 from pytest_hricdv.extra.campaign.progress import Progress, outcomes
@@ -203,9 +203,6 @@ def report(options: argparse.Namespace) -> int:
         *terminal.summary(made, options.output, columns),
     ):
         print(harmless_line(line.text))
-    if options.page:
-        files.write_text(options.page, page.text(made, now))
-        print(f"page: {options.page}")
     for text in failed:
         print(harmless_line(f"FAILED {text}"))
     return FAILED_RUNS if failed else OK

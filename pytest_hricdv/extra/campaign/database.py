@@ -22,8 +22,7 @@ TABLES = """
 CREATE TABLE campaign (name TEXT PRIMARY KEY, value BLOB) WITHOUT ROWID;
 CREATE TABLE workers (id INTEGER PRIMARY KEY, address TEXT, host TEXT, versions TEXT, UNIQUE (address, host, versions));
 CREATE TABLE runs (
-    test INTEGER, k INTEGER, outcome TEXT, note TEXT, sim_s REAL, sha256 TEXT, verdicts TEXT, triggers TEXT,
-    margins TEXT, bins TEXT, ended TEXT, statements TEXT, branches TEXT, worker INTEGER,
+    test INTEGER, k INTEGER, outcome TEXT, sim_s REAL, sha256 TEXT, worker INTEGER, summary TEXT,
     PRIMARY KEY (test, k)) WITHOUT ROWID;
 CREATE INDEX outcomes ON runs (outcome, sim_s);
 CREATE TABLE results (test INTEGER, k INTEGER, result BLOB, replay BLOB, PRIMARY KEY (test, k));

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignRequirement, CampaignTest, FailedShare, LeastMargin
-from pytest_hricdv.extra.campaign.row import LOST, Row
+from pytest_hricdv.extra.campaign.row import LOST, Row, RunSummary
 from pytest_hricdv.results.proportion import share
 
 FAILED, PASSED, NC = "Failed", "Passed", "NC"
 
 
 @dataclass
-class _OfTest:
+class _TestSums:
     """An abstract test, while its runs are read."""
 
     outcomes: Counter[str] = field(default_factory=Counter)
@@ -37,42 +37,44 @@ class Statistics:
         self.endings: Counter[str] = Counter()
         self.triggers: Counter[str] = Counter()
         self.lost: list[tuple[RunKey, str]] = []
-        self._tests: dict[int, _OfTest] = {}
+        self._tests: dict[int, _TestSums] = {}
         self._statements = self._branches = 0
         self._seen: set[object] = set()
 
     def add(self, row: Row) -> None:
         """Take in a run."""
-        test = self._tests.setdefault(row.key[0], _OfTest())
+        test = self._tests.setdefault(row.key[0], _TestSums())
         self.outcomes[row.outcome] += 1
         test.outcomes[row.outcome] += 1
-        self.endings.update(row.ended)
+        self.endings.update(row.summary.endings)
         if row.outcome == LOST:
-            self.lost.append((row.key, row.note))
+            self.lost.append((row.key, row.summary.note))
             return
-        if self._adds_coverage(row) | self._adds_violation(test, row):  # not `or`: the first one takes note of the run
+        verdicts = [judgement[0] for judgement in row.summary.judgements]
+        judged = dict(zip(self.requirements, verdicts, strict=True))
+        # Not `or`: the first one takes note of the run.
+        if self._adds_coverage(row.summary, judged) | self._adds_violation(test, row, judged):
             test.keep.append(row.key)
-        for name, verdict, triggers, margin in zip(
-            self.requirements, row.verdicts, row.triggers, row.margins, strict=True
-        ):
+        for name, (verdict, triggers, margin) in zip(self.requirements, row.summary.judgements, strict=True):
             test.verdicts.setdefault(name, Counter())[verdict] += 1
             self.triggers[name] += triggers
             if margin is not None and (name not in test.least or margin < test.least[name][0]):
                 test.least[name] = margin, row.key
 
-    def _adds_coverage(self, row: Row) -> bool:
+    def _adds_coverage(self, summary: RunSummary, verdicts: Mapping[str, str]) -> bool:
         """Whether it hits what no run before did: code, bins, verdicts."""
-        points = {(name, *hit) for name, hits in row.bins.items() for hit in hits}
-        points |= {judged for judged in zip(self.requirements, row.verdicts, strict=True) if judged[1] != NC}
-        adds = bool(row.statements & ~self._statements or row.branches & ~self._branches or points - self._seen)
-        self._statements |= row.statements
-        self._branches |= row.branches
+        points = {(name, *hit) for name, hits in summary.bins.items() for hit in hits}
+        points |= {judged for judged in verdicts.items() if judged[1] != NC}
+        statements, branches = int(summary.statements, 16), int(summary.branches, 16)
+        adds = bool(statements & ~self._statements or branches & ~self._branches or points - self._seen)
+        self._statements |= statements
+        self._branches |= branches
         self._seen |= points
         return adds
 
-    def _adds_violation(self, test: _OfTest, row: Row) -> bool:
+    def _adds_violation(self, test: _TestSums, row: Row, verdicts: Mapping[str, str]) -> bool:
         """Whether it is the first run of its test to violate a requirement, or to end as it did."""
-        failed = {name for name, verdict in zip(self.requirements, row.verdicts, strict=True) if verdict == FAILED}
+        failed = {name for name, verdict in verdicts.items() if verdict == FAILED}
         before = {name for name, counts in test.verdicts.items() if counts[FAILED]}
         return bool(failed - before) or (row.outcome != "passed" and test.outcomes[row.outcome] == 1)
 

@@ -21,14 +21,14 @@ import msgspec
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, unpacked
 from pytest_hricdv.extra.campaign.database import TABLES, check_keys, check_tables, located, opened
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, RunKey
-from pytest_hricdv.extra.campaign.row import LOST, Row, columns, note, read_row
+from pytest_hricdv.extra.campaign.row import LOST, Row, RunSummary, read_row
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.session.remote import WorkerName
 
-SCHEMA = "hricdv-campaign/3"
+SCHEMA = "hricdv-campaign/4"
 
 
 @dataclass(frozen=True)
@@ -153,12 +153,9 @@ class Store:
     def add(self, key: RunKey, result: TestResult, replay: str, worker: WorkerName) -> None:
         """Keep a run; one that is there already stays, and where it differs, both are kept."""
         with located(self.path), self._connection:
-            number = self._worker(worker)
-            values = (*key, result.outcome, note(result), result.sim_s, result.record_sha256 or "", *columns(result))
-            marks = ", ".join("?" * (len(values) + 1))
-            made = self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", (*values, number))
-            if made.rowcount == 0:
-                self._repeat(key, result.record_sha256 or "", number, "")
+            number, sha256 = self._worker(worker), result.record_sha256 or ""
+            if not self._insert(key, result.outcome, result.sim_s, sha256, number, RunSummary.of_result(result)):
+                self._repeat(key, sha256, number, "")
                 return
             # Level 1: a quarter of the size of a result of the table. Level 6: a fifth, in more than twice the time.
             packed = zlib.compress(encode(result).encode(), 1), zlib.compress(replay.encode(), 1) if replay else b""
@@ -167,16 +164,19 @@ class Store:
     def add_lost(self, key: RunKey, reason: str) -> None:
         """Keep that a run cannot be done."""
         with located(self.path), self._connection:
-            values = (*key, LOST, reason, 0.0, "", "", "", "", "{}", "[]", "0x0", "0x0", 0)
-            self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({', '.join('?' * len(values))})", values)
+            self._insert(key, LOST, 0.0, "", 0, RunSummary(note=reason))
+
+    def _insert(self, key: RunKey, outcome: str, sim_s: float, sha256: str, worker: int, summary: RunSummary) -> bool:
+        """Insert a row; False where the run has one already."""
+        values = *key, outcome, sim_s, sha256, worker, encode(summary)
+        inserted = self._connection.execute("INSERT OR IGNORE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", values)
+        return inserted.rowcount > 0
 
     def lost(self) -> list[tuple[RunKey, str]]:
         """Runs that cannot be done, and why."""
         with located(self.path):
-            rows = self._connection.execute(
-                "SELECT test, k, note FROM runs WHERE outcome = ? ORDER BY test, k", (LOST,)
-            )
-            return [((test, k), note) for test, k, note in rows]
+            rows = self._connection.execute("SELECT * FROM runs WHERE outcome = ? ORDER BY test, k", (LOST,))
+            return [(row.key, row.summary.note) for row in map(read_row, rows)]
 
     def forget_lost(self) -> None:
         """Runs that were lost are done again."""

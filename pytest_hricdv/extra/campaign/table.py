@@ -64,12 +64,12 @@ def _records(store: Store, plan: CampaignPlan, names: list[str]) -> Iterator[dic
             "suite": test.suite,
             "k": row.key[1],
             "outcome": row.outcome,
-            "note": row.note,
+            "note": row.summary.note,
             "sha256": row.sha256,
             "worker": worker.address if worker else "",
             "host": worker.host if worker else "",
-            "statements": row.statements.bit_count(),
-            "branches": row.branches.bit_count(),
+            "statements": int(row.summary.statements, 16).bit_count(),
+            "branches": int(row.summary.branches, 16).bit_count(),
             "sim_s": row.sim_s,
             **_judged(row, names),
         }
@@ -77,6 +77,6 @@ def _records(store: Store, plan: CampaignPlan, names: list[str]) -> Iterator[dic
 
 def _judged(row: Row, names: list[str]) -> dict[str, object]:
     cells: dict[str, object] = {}
-    for name, verdict, triggers, margin in zip(names, row.verdicts, row.triggers, row.margins, strict=False):
+    for name, (verdict, triggers, margin) in zip(names, row.summary.judgements, strict=False):
         cells |= {name: verdict, f"{name}_triggers": triggers, f"{name}_margin": margin}
     return cells

@@ -71,7 +71,7 @@ def test_another_database_is_no_campaign(lamps: Path, campaign: Campaign) -> Non
     with sqlite3.connect(lamps / "b.db") as connection:
         connection.execute("CREATE TABLE campaign (name TEXT, value BLOB)")
     connection.close()
-    assert "expected a campaign of schema hricdv-campaign/3, found None" in campaign("status", "--state=b.db").stderr
+    assert "expected a campaign of schema hricdv-campaign/4, found None" in campaign("status", "--state=b.db").stderr
 
 
 @pytest.mark.slow

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Literal
 
+import msgspec
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_hricdv.execution.outcome import TestOutcome
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, Planned, PlannedTest
-from pytest_hricdv.extra.campaign.row import LOST, Row
+from pytest_hricdv.extra.campaign.row import LOST, Judgement, Row, RunSummary
 from pytest_hricdv.extra.campaign.statistics import Statistics, failed_share
 from pytest_hricdv.generate.abstract import AbstractTest
 
@@ -16,10 +19,30 @@ NAMES = ("R1", "R2")
 BINS = ("a", "b", "c")
 TESTS, SEEDS = 3, 4
 
-outcomes = st.sampled_from(("passed", "failed", "known-violation", LOST))
-verdicts = st.tuples(*(st.sampled_from(("Passed", "Failed", "NC")) for _ in NAMES))
-margins = st.tuples(*(st.one_of(st.none(), st.integers(-3, 3).map(float)) for _ in NAMES))
+outcomes: st.SearchStrategy[TestOutcome | Literal["lost"]] = st.sampled_from(
+    ("passed", "failed", "known-violation", LOST)
+)
+judgements: st.SearchStrategy[Judgement] = st.tuples(
+    st.sampled_from(("Passed", "Failed", "NC")), st.integers(0, 2), st.one_of(st.none(), st.integers(-3, 3).map(float))
+)
 hits = st.lists(st.sampled_from(BINS), unique=True).map(lambda names: {"light": [[name] for name in names]})
+summaries = st.builds(
+    RunSummary,
+    judgements=st.tuples(*(judgements for _ in NAMES)),
+    bins=hits,
+    statements=st.integers(0, 15).map(hex),
+    branches=st.integers(0, 3).map(hex),
+)
+
+
+def verdicts(row: Row) -> list[str]:
+    """The verdicts of a run."""
+    return [judgement[0] for judgement in row.summary.judgements]
+
+
+def margins(some: list[Row], place: int) -> list[float]:
+    """The margins of a requirement in some runs."""
+    return [margin for row in some if (margin := row.summary.judgements[place][2]) is not None]
 
 
 @st.composite
@@ -30,23 +53,7 @@ def rows(draw: st.DrawFn) -> list[Row]:
     for key in sorted(keys):
         outcome = draw(outcomes)
         lost = outcome == LOST
-        found.append(
-            Row(
-                key=key,
-                outcome=outcome,
-                note="",
-                sim_s=1.0,
-                sha256="",
-                verdicts=() if lost else draw(verdicts),
-                triggers=() if lost else (1, 2),
-                margins=() if lost else draw(margins),
-                bins={} if lost else draw(hits),
-                ended=(),
-                statements=0 if lost else draw(st.integers(0, 15)),
-                branches=0 if lost else draw(st.integers(0, 3)),
-                worker=1,
-            )
-        )
+        found.append(Row(*key, outcome, 1.0, "", 1, RunSummary() if lost else draw(summaries)))
     return found
 
 
@@ -56,7 +63,7 @@ def planned() -> CampaignPlan:
         AbstractTest(f"s-t{number}-0000000{number}", "s", "t", (), ("go",), seed=number) for number in range(TESTS)
     ]
     listed = tuple(PlannedTest("s", f"test.py::test[{test.id}]", test.to_data()) for test in tests)
-    return CampaignPlan(Planned((), "", listed, {}, {}, b"{}"), SEEDS)  # type: ignore[arg-type]
+    return CampaignPlan(Planned((), "", listed, {}, {}, msgspec.Raw(b"{}")), SEEDS)
 
 
 def added(found: list[Row]) -> Statistics:
@@ -72,13 +79,13 @@ def test_sums_are_those_of_all_rows(found: list[Row]) -> None:
     plan, statistics = planned(), added(found)
     done = [row for row in found if row.outcome != LOST]
     for place, (_, each) in enumerate(statistics.of_requirements(plan).items()):
-        counts = Counter(row.verdicts[place] for row in done)
+        counts = Counter(verdicts(row)[place] for row in done)
         assert (each.passed, each.failed, each.nc) == (counts["Passed"], counts["Failed"], counts["NC"])
-        by_test = [{row.verdicts[place] for row in done if row.key[0] == test} for test in range(TESTS)]
+        by_test = [{verdicts(row)[place] for row in done if row.test == test} for test in range(TESTS)]
         assert each.ever == sum("Failed" in found for found in by_test)
         assert each.always == sum(found == {"Failed"} for found in by_test)
         assert each.unsettled == sum(len(found) > 1 for found in by_test)
-        least = min((margin for row in done if (margin := row.margins[place]) is not None), default=None)
+        least = min(margins(done, place), default=None)
         assert (each.least.margin if each.least else None) == least
     assert [key for key, _ in statistics.lost] == [row.key for row in found if row.outcome == LOST]
     assert dict(statistics.outcomes) == Counter(row.outcome for row in found)
@@ -90,13 +97,13 @@ def test_runs_to_keep_cover_what_all_cover_and_violate_what_all_violate(found: l
     chosen = [row for row in found if row.key in kept]
 
     def points(some: list[Row]) -> set[object]:
-        hit: set[object] = {bin_[0] for row in some for bin_ in row.bins.get("light", [])}
-        hit |= {("statement", bit) for row in some for bit in range(8) if row.statements >> bit & 1}
-        hit |= {("branch", bit) for row in some for bit in range(8) if row.branches >> bit & 1}
-        return hit | {pair for row in some for pair in zip(NAMES, row.verdicts, strict=False) if pair[1] != "NC"}
+        hit: set[object] = {bin_[0] for row in some for bin_ in row.summary.bins.get("light", [])}
+        hit |= {("statement", bit) for row in some for bit in range(8) if int(row.summary.statements, 16) >> bit & 1}
+        hit |= {("branch", bit) for row in some for bit in range(8) if int(row.summary.branches, 16) >> bit & 1}
+        return hit | {pair for row in some for pair in zip(NAMES, verdicts(row), strict=False) if pair[1] != "NC"}
 
     def violations(some: list[Row]) -> set[object]:
-        judged = ((row.key[0], pair) for row in some for pair in zip(NAMES, row.verdicts, strict=False))
+        judged = ((row.key[0], pair) for row in some for pair in zip(NAMES, verdicts(row), strict=False))
         return {each for each in judged if each[1][1] == "Failed"}
 
     assert points(chosen) == points(found)
@@ -104,7 +111,7 @@ def test_runs_to_keep_cover_what_all_cover_and_violate_what_all_violate(found: l
     for place, name in enumerate(NAMES):
         least = added(found).least(name)
         if least is not None:
-            assert min(margin for row in chosen if (margin := row.margins[place]) is not None) == least[0]
+            assert min(margins([row for row in chosen if row.outcome != LOST], place)) == least[0]
 
 
 @given(rows())
