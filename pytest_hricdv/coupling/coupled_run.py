@@ -76,11 +76,7 @@ class CoupledRun(SystemRun):
         return self.succeeds
 
     def tell(self, receiver: Agent, literal: Structure, source: str, goal: bool) -> None:
-        """Tell an agent something, or give it a goal, now.
-
-        Raises:
-            BdiError: as `settle`.
-        """
+        """Tell an agent something, or give it a goal, now. Raises BdiError: as `settle`."""
         self.messages += 1
         receiver.mailbox.append(SpeechAct(source, "achieve" if goal else "tell", literal, self.messages))
         receiver.awake = True
@@ -101,11 +97,7 @@ class CoupledRun(SystemRun):
             self.settle()
 
     def settle(self) -> None:
-        """Let the agents do all that they can do now.
-
-        Raises:
-            BdiError: one cannot go on, or never comes to rest.
-        """
+        """Let the agents do all that they can do now. Raises BdiError: one cannot go on, or never comes to rest."""
         with count_work(self):
             for _ in range(MAX_CYCLES):
                 if not self.do_round() or self._only_busy():

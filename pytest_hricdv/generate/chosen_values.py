@@ -57,11 +57,7 @@ def to_data(values: Values) -> dict[str, dict[str, float]]:
 
 
 def from_data(data: Mapping[str, Mapping[str, float]]) -> dict[int, dict[str, float]]:
-    """The values that `to_data` gave.
-
-    Raises:
-        GenerateError: a key that is neither `run` nor the number of a command.
-    """
+    """The values that `to_data` gave. Raises GenerateError: a key that is neither `run` nor the number of a command."""
     return {read_key(key): {str(name): float(value) for name, value in chosen.items()} for key, chosen in data.items()}
 
 

@@ -188,11 +188,7 @@ class ConcreteTest:
 
     @classmethod
     def from_json(cls, text: str) -> ConcreteTest:
-        """The test that `to_json` wrote.
-
-        Raises:
-            GenerateError: the text is not such a test.
-        """
+        """The test that `to_json` wrote. Raises GenerateError: the text is not such a test."""
         try:
             fields = from_json(text, _Text)
         except MalformedError as error:

@@ -67,11 +67,7 @@ class GenerationContext:
             raise GenerateError(f"random_test_length {self.lengths}: expected 1 <= fewest <= most actions")
 
     def model_runner(self) -> ModelRunner:
-        """A new runner of the model.
-
-        Raises:
-            GenerateError: there is no model, or it does not fit the belief space.
-        """
+        """A new runner of the model. Raises GenerateError: there is no model, or it does not fit the belief space."""
         # Imported here: every session needs the names and options of methods, few need the BDI engine.
         from pytest_hricdv.generate.model_runner import ModelRunner
 
@@ -81,11 +77,7 @@ class GenerationContext:
 
     @property
     def beliefs(self) -> BeliefSpace:
-        """The belief space.
-
-        Raises:
-            GenerateError: there is none.
-        """
+        """The belief space. Raises GenerateError: there is none."""
         if self.space is None:
             raise GenerateError("this method needs a belief space, but the testbench has none")
         return self.space

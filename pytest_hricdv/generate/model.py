@@ -269,11 +269,7 @@ class Exploration:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Exploration:
-        """The exploration that `to_json` gave.
-
-        Raises:
-            GenerateError: it is of another version, or incomplete.
-        """
+        """The exploration that `to_json` gave. Raises GenerateError: it is of another version, or incomplete."""
         try:
             if data["schema"] != EXPLORATION_SCHEMA:
                 raise GenerateError(f"an exploration of schema {data['schema']!r}; expected {EXPLORATION_SCHEMA!r}")

@@ -84,11 +84,7 @@ class SavedTable:
             raise GenerateError(f"{where}{error}; expected a saved table, or belief sets (*.toml)") from None
 
     def write(self, path: Path) -> None:
-        """Write the file atomically.
-
-        Raises:
-            GenerateError: it cannot be written.
-        """
+        """Write the file atomically. Raises GenerateError: it cannot be written."""
         try:
             atomic_file.write_text(path, self.to_json())
         except OSError as error:

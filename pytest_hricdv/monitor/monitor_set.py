@@ -173,11 +173,7 @@ class MonitorSet:
                 self._dirty[monitor] = None
 
     def advance(self, time_s: float) -> None:
-        """Simulated time has reached `time_s`: everything before it is judged.
-
-        Raises:
-            MonitorError: time goes back.
-        """
+        """Simulated time has reached `time_s`: everything before it is judged. Raises MonitorError: time goes back."""
         if time_s != self._now_s:
             self._advance(time_s)
 

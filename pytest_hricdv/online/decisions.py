@@ -39,11 +39,7 @@ class Decisions:
             self._state = str(fields[self._state_field])
 
     def choose(self, about: str, options: tuple[str, ...], now_s: float) -> str:
-        """One of the options.
-
-        Raises:
-            InteractiveAgentError: the chooser chose something else.
-        """
+        """One of the options. Raises InteractiveAgentError: the chooser chose something else."""
         situation = self._situation(now_s)
         chosen = self._chooser.choose(Decision(about, options, situation))
         if chosen not in options:

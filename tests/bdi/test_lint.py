@@ -9,13 +9,13 @@ import pytest
 
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.bdi.__main__ import main
-from pytest_hricdv.bdi.lint import CHECKS, Finding, lint
+from pytest_hricdv.bdi.lint import CHECKS, Mistake, lint
 from tests.bdi.models import TABLE, system_of
 
 MODELS = TABLE.parent
 
 
-def _lint(folder: Path, **sources: str) -> list[Finding]:
+def _lint(folder: Path, **sources: str) -> list[Mistake]:
     system_of(folder, **sources)
     return lint([folder / "mas.mas2j"])
 

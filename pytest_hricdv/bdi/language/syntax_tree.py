@@ -6,28 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.limits import MAX_SIZE, spend, too_large
-from pytest_hricdv.bdi.language.syntax import (
-    AchievementGoal,
-    And,
-    BeliefUpdate,
-    Comparison,
-    ConditionStatement,
-    ExternalAction,
-    For,
-    ForkStatement,
-    If,
-    InternalActionCall,
-    Not,
-    Or,
-    Plan,
-    Program,
-    Rule,
-    Statement,
-    TestGoal,
-    Trigger,
-    While,
-)
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Arithmetic,
@@ -79,9 +59,9 @@ def _replace_terms(part: Any, value: Valuation) -> Any:
     return replace(part, **{name: _replace_terms(getattr(part, name), value) for name in names})
 
 
-def _replacements(part: Any, value: Valuation) -> tuple[Statement, ...]:
+def _replacements(part: Any, value: Valuation) -> tuple[syntax.Statement, ...]:
     """The statements that replace an item: for a statement that is a variable, those of its body."""
-    if isinstance(part, ExternalAction) and isinstance(part.action, Variable):
+    if isinstance(part, syntax.ExternalAction) and isinstance(part.action, Variable):
         body = value(part.action)
         if isinstance(body, PlanTerm) and isinstance(body.plan, tuple):
             return body.plan
@@ -139,22 +119,22 @@ _CHILDREN: dict[type, tuple[str, ...]] = {
     Arithmetic: ("operands",),
     PlanTerm: ("plan",),
     FormulaTerm: ("formula",),
-    And: ("parts",),
-    Or: ("parts",),
-    Not: ("part",),
-    Comparison: ("left", "right"),
-    AchievementGoal: ("literal",),
-    TestGoal: ("formula",),
-    BeliefUpdate: ("literal",),
-    ExternalAction: ("action",),
-    InternalActionCall: ("call",),
-    ConditionStatement: ("formula",),
-    If: ("condition", "then", "otherwise"),
-    While: ("condition", "body"),
-    For: ("condition", "body"),
-    ForkStatement: ("branches",),
-    Trigger: ("literal",),
-    Plan: ("trigger", "context", "body"),
-    Rule: ("head", "body"),
-    Program: ("beliefs", "goals", "plans"),
+    syntax.And: ("parts",),
+    syntax.Or: ("parts",),
+    syntax.Not: ("part",),
+    syntax.Comparison: ("left", "right"),
+    syntax.AchievementGoal: ("literal",),
+    syntax.TestGoal: ("formula",),
+    syntax.BeliefUpdate: ("literal",),
+    syntax.ExternalAction: ("action",),
+    syntax.InternalActionCall: ("call",),
+    syntax.ConditionStatement: ("formula",),
+    syntax.If: ("condition", "then", "otherwise"),
+    syntax.While: ("condition", "body"),
+    syntax.For: ("condition", "body"),
+    syntax.ForkStatement: ("branches",),
+    syntax.Trigger: ("literal",),
+    syntax.Plan: ("trigger", "context", "body"),
+    syntax.Rule: ("head", "body"),
+    syntax.Program: ("beliefs", "goals", "plans"),
 }

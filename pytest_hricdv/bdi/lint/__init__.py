@@ -14,11 +14,10 @@ are declared by ``// lint: percepts name, ...``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Protocol
 
 from pytest_hricdv.bdi.actions import check_calls
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
@@ -27,23 +26,11 @@ from pytest_hricdv.bdi.language.project import beliefs_and_goals, read_project
 from pytest_hricdv.bdi.language.syntax import ExternalAction, Program
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
-from pytest_hricdv.bdi.lint.failure_checks import DeadFailurePlan, DeadTimeout
-from pytest_hricdv.bdi.lint.model import AgentModel, System
+from pytest_hricdv.bdi.lint import failure_checks, name_checks, plan_checks, portability_checks, variable_checks  # noqa: F401
+from pytest_hricdv.bdi.lint.model import CHECKS, AgentModel, System
 from pytest_hricdv.bdi.lint.model_builder import build_model, clear_cache, files_of, text_of
-from pytest_hricdv.bdi.lint.name_checks import (
-    GoalWithoutPlan,
-    NearName,
-    UnknownAgent,
-    UnknownBelief,
-    UnmatchedDeletion,
-    UntestedPercept,
-)
-from pytest_hricdv.bdi.lint.plan_checks import EndlessSpin, ShadowedPlan
-from pytest_hricdv.bdi.lint.portability_checks import ForeignAction, NotPortable, NotUtf8
-from pytest_hricdv.bdi.lint.variable_checks import RepeatedAnonymous, UnboundComparison
 
-__all__ = ["CHECKS", "Check", "Finding", "external_actions", "lint"]
-
+__all__ = ["CHECKS", "Mistake", "external_actions", "lint"]
 
 _REMARK = re.compile(r"//\s*lint:\s*(?P<directive>\w+)(?P<rest>[^\n]*)")
 _BAD_REMARK = "bad-remark"
@@ -51,7 +38,7 @@ _WHY_BAD_REMARK = "It is not read: it neither ignores a finding nor declares a p
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Mistake:
     """A probable mistake in a model.
 
     Args:
@@ -73,41 +60,6 @@ class Finding:
         return f"{shown}\n    {self.why}"
 
 
-class Check(Protocol):
-    """Searches models for one kind of mistake."""
-
-    @property
-    def name(self) -> str:
-        """The name that findings show, and that remarks ignore them by."""
-
-    @property
-    def why(self) -> str:
-        """The consequence of such a mistake, in one sentence."""
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """The place and the message of each mistake."""
-
-
-CHECKS: tuple[Check, ...] = (
-    DeadFailurePlan(),
-    DeadTimeout(),
-    EndlessSpin(),
-    ForeignAction(),
-    GoalWithoutPlan(),
-    NearName(),
-    NotPortable(),
-    NotUtf8(),
-    RepeatedAnonymous(),
-    ShadowedPlan(),
-    UnboundComparison(),
-    UnknownAgent(),
-    UnknownBelief(),
-    UnmatchedDeletion(),
-    UntestedPercept(),
-)
-"""All checks; a new one is added here."""
-
-
 @dataclass(frozen=True, slots=True)
 class _Remark:
     """A remark that justifies the findings of one check in one line."""
@@ -117,7 +69,7 @@ class _Remark:
     name: str
 
 
-def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> list[Finding]:
+def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> list[Mistake]:
     """Find probable mistakes in models.
 
     Args:
@@ -132,7 +84,7 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
     """
     clear_cache()
     declared = frozenset((name, None) for name in percepts)
-    findings: dict[tuple[str, Location], Finding] = {}
+    findings: dict[tuple[str, Location], Mistake] = {}
     for path in paths:
         agents, closed = _agents(Path(path))
         files = dict.fromkeys(file for agent in agents for file in files_of(agent))
@@ -145,10 +97,10 @@ def lint(paths: Iterable[str | PathLike[str]], percepts: Iterable[str] = ()) -> 
         closed = closed and not any(".create_agent" in agent.actions for agent in agents)
         system = System(agents, closed, frozenset(perceived))
         for check in CHECKS:
-            for place, message in check.findings(system):
+            for place, message in check.find(system):
                 if _Remark(place.file, place.line, check.name) not in ignored:
                     text = text_of(place.file)
-                    findings.setdefault((check.name, place), Finding(check.name, place, message, check.why, text))
+                    findings.setdefault((check.name, place), Mistake(check.name, place, message, check.why, text))
     return sorted(findings.values(), key=_position)
 
 
@@ -163,7 +115,7 @@ def external_actions(paths: Iterable[str | PathLike[str]]) -> list[str]:
     return sorted({action.functor for action in actions if isinstance(action, Structure)})
 
 
-def _position(finding: Finding) -> tuple[str, int, int, str]:
+def _position(finding: Mistake) -> tuple[str, int, int, str]:
     place = finding.location
     return place.file, place.line, place.column, finding.check
 
@@ -190,10 +142,10 @@ def _check_calls(program: Program) -> Program:
     return program
 
 
-def _read_remarks(file: str, ignored: set[_Remark], percepts: set[tuple[str, str | None]]) -> list[Finding]:
+def _read_remarks(file: str, ignored: set[_Remark], percepts: set[tuple[str, str | None]]) -> list[Mistake]:
     """Collect the remarks of a source file; returns findings for those that cannot be read."""
     text = text_of(file)
-    bad: list[Finding] = []
+    bad: list[Mistake] = []
     check_names = {check.name for check in CHECKS}
     for number, line in enumerate(text.split("\n"), start=1):
         remark = _REMARK.search(line)
@@ -214,5 +166,5 @@ def _read_remarks(file: str, ignored: set[_Remark], percepts: set[tuple[str, str
             ignored.add(_Remark(file, number + alone, words[0]))
         if message:
             place = Location(file, number, remark.start() + 1)
-            bad.append(Finding(_BAD_REMARK, place, message, _WHY_BAD_REMARK, text))
+            bad.append(Mistake(_BAD_REMARK, place, message, _WHY_BAD_REMARK, text))
     return bad

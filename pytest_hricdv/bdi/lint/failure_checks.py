@@ -4,39 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.syntax import (
-    AchievementGoal,
-    BeliefUpdate,
-    Body,
-    For,
-    If,
-    InternalActionCall,
-    Plan,
-    Statement,
-    While,
-)
+from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Key, Structure, Variable
-from pytest_hricdv.bdi.lint.model import AgentModel, System
+from pytest_hricdv.bdi.lint.model import AgentModel, Problem, System, check
 
 
-class DeadTimeout:
+@check("dead-timeout", "The plan never runs: what it should do when nothing comes in time is never done.")
+def find_dead_timeouts(system: System) -> Iterator[Problem]:
     """Plans for a time-out that no statement of the agent can have."""
-
-    name = "dead-timeout"
-    why = "The plan never runs: what it should do when nothing comes in time is never done."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each plan for a failure by ``wait_timeout`` or ``deadline_reached`` that nothing causes."""
-        for agent in system.agents:
-            if system.may_receive_plans(agent) or ".fail" in agent.actions or ".fail_goal" in agent.actions:
-                continue
-            causes = _timeouts(agent)
-            for plan in agent.plans:
-                error = _error_of(plan)
-                if plan.trigger.sign == "-!" and error in _TIMEOUTS and error not in causes:
-                    yield plan.location, f"nothing in {agent.name} fails with {error}: {_TIMEOUTS[error]}"
+    for agent in system.agents:
+        if system.may_receive_plans(agent) or ".fail" in agent.actions or ".fail_goal" in agent.actions:
+            continue
+        causes = _timeouts(agent)
+        for plan in agent.plans:
+            error = _error_of(plan)
+            if plan.trigger.sign == "-!" and error in _TIMEOUTS and error not in causes:
+                yield plan.location, f"nothing in {agent.name} fails with {error}: {_TIMEOUTS[error]}"
 
 
 _TIMEOUTS = {
@@ -45,7 +29,7 @@ _TIMEOUTS = {
 }
 
 
-def _error_of(plan: Plan) -> str:
+def _error_of(plan: syntax.Plan) -> str:
     """The error that a failure plan asks for by name, as in ``-!g[error(wait_timeout)]``."""
     for annot in getattr(plan.trigger.literal, "annots", ()):
         if isinstance(annot, Structure) and annot.functor == "error" and len(annot.args) == 1:
@@ -64,27 +48,25 @@ def _timeouts(agent: AgentModel) -> set[str]:
     return causes
 
 
-class DeadFailurePlan:
+@check(
+    "dead-failure-plan",
+    "The plan never runs: what it should do when the goal fails, or takes too long, is never done.",
+)
+def find_dead_failure_plans(system: System) -> Iterator[Problem]:
     """Plans for the failure of a goal that always has a plan to run, of statements that cannot fail."""
-
-    name = "dead-failure-plan"
-    why = "The plan never runs: what it should do when the goal fails, or takes too long, is never done."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each such plan."""
-        for agent in system.agents:
-            if system.may_receive_plans(agent) or agent.actions & {".fail", ".fail_goal"}:
+    for agent in system.agents:
+        if system.may_receive_plans(agent) or agent.actions & {".fail", ".fail_goal"}:
+            continue
+        for_any_goal = any(plan.trigger.sign == "+!" and plan.trigger.key is None for plan in agent.plans)
+        if for_any_goal or "deadline_reached" in _timeouts(agent):
+            continue
+        goals = _Goals(system, agent)
+        for plan in agent.plans:
+            goal = plan.trigger.literal
+            if plan.trigger.sign != "-!" or not isinstance(goal, Structure) or _error_of(plan) in _TIMEOUTS:
                 continue
-            for_any_goal = any(plan.trigger.sign == "+!" and plan.trigger.key is None for plan in agent.plans)
-            if for_any_goal or "deadline_reached" in _timeouts(agent):
-                continue
-            goals = _Goals(system, agent)
-            for plan in agent.plans:
-                goal = plan.trigger.literal
-                if plan.trigger.sign != "-!" or not isinstance(goal, Structure) or _error_of(plan) in _TIMEOUTS:
-                    continue
-                if not goals.may_fail(goal.key, frozenset()):
-                    yield plan.location, f"!{goal.without_annotations()} never fails: no statement of its plans can"
+            if not goals.may_fail(goal.key, frozenset()):
+                yield plan.location, f"!{goal.without_annotations()} never fails: no statement of its plans can"
 
 
 _NEVER_FAIL = frozenset({".print", ".println", ".log"})
@@ -96,7 +78,7 @@ class _Goals:
 
     def __init__(self, system: System, agent: AgentModel) -> None:
         self._agents = {other.name for other in system.agents}
-        self._plans: dict[Key, list[Plan]] = {}
+        self._plans: dict[Key, list[syntax.Plan]] = {}
         for plan in agent.plans:
             if plan.trigger.sign == "+!" and isinstance(plan.trigger.literal, Structure):
                 self._plans.setdefault(plan.trigger.literal.key, []).append(plan)
@@ -110,22 +92,22 @@ class _Goals:
             return True
         return any(self._body_may_fail(plan.body, outer | {goal}) for plan in plans)
 
-    def _body_may_fail(self, body: Body, outer: frozenset[Key]) -> bool:
+    def _body_may_fail(self, body: syntax.Body, outer: frozenset[Key]) -> bool:
         return any(self._statement_may_fail(statement, outer) for statement in body)
 
-    def _statement_may_fail(self, statement: Statement, outer: frozenset[Key]) -> bool:
-        if isinstance(statement, (If, While, For)):
-            bodies = (statement.then, statement.otherwise) if isinstance(statement, If) else (statement.body,)
+    def _statement_may_fail(self, statement: syntax.Statement, outer: frozenset[Key]) -> bool:
+        if isinstance(statement, (syntax.If, syntax.While, syntax.For)):
+            bodies = (statement.then, statement.otherwise) if isinstance(statement, syntax.If) else (statement.body,)
             return _computes(statement.condition) or any(self._body_may_fail(body, outer) for body in bodies)
         if _computes(statement):
             return True
-        if isinstance(statement, BeliefUpdate):
+        if isinstance(statement, syntax.BeliefUpdate):
             return not isinstance(statement.literal, Structure)
-        if isinstance(statement, AchievementGoal):
+        if isinstance(statement, syntax.AchievementGoal):
             if not isinstance(statement.literal, Structure):
                 return True
             return not statement.new_intention and self.may_fail(statement.literal.key, outer)
-        return not isinstance(statement, InternalActionCall) or self._call_may_fail(statement.call)
+        return not isinstance(statement, syntax.InternalActionCall) or self._call_may_fail(statement.call)
 
     def _call_may_fail(self, call: Call) -> bool:
         if call.name in _NEVER_FAIL:
@@ -139,7 +121,7 @@ class _Goals:
         return True
 
 
-def _is_always_applicable(plan: Plan) -> bool:
+def _is_always_applicable(plan: syntax.Plan) -> bool:
     goal = plan.trigger.literal
     if not isinstance(goal, Structure) or goal.annots or plan.context not in (None, Structure("true")):
         return False
@@ -148,5 +130,5 @@ def _is_always_applicable(plan: Plan) -> bool:
 
 def _computes(part: object) -> bool:
     """Whether there is an expression in it, which has no value where an operand is no number."""
-    inner = part.call.args if isinstance(part, InternalActionCall) else part
+    inner = part.call.args if isinstance(part, syntax.InternalActionCall) else part
     return any(isinstance(term, (Arithmetic, Call)) for term in parts_of(inner))

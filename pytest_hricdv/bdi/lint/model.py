@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from pytest_hricdv.bdi.language.errors import Location
@@ -187,3 +188,37 @@ def predicate_text(key: Key) -> str:
     """A predicate as text: ``~p/2``."""
     negated, functor, arity = key
     return f"{'~' if negated else ''}{functor}/{arity}"
+
+
+Problem = tuple[Location, str]
+"""The location and the message of a mistake."""
+Find = Callable[[System], Iterator[Problem]]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """Searches models for one type of mistake.
+
+    Args:
+        name: shown with its findings; remarks ignore them by it.
+        why: the consequence of such a mistake, in one sentence.
+        find: gives the mistakes in a system.
+    """
+
+    name: str
+    why: str
+    find: Find
+
+
+CHECKS: list[Check] = []
+"""All checks; a module of checks adds its own."""
+
+
+def check(name: str, why: str) -> Callable[[Find], Find]:
+    """Make a function a check; for the arguments see `Check`."""
+
+    def register(find: Find) -> Find:
+        CHECKS.append(Check(name, why, find))
+        return find
+
+    return register

@@ -7,27 +7,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
+from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.parser import SourceText, read_source
-from pytest_hricdv.bdi.language.syntax import (
-    AchievementGoal,
-    And,
-    BeliefUpdate,
-    Body,
-    Comparison,
-    ConditionStatement,
-    For,
-    If,
-    InternalActionCall,
-    Not,
-    Or,
-    Plan,
-    Program,
-    Rule,
-    Statement,
-    TestGoal,
-    While,
-)
 from pytest_hricdv.bdi.language.syntax_tree import children
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
@@ -142,12 +124,12 @@ def clear_cache() -> None:
         cached.cache_clear()
 
 
-def build_model(name: str, file: str, program: Program) -> AgentModel:
+def build_model(name: str, file: str, program: syntax.Program) -> AgentModel:
     """The model of an agent; the program includes the beliefs and goals of the project's options."""
-    model = AgentModel(name, file, program.plans, tuple(b for b in program.beliefs if isinstance(b, Rule)))
+    model = AgentModel(name, file, program.plans, tuple(b for b in program.beliefs if isinstance(b, syntax.Rule)))
     start = Location(file, 1, 1)
     for belief in program.beliefs:
-        if isinstance(belief, Rule):
+        if isinstance(belief, syntax.Rule):
             model.additions.append(Addition(belief.head.key, None, belief.location, False))
             _formula(model, belief.body, belief.location, belief.head.functor, None)
         else:
@@ -160,7 +142,7 @@ def build_model(name: str, file: str, program: Program) -> AgentModel:
     return model
 
 
-def _plan(model: AgentModel, plan: Plan) -> None:
+def _plan(model: AgentModel, plan: syntax.Plan) -> None:
     trigger = plan.trigger
     literal = trigger.literal
     name = literal.functor if isinstance(literal, Structure) else ""
@@ -171,7 +153,7 @@ def _plan(model: AgentModel, plan: Plan) -> None:
     _body(model, plan.body, plan)
 
 
-def _body(model: AgentModel, body: Body, plan: Plan) -> None:
+def _body(model: AgentModel, body: syntax.Body, plan: syntax.Plan) -> None:
     for statement in body:
         _statement(model, statement, plan)
         for block in ("then", "otherwise", "body"):
@@ -180,22 +162,22 @@ def _body(model: AgentModel, body: Body, plan: Plan) -> None:
             _body(model, branch, plan)
 
 
-def _statement(model: AgentModel, statement: Statement, plan: Plan) -> None:
+def _statement(model: AgentModel, statement: syntax.Statement, plan: syntax.Plan) -> None:
     place = statement.location
-    if isinstance(statement, AchievementGoal):
+    if isinstance(statement, syntax.AchievementGoal):
         if isinstance(statement.literal, Structure):
             model.goals.append(Mention(statement.literal, location_of(statement.literal.functor, place), plan))
-    elif isinstance(statement, BeliefUpdate):
+    elif isinstance(statement, syntax.BeliefUpdate):
         _believe(model, statement, plan)
-    elif isinstance(statement, InternalActionCall):
+    elif isinstance(statement, syntax.InternalActionCall):
         _call(model, statement.call, place, plan)
-    elif isinstance(statement, (TestGoal, ConditionStatement)):
+    elif isinstance(statement, (syntax.TestGoal, syntax.ConditionStatement)):
         _formula(model, statement.formula, place, "", plan)
-    elif isinstance(statement, (If, While, For)):
+    elif isinstance(statement, (syntax.If, syntax.While, syntax.For)):
         _formula(model, statement.condition, place, "", plan)
 
 
-def _believe(model: AgentModel, statement: BeliefUpdate, plan: Plan) -> None:
+def _believe(model: AgentModel, statement: syntax.BeliefUpdate, plan: syntax.Plan) -> None:
     literal, place = statement.literal, statement.location
     if not isinstance(literal, Structure):
         if statement.sign != "-":
@@ -217,23 +199,23 @@ def _add(literal: Structure, place: Location, during_run: bool) -> list[Addition
     return [Addition(literal.key, source, place, during_run) for source in annotated_sources(literal) or {SELF}]
 
 
-def _formula(model: AgentModel, formula: object, place: Location, skip: str, plan: Plan | None) -> None:
+def _formula(model: AgentModel, formula: object, place: Location, skip: str, plan: syntax.Plan | None) -> None:
     """Collect the tests in a condition; ``skip`` is a name between ``place`` and the condition."""
     if isinstance(formula, Structure):
         if formula.functor not in ("true", "false"):
             model.tests.append(Mention(formula, location_of(formula.functor, place, skip), plan))
         _calls(model, formula.args, place, plan)
-    elif isinstance(formula, (And, Or, Not)):
+    elif isinstance(formula, (syntax.And, syntax.Or, syntax.Not)):
         for part in children(formula):
             for operand in part if isinstance(part, tuple) else (part,):
                 _formula(model, operand, place, skip, plan)
-    elif isinstance(formula, Comparison):
+    elif isinstance(formula, syntax.Comparison):
         _calls(model, (formula.left, formula.right), place, plan)
     elif isinstance(formula, Call):
         _call(model, formula, place, plan)
 
 
-def _calls(model: AgentModel, terms: object, place: Location, plan: Plan | None) -> None:
+def _calls(model: AgentModel, terms: object, place: Location, plan: syntax.Plan | None) -> None:
     """Collect the functions in terms."""
     pending = [terms]
     while pending:
@@ -244,11 +226,11 @@ def _calls(model: AgentModel, terms: object, place: Location, plan: Plan | None)
             pending.extend(children(part))
 
 
-def _call(model: AgentModel, call: Call, place: Location, plan: Plan | None) -> None:
+def _call(model: AgentModel, call: Call, place: Location, plan: syntax.Plan | None) -> None:
     model.actions.add(call.name)
     index = FORMULA_ARGUMENTS.get(call.name)
     for position, argument in enumerate(call.args):
-        if position == index or isinstance(argument, (And, Or, Not, Comparison, Call)):
+        if position == index or isinstance(argument, (syntax.And, syntax.Or, syntax.Not, syntax.Comparison, Call)):
             _formula(model, argument, call.location, "", plan)
     if call.name == ".abolish" and isinstance(call.args[0], Structure):
         literal = call.args[0]

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
-from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, System, annotated_sources, predicate_text
+from pytest_hricdv.bdi.lint.model import (
+    SELF,
+    Addition,
+    AgentModel,
+    Mention,
+    Problem,
+    System,
+    annotated_sources,
+    check,
+    predicate_text,
+)
 from pytest_hricdv.bdi.lint.model_builder import declaration_of
 from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.logic.unify import unify
@@ -16,25 +25,20 @@ SHORTEST = 3
 """Minimum length of a name (chosen): shorter ones, as ``go`` and ``do``, differ by one letter too often."""
 
 
-class UnknownBelief:
+@check("unknown-belief", "It never holds: a condition on it always has the same result, and a plan for it never runs.")
+def find_unknown_beliefs(system: System) -> Iterator[Problem]:
     """Beliefs in contexts, conditions, test goals and triggers that are never added, told or perceived."""
-
-    name = "unknown-belief"
-    why = "It never holds: a condition on it always has the same result, and a plan for it never runs."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each predicate of each agent, and for each source that never adds it."""
-        for agent in system.agents:
-            reported: set[object] = set()
-            for mention, source in unknown_beliefs(system, agent):
-                key = mention.literal.key
-                if (key, source) in reported:
-                    continue
-                reported.add((key, source))
-                if source is not None:
-                    yield mention.location, f"{predicate_text(key)} never comes from {source} to {agent.name}"
-                elif belief_suggestion(system, agent, mention) is None:
-                    yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
+    for agent in system.agents:
+        reported: set[object] = set()
+        for mention, source in unknown_beliefs(system, agent):
+            key = mention.literal.key
+            if (key, source) in reported:
+                continue
+            reported.add((key, source))
+            if source is not None:
+                yield mention.location, f"{predicate_text(key)} never comes from {source} to {agent.name}"
+            elif belief_suggestion(system, agent, mention) is None:
+                yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
 
 
 def unknown_beliefs(system: System, agent: AgentModel) -> Iterator[tuple[Mention, str | None]]:
@@ -68,53 +72,49 @@ def belief_suggestion(system: System, agent: AgentModel, mention: Mention) -> st
     return one_letter_away(mention.literal.functor, names)
 
 
-class UnmatchedDeletion:
+@check(
+    "unmatched-deletion",
+    "A deletion removes only beliefs of the source it names, by default the agent itself: this one has no effect.",
+)
+def find_unmatched_deletions(system: System) -> Iterator[Problem]:
     """Deletions of beliefs that the agent never holds, or never from that source."""
-
-    name = "unmatched-deletion"
-    why = "A deletion removes only beliefs of the source it names, by default the agent itself: this one has no effect."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each deletion."""
-        for agent in system.agents:
-            held = system.possible_beliefs(agent)
-            for mention in agent.deletions:
-                key = mention.literal.key
-                matching = [addition for addition in held if addition.may_match(key)]
-                named = annotated_sources(mention.literal) or frozenset({SELF})
-                if not matching:
-                    yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
-                elif None not in named and not any(a.may_match(key, source) for a in matching for source in named):
-                    wanted = " or ".join(sorted(filter(None, named)))
-                    yield (
-                        mention.location,
-                        f"{predicate_text(key)} comes to {agent.name} from {_sources(matching)}, never from {wanted}",
-                    )
+    for agent in system.agents:
+        held = system.possible_beliefs(agent)
+        for mention in agent.deletions:
+            key = mention.literal.key
+            matching = [addition for addition in held if addition.may_match(key)]
+            named = annotated_sources(mention.literal) or frozenset({SELF})
+            if not matching:
+                yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
+            elif None not in named and not any(a.may_match(key, source) for a in matching for source in named):
+                wanted = " or ".join(sorted(filter(None, named)))
+                yield (
+                    mention.location,
+                    f"{predicate_text(key)} comes to {agent.name} from {_sources(matching)}, never from {wanted}",
+                )
 
 
 def _sources(additions: list[Addition]) -> str:
     return " and ".join(sorted({addition.source or "any source" for addition in additions}))
 
 
-class UntestedPercept:
+@check(
+    "untested-percept",
+    "Whoever adds it expects an effect: it has none, as no condition, plan or deletion names it.",
+)
+def find_untested_percepts(system: System) -> Iterator[Problem]:
     """Declared percepts that no agent tests: what comes from outside, and changes nothing."""
-
-    name = "untested-percept"
-    why = "Whoever adds it expects an effect: it has none, as no condition, plan or deletion names it."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each name, where a source declares it, else at the beginning of the first agent's source."""
-        for percept, file in sorted(system.percepts, key=str):
-            agents = [agent for agent in system.agents if file in (None, agent.file)]
-            if any(map(_tests_any_belief, agents)):
-                continue
-            used = {mention.literal.functor for agent in agents for mention in (*agent.tests, *agent.deletions)}
-            if agents and percept not in used and not any(percept in _names_in_calls(agent) for agent in agents):
-                near = one_letter_away(percept, used)
-                hint = f"; did you mean {near}?" if near else ""
-                place = declaration_of(percept, agents[0].file if file is None else file)
-                names = " or ".join(sorted(agent.name for agent in agents))
-                yield place, f"the percept {percept} is declared, and never tested by {names}{hint}"
+    for percept, file in sorted(system.percepts, key=str):
+        agents = [agent for agent in system.agents if file in (None, agent.file)]
+        if any(map(_tests_any_belief, agents)):
+            continue
+        used = {mention.literal.functor for agent in agents for mention in (*agent.tests, *agent.deletions)}
+        if agents and percept not in used and not any(percept in _names_in_calls(agent) for agent in agents):
+            near = one_letter_away(percept, used)
+            hint = f"; did you mean {near}?" if near else ""
+            place = declaration_of(percept, agents[0].file if file is None else file)
+            names = " or ".join(sorted(agent.name for agent in agents))
+            yield place, f"the percept {percept} is declared, and never tested by {names}{hint}"
 
 
 def _tests_any_belief(agent: AgentModel) -> bool:
@@ -130,27 +130,22 @@ def _names_in_calls(agent: AgentModel) -> set[str]:
     return {part.functor for part in parts if isinstance(part, Structure)}
 
 
-class GoalWithoutPlan:
+@check("goal-without-plan", "The goal always fails, and with it the plan that pursues it.")
+def find_goals_without_plan(system: System) -> Iterator[Problem]:
     """Initial goals, goals in plans and goals in messages for which their agent has no plan."""
-
-    name = "goal-without-plan"
-    why = "The goal always fails, and with it the plan that pursues it."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each occurrence of such a goal."""
-        for agent in system.agents:
-            for mention, fits_by_name in goals_without_plan(system, agent):
-                key = mention.literal.key
-                if fits_by_name:
-                    yield (
-                        mention.location,
-                        f"no plan of {agent.name} for +!{predicate_text(key)} fits {mention.literal}",
-                    )
-                elif goal_suggestion(agent, mention) is None:
-                    yield mention.location, f"{agent.name} has no plan for +!{predicate_text(key)}"
-        for mention in system.goals_for_unknown_receivers():
-            if system.closed and not any(has_plan(system, agent, mention) for agent in system.agents):
-                yield mention.location, f"no agent has a plan for +!{predicate_text(mention.literal.key)}"
+    for agent in system.agents:
+        for mention, fits_by_name in goals_without_plan(system, agent):
+            key = mention.literal.key
+            if fits_by_name:
+                yield (
+                    mention.location,
+                    f"no plan of {agent.name} for +!{predicate_text(key)} fits {mention.literal}",
+                )
+            elif goal_suggestion(agent, mention) is None:
+                yield mention.location, f"{agent.name} has no plan for +!{predicate_text(key)}"
+    for mention in system.goals_for_unknown_receivers():
+        if system.closed and not any(has_plan(system, agent, mention) for agent in system.agents):
+            yield mention.location, f"no agent has a plan for +!{predicate_text(mention.literal.key)}"
 
 
 def goals_without_plan(system: System, agent: AgentModel) -> Iterator[tuple[Mention, bool]]:
@@ -184,33 +179,28 @@ def _generalize(goal: Structure) -> Structure:
     return Structure(goal.functor, args, (*goal.annots, any_source), goal.negated)
 
 
-class NearName:
+@check("near-name", "A misspelled name is another name: no plan, condition or agent matches it.")
+def find_near_names(system: System) -> Iterator[Problem]:
     """Names without a counterpart, while a name that differs by one letter has one."""
-
-    name = "near-name"
-    why = "A misspelled name is another name: no plan, condition or agent matches it."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """Beliefs tested but never added, added but never tested, goals without plans, receivers that do not exist."""
-        for agent in system.agents:
-            for mention, source in unknown_beliefs(system, agent):
-                near = belief_suggestion(system, agent, mention)
-                if source is None and near is not None:
-                    yield mention.location, f"{mention.literal.functor} is never added; did you mean {near}?"
-            for mention, near in possibly_misspelled(system, agent):
-                yield mention.location, f"no statement adds {mention.literal.functor} by name; did you mean {near}?"
-            for mention, fits_by_name in goals_without_plan(system, agent):
-                near = goal_suggestion(agent, mention)
-                if not fits_by_name and near is not None:
-                    yield (
-                        mention.location,
-                        f"{agent.name} has no plan for {mention.literal.functor}; did you mean {near}?",
-                    )
-            yield from _never_used(system, agent)
-            yield from _unknown_receivers(system, agent)
+    for agent in system.agents:
+        for mention, source in unknown_beliefs(system, agent):
+            near = belief_suggestion(system, agent, mention)
+            if source is None and near is not None:
+                yield mention.location, f"{mention.literal.functor} is never added; did you mean {near}?"
+        for mention, near in possibly_misspelled(system, agent):
+            yield mention.location, f"no statement adds {mention.literal.functor} by name; did you mean {near}?"
+        for mention, fits_by_name in goals_without_plan(system, agent):
+            near = goal_suggestion(agent, mention)
+            if not fits_by_name and near is not None:
+                yield (
+                    mention.location,
+                    f"{agent.name} has no plan for {mention.literal.functor}; did you mean {near}?",
+                )
+        yield from _never_used(system, agent)
+        yield from _unknown_receivers(system, agent)
 
 
-def _never_used(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
+def _never_used(system: System, agent: AgentModel) -> Iterator[Problem]:
     mentions = [*agent.tests, *agent.deletions]
     used = {mention.literal.functor for mention in mentions}
     if any(not isinstance(plan.trigger.literal, Structure) for plan in agent.plans if len(plan.trigger.sign) == 1):
@@ -222,7 +212,7 @@ def _never_used(system: System, agent: AgentModel) -> Iterator[tuple[Location, s
                 yield addition.location, f"{agent.name} never tests {addition.key[1]}; did you mean {near}?"
 
 
-def _unknown_receivers(system: System, agent: AgentModel) -> Iterator[tuple[Location, str]]:
+def _unknown_receivers(system: System, agent: AgentModel) -> Iterator[Problem]:
     names = {other.name for other in system.agents}
     for message in agent.sent:
         for receiver in message.receivers or ():
@@ -231,22 +221,17 @@ def _unknown_receivers(system: System, agent: AgentModel) -> Iterator[tuple[Loca
                 yield message.location, f"there is no agent {receiver}; did you mean {near}?"
 
 
-class UnknownAgent:
+@check("unknown-agent", "Sending to an agent that does not exist fails, and with it the plan that sends.")
+def find_unknown_agents(system: System) -> Iterator[Problem]:
     """Receivers of messages that are not agents of the project."""
-
-    name = "unknown-agent"
-    why = "Sending to an agent that does not exist fails, and with it the plan that sends."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each message; none for a single source file, since other agents are unknown."""
-        if not system.closed:
-            return
-        names = {agent.name for agent in system.agents}
-        for agent in system.agents:
-            for message in agent.sent:
-                for receiver in message.receivers or ():
-                    if receiver not in (*names, SELF) and one_letter_away(receiver, names) is None:
-                        yield message.location, f"there is no agent {receiver}; there are {', '.join(sorted(names))}"
+    if not system.closed:
+        return
+    names = {agent.name for agent in system.agents}
+    for agent in system.agents:
+        for message in agent.sent:
+            for receiver in message.receivers or ():
+                if receiver not in (*names, SELF) and one_letter_away(receiver, names) is None:
+                    yield message.location, f"there is no agent {receiver}; there are {', '.join(sorted(names))}"
 
 
 def one_letter_away(name: str, candidates: Iterable[str]) -> str | None:

@@ -4,23 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.syntax import (
-    AchievementGoal,
-    And,
-    Body,
-    Comparison,
-    Formula,
-    InternalActionCall,
-    Not,
-    Or,
-    Plan,
-    Statement,
-    While,
-)
+from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Call, Key, Structure, Term
-from pytest_hricdv.bdi.lint.model import AgentModel, System
+from pytest_hricdv.bdi.lint.model import AgentModel, Problem, System, check
 from pytest_hricdv.bdi.logic.substitution import Bindings, rename_apart, substitute_only
 from pytest_hricdv.bdi.logic.unify import unify
 
@@ -43,28 +30,24 @@ GOAL_ENDING = frozenset(
 """Internal actions that may end a goal of another plan."""
 VARYING = frozenset({".random", ".time", ".desire", ".intend", ".abolish"})
 """Internal actions in conditions whose result may change."""
+_CONDITIONS = (syntax.And, syntax.Or, syntax.Not, syntax.Comparison, Call)
 
 
-class ShadowedPlan:
+@check("shadowed-plan", "The first applicable plan is selected: this one never runs and can never be covered.")
+def find_shadowed_plans(system: System) -> Iterator[Problem]:
     """Plans after one for the same event that is applicable whenever they are."""
-
-    name = "shadowed-plan"
-    why = "The first applicable plan is selected: this one never runs and can never be covered."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each plan, naming the first plan that shadows it."""
-        for agent in system.agents:
-            for index, plan in enumerate(agent.plans):
-                shadowing = next((earlier for earlier in agent.plans[:index] if shadows(earlier, plan)), None)
-                if shadowing is not None:
-                    which = f"@{shadowing.label}" if shadowing.has_label else "the plan"
-                    yield (
-                        plan.location,
-                        f"{which} in line {shadowing.location.line} is always applicable when this one is",
-                    )
+    for agent in system.agents:
+        for index, plan in enumerate(agent.plans):
+            shadowing = next((earlier for earlier in agent.plans[:index] if shadows(earlier, plan)), None)
+            if shadowing is not None:
+                which = f"@{shadowing.label}" if shadowing.has_label else "the plan"
+                yield (
+                    plan.location,
+                    f"{which} in line {shadowing.location.line} is always applicable when this one is",
+                )
 
 
-def shadows(earlier: Plan, later: Plan) -> bool:
+def shadows(earlier: syntax.Plan, later: syntax.Plan) -> bool:
     """Whether a plan is applicable for every event and in every state that a later one is."""
     if earlier.trigger.sign != later.trigger.sign:
         return False
@@ -74,14 +57,14 @@ def shadows(earlier: Plan, later: Plan) -> bool:
     return earlier.context is None or _follows(_parts(earlier.context), _parts(later.context), bindings)
 
 
-def _parts(context: Formula | None) -> tuple[Formula, ...]:
+def _parts(context: syntax.Formula | None) -> tuple[syntax.Formula, ...]:
     if context is None:
         return ()
-    parts = context.parts if isinstance(context, And) else (context,)
+    parts = context.parts if isinstance(context, syntax.And) else (context,)
     return tuple(part for part in parts if part != Structure("true"))
 
 
-def _follows(wanted: tuple[Formula, ...], available: tuple[Formula, ...], bindings: Bindings) -> bool:
+def _follows(wanted: tuple[syntax.Formula, ...], available: tuple[syntax.Formula, ...], bindings: Bindings) -> bool:
     """Whether each of the wanted conditions is among the available ones, with consistent bindings."""
     if not wanted:
         return True
@@ -94,12 +77,12 @@ def _follows(wanted: tuple[Formula, ...], available: tuple[Formula, ...], bindin
 
 def _same(wanted: object, candidate: object, bindings: Bindings) -> bool:
     """Whether a condition is equal to a candidate under some bindings of the wanted one's variables."""
-    if isinstance(wanted, Comparison) and isinstance(candidate, Comparison):
+    if isinstance(wanted, syntax.Comparison) and isinstance(candidate, syntax.Comparison):
         sides = ((wanted.left, candidate.left), (wanted.right, candidate.right))
         return wanted.operator == candidate.operator and all(_same(left, right, bindings) for left, right in sides)
-    if isinstance(wanted, Not) and isinstance(candidate, Not):
+    if isinstance(wanted, syntax.Not) and isinstance(candidate, syntax.Not):
         return _same(wanted.part, candidate.part, bindings)
-    if isinstance(wanted, (And, Or)) and isinstance(candidate, type(wanted)):
+    if isinstance(wanted, (syntax.And, syntax.Or)) and isinstance(candidate, type(wanted)):
         return len(wanted.parts) == len(candidate.parts) and all(
             _same(left, right, bindings) for left, right in zip(wanted.parts, candidate.parts, strict=True)
         )
@@ -110,7 +93,7 @@ def _same(wanted: object, candidate: object, bindings: Bindings) -> bool:
             and len(wanted.args) == len(candidate.args)
             and all(_same(left, right, bindings) for left, right in zip(wanted.args, candidate.args, strict=True))
         )
-    if isinstance(wanted, (And, Or, Not, Comparison, Call)) or isinstance(candidate, (And, Or, Not, Comparison, Call)):
+    if isinstance(wanted, _CONDITIONS) or isinstance(candidate, _CONDITIONS):
         return False
     return unify(rename_apart(wanted, "_Earlier"), _frozen(candidate), bindings, [])  # type: ignore[arg-type]
 
@@ -120,45 +103,47 @@ def _frozen(term: Term) -> Term:
     return substitute_only(term, {variable: Structure(f"${variable}") for variable in variables_of(term)})
 
 
-class EndlessSpin:
+@check(
+    "endless-spin",
+    "Once started it never ends: the goal is never achieved, and only the detection of livelocks ends the run.",
+)
+def find_endless_spins(system: System) -> Iterator[Problem]:
     """Plans and loops that only poll a condition that never changes."""
-
-    name = "endless-spin"
-    why = "Once started it never ends: the goal is never achieved, and only the detection of livelocks ends the run."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each such plan or loop."""
-        for agent in system.agents:
-            if agent.actions & GOAL_ENDING or _receives_unachieve(system, agent):
-                continue
-            changing = _ChangingConditions(system, agent)
-            for index, plan in enumerate(agent.plans):
-                if _only_pursues_itself(plan) and not changing.may_end(agent.plans[:index], plan):
-                    yield plan.location, f"nothing can end the pursuit of {plan.trigger}"
-                for loop in _loops(plan.body):
-                    if all(map(_only_waits, loop.body)) and not changing.may_change(loop.condition):
-                        yield loop.location, f"nothing can end the loop while ({loop.condition})"
+    for agent in system.agents:
+        if agent.actions & GOAL_ENDING or _receives_unachieve(system, agent):
+            continue
+        changing = _ChangingConditions(system, agent)
+        for index, plan in enumerate(agent.plans):
+            if _only_pursues_itself(plan) and not changing.may_end(agent.plans[:index], plan):
+                yield plan.location, f"nothing can end the pursuit of {plan.trigger}"
+            for loop in _loops(plan.body):
+                if all(map(_only_waits, loop.body)) and not changing.may_change(loop.condition):
+                    yield loop.location, f"nothing can end the loop while ({loop.condition})"
 
 
 def _receives_unachieve(system: System, agent: AgentModel) -> bool:
     return any(message.force == "unachieve" for sender in system.agents for message in sender.sent)
 
 
-def _only_pursues_itself(plan: Plan) -> bool:
+def _only_pursues_itself(plan: syntax.Plan) -> bool:
     """Whether a plan for a goal only pursues the goal again, perhaps after a wait."""
     if plan.trigger.sign != "+!" or not plan.body:
         return False
     *before, last = plan.body
-    return isinstance(last, AchievementGoal) and last.literal == plan.trigger.literal and all(map(_only_waits, before))
+    return (
+        isinstance(last, syntax.AchievementGoal)
+        and last.literal == plan.trigger.literal
+        and all(map(_only_waits, before))
+    )
 
 
-def _only_waits(statement: Statement) -> bool:
-    return isinstance(statement, InternalActionCall) and statement.call.name == ".wait"
+def _only_waits(statement: syntax.Statement) -> bool:
+    return isinstance(statement, syntax.InternalActionCall) and statement.call.name == ".wait"
 
 
-def _loops(body: Body) -> Iterator[While]:
+def _loops(body: syntax.Body) -> Iterator[syntax.While]:
     for statement in body:
-        if isinstance(statement, While):
+        if isinstance(statement, syntax.While):
             yield statement
         for block in ("then", "otherwise", "body"):
             yield from _loops(getattr(statement, block, ()))
@@ -178,7 +163,7 @@ class _ChangingConditions:
             if message.force == "untell" and isinstance(message.content, Structure)
         }
 
-    def may_end(self, earlier: tuple[Plan, ...], plan: Plan) -> bool:
+    def may_end(self, earlier: tuple[syntax.Plan, ...], plan: syntax.Plan) -> bool:
         """Whether a plan may become inapplicable, or an earlier one applicable."""
         if plan.context is not None and self.may_change(plan.context):
             return True
@@ -188,7 +173,7 @@ class _ChangingConditions:
             if other.trigger.sign == plan.trigger.sign and unify(other.trigger.literal, plan.trigger.literal, {}, [])
         )
 
-    def may_change(self, formula: Formula) -> bool:
+    def may_change(self, formula: syntax.Formula) -> bool:
         """Whether the result of a condition may change."""
         return any(
             self._predicate_may_change(part.key, set())

@@ -8,56 +8,44 @@ from pytest_hricdv.bdi.actions import describe_missing, foreign_calls
 from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax_tree import parts_of
 from pytest_hricdv.bdi.language.terms import Structure
-from pytest_hricdv.bdi.lint.model import AgentModel, System
+from pytest_hricdv.bdi.lint.model import AgentModel, Problem, System, check
 from pytest_hricdv.bdi.lint.model_builder import encoding_fault, files_of, location_of
 
 KEYWORDS = frozenset({"div", "elif", "else", "for", "if", "mod", "not", "while"})
 """Words that Jason reads as such wherever they stand: tried on its 1.4.2 and 3.3."""
 
 
-class NotPortable:
+@check("not-portable", "It runs here only: no Jason reads this source.")
+def find_unportable_names(system: System) -> Iterator[Problem]:
     """Names that Jason's parser refuses: keywords, and names with letters beyond those of ASCII."""
-
-    name = "not-portable"
-    why = "It runs here only: no Jason reads this source."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each such name of a source."""
-        reported: set[tuple[str, str]] = set()
-        for agent in system.agents:
-            for name, place in _names(agent):
-                reason = _reason(name)
-                if reason and (place.file, name) not in reported:
-                    reported.add((place.file, name))
-                    yield location_of(name, Location(place.file, 1, 1)), f"{name} is {reason}"
+    reported: set[tuple[str, str]] = set()
+    for agent in system.agents:
+        for name, place in _names(agent):
+            reason = _reason(name)
+            if reason and (place.file, name) not in reported:
+                reported.add((place.file, name))
+                yield location_of(name, Location(place.file, 1, 1)), f"{name} is {reason}"
 
 
-class ForeignAction:
+@check("foreign-action", "A run ends where it is called.")
+def find_foreign_actions(system: System) -> Iterator[Problem]:
     """Calls of internal actions of Java, or of Jason, that there are none of here."""
-
-    name = "foreign-action"
-    why = "A run ends where it is called."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each call."""
-        for agent in system.agents:
-            for call in foreign_calls((agent.rules, agent.plans)):
-                yield call.location, describe_missing(call).removeprefix(f"{call.location}: ")
+    for agent in system.agents:
+        for call in foreign_calls((agent.rules, agent.plans)):
+            yield call.location, describe_missing(call).removeprefix(f"{call.location}: ")
 
 
-class NotUtf8:
+@check(
+    "not-utf8",
+    "It is read as Latin-1: what is printed may have other letters than its author wrote, here and in Jason.",
+)
+def find_other_encodings(system: System) -> Iterator[Problem]:
     """Sources that are not UTF-8."""
-
-    name = "not-utf8"
-    why = "It is read as Latin-1: what is printed may have other letters than its author wrote, here and in Jason."
-
-    def findings(self, system: System) -> Iterator[tuple[Location, str]]:
-        """One finding for each source, at its first byte that is not UTF-8."""
-        for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
-            place, _, message = encoding_fault(file).partition(": ")
-            if message:
-                line, column = place.rsplit(":", 2)[1:]
-                yield Location(file, int(line), int(column)), message
+    for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
+        place, _, message = encoding_fault(file).partition(": ")
+        if message:
+            line, column = place.rsplit(":", 2)[1:]
+            yield Location(file, int(line), int(column)), message
 
 
 def _names(agent: AgentModel) -> Iterator[tuple[str, Location]]:

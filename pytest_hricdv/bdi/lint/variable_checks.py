@@ -4,64 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pytest_hricdv.bdi.language import syntax
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.syntax import (
-    AchievementGoal,
-    And,
-    BeliefUpdate,
-    Body,
-    Comparison,
-    ConditionStatement,
-    ExternalAction,
-    For,
-    ForkStatement,
-    Formula,
-    If,
-    InternalActionCall,
-    Not,
-    Or,
-    Plan,
-    Statement,
-    TestGoal,
-    While,
-)
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
-from pytest_hricdv.bdi.lint.model import System
+from pytest_hricdv.bdi.lint.model import Problem, System, check
 from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, files_of, location_of, repeated_anonymous
 
-Problem = tuple[Location, str]
 
-
-class UnboundComparison:
+@check(
+    "unbound-comparison",
+    "A variable without a value is greater than any number and equal to nothing; computing with it fails.",
+)
+def find_unbound_comparisons(system: System) -> Iterator[Problem]:
     """Comparisons and expressions with variables that nothing before them can bind."""
-
-    name = "unbound-comparison"
-    why = "A variable without a value is greater than any number and equal to nothing; computing with it fails."
-
-    def findings(self, system: System) -> Iterator[Problem]:
-        """One finding for each variable in each comparison."""
-        for agent in system.agents:
-            for rule in agent.rules:
-                # A query may bind the variables of the head.
-                yield from _BindingAnalysis(rule.location).formula(rule.body, set(variables_of(rule.head)))
-            for plan in agent.plans:
-                yield from _plan(plan)
+    for agent in system.agents:
+        for rule in agent.rules:
+            # A query may bind the variables of the head.
+            yield from _BindingAnalysis(rule.location).formula(rule.body, set(variables_of(rule.head)))
+        for plan in agent.plans:
+            yield from _plan(plan)
 
 
-class RepeatedAnonymous:
+@check(
+    "repeated-anonymous",
+    "As in Jason, `_name` is a variable of its own at each place: what one is bound to, the other is not.",
+)
+def find_repeated_anonymous(system: System) -> Iterator[Problem]:
     """Names that begin with ``_`` and are written twice in a plan or rule: each is another variable."""
-
-    name = "repeated-anonymous"
-    why = "As in Jason, `_name` is a variable of its own at each place: what one is bound to, the other is not."
-
-    def findings(self, system: System) -> Iterator[Problem]:
-        """One finding for each such name in each plan, rule or belief, at its second place."""
-        for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
-            yield from repeated_anonymous(file)
+    for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
+        yield from repeated_anonymous(file)
 
 
-def _plan(plan: Plan) -> Iterator[Problem]:
+def _plan(plan: syntax.Plan) -> Iterator[Problem]:
     walk = _BindingAnalysis(plan.location)
     bound = set(variables_of(plan.trigger))
     if plan.context is not None:
@@ -77,22 +52,22 @@ class _BindingAnalysis:
 
     def formula(self, formula: object, bound: set[Variable]) -> Iterator[Problem]:
         """Findings in a condition."""
-        if isinstance(formula, And):
+        if isinstance(formula, syntax.And):
             for part in formula.parts:
                 yield from self.formula(part, bound)
-        elif isinstance(formula, Or):
+        elif isinstance(formula, syntax.Or):
             branches = [set(bound) for _ in formula.parts]
             for part, branch in zip(formula.parts, branches, strict=True):
                 yield from self.formula(part, branch)
             bound.update(*branches)
-        elif isinstance(formula, Not):
+        elif isinstance(formula, syntax.Not):
             yield from self.formula(formula.part, set(bound))
-        elif isinstance(formula, Comparison):
+        elif isinstance(formula, syntax.Comparison):
             yield from self._comparison(formula, bound)
         else:
             bound.update(variables_of(formula))
 
-    def _comparison(self, comparison: Comparison, bound: set[Variable]) -> Iterator[Problem]:
+    def _comparison(self, comparison: syntax.Comparison, bound: set[Variable]) -> Iterator[Problem]:
         unifies = comparison.operator[0] == "=" and comparison.operator != "=="
         for side in (comparison.left, comparison.right):
             used = _used(side) if not unifies or isinstance(side, Arithmetic) else set()
@@ -106,35 +81,37 @@ class _BindingAnalysis:
         if unifies:
             bound.update(variables_of(comparison))
 
-    def body(self, body: Body, bound: set[Variable]) -> Iterator[Problem]:
+    def body(self, body: syntax.Body, bound: set[Variable]) -> Iterator[Problem]:
         """Findings in statements."""
         for statement in body:
             self._place = statement.location
             yield from self._statement(statement, bound)
 
-    def _statement(self, statement: Statement, bound: set[Variable]) -> Iterator[Problem]:
-        if isinstance(statement, If):
+    def _statement(self, statement: syntax.Statement, bound: set[Variable]) -> Iterator[Problem]:
+        if isinstance(statement, syntax.If):
             inside = set(bound)
             yield from self.formula(statement.condition, inside)
             yield from self.body(statement.then, inside)
             yield from self.body(statement.otherwise, bound)
             bound.update(inside)
-        elif isinstance(statement, ForkStatement):
+        elif isinstance(statement, syntax.ForkStatement):
             for branch in statement.branches:
                 yield from self.body(branch, bound)
-        elif isinstance(statement, (For, While)):
+        elif isinstance(statement, (syntax.For, syntax.While)):
             # What is bound in a loop is not bound after it.
             inside = set(bound)
             yield from self.formula(statement.condition, inside)
             yield from self.body(statement.body, inside)
-        elif isinstance(statement, (TestGoal, ConditionStatement)):
+        elif isinstance(statement, (syntax.TestGoal, syntax.ConditionStatement)):
             yield from self.formula(statement.formula, bound)
-        elif isinstance(statement, (AchievementGoal, InternalActionCall, ExternalAction, BeliefUpdate)):
-            if not isinstance(statement, InternalActionCall):
+        elif isinstance(
+            statement, (syntax.AchievementGoal, syntax.InternalActionCall, syntax.ExternalAction, syntax.BeliefUpdate)
+        ):
+            if not isinstance(statement, syntax.InternalActionCall):
                 yield from self._expressions(statement, bound)
             bound.update(variables_of(statement))
 
-    def _expressions(self, statement: Statement, bound: set[Variable]) -> Iterator[Problem]:
+    def _expressions(self, statement: syntax.Statement, bound: set[Variable]) -> Iterator[Problem]:
         pending: list[object] = list(children(statement))
         while pending:
             part = pending.pop()
@@ -163,5 +140,5 @@ def _used(term: object) -> set[Variable]:
     return variables
 
 
-def _text(formula: Formula) -> str:
+def _text(formula: syntax.Formula) -> str:
     return str(formula)[1:-1]

@@ -147,22 +147,14 @@ class MultiAgentSystem:
         return tuple(plan.label for plan in self.plans(agent) if plan.has_label)
 
     def program(self, agent: str) -> Program:
-        """An agent's source as a syntax tree.
-
-        Raises:
-            KeyError: there is no such agent.
-        """
+        """An agent's source as a syntax tree. Raises KeyError: there is no such agent."""
         for template in self.templates:
             if template.name == agent:
                 return template.program
         raise KeyError(agent)
 
     def plans(self, agent: str) -> tuple[Plan, ...]:
-        """An agent's plans, in source order.
-
-        Raises:
-            KeyError: there is no such agent.
-        """
+        """An agent's plans, in source order. Raises KeyError: there is no such agent."""
         return self.program(agent).plans
 
     def run(
@@ -243,11 +235,7 @@ class MultiAgentSystem:
             self.environment.show(self.check_agent(name), literals)
 
     def check_agent(self, agent: str) -> str:
-        """The name of an agent.
-
-        Raises:
-            ValueError: there is no such agent.
-        """
+        """The name of an agent. Raises ValueError: there is no such agent."""
         if agent not in self.agents:
             raise ValueError(f"no agent {agent!r} in {self.name}; there are {', '.join(self.agents)}")
         return agent
