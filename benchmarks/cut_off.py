@@ -103,10 +103,10 @@ def main() -> None:
         where = (options.state or Path(folder)).resolve()
         where.mkdir(parents=True, exist_ok=True)
         print(cut_off(options, where / "cut-off.db"))
-        store = Store.opened(where / "cut-off.db")
+        store = Store.open(where / "cut-off.db")
         by_host = {store.workers()[number].address: runs for number, runs in store.runs_of_workers().items()}
         print(f"runs by worker: {by_host}")
-        print(f"expected {store.plan().runs}, stored {store.counts().stored}, each once: it is the key of its row")
+        print(f"expected {store.plan().runs}, stored {store.counts().runs}, each once: it is the key of its row")
         print(undisturbed(options, where / "undisturbed.db"))
         same = reported(options, where / "cut-off.db") == reported(options, where / "undisturbed.db")
     print("the reports are the same, times aside" if same else "the reports differ")

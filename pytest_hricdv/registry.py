@@ -36,7 +36,7 @@ FEATURES = MappingProxyType(
         "closing": ("feature", "records", "view"),
         "campaign": ("records", "view"),
         "verification_plan": ("feature",),
-        "cluster": ("feature", "remote"),
+        "cluster": ("feature",),
         "diagnosis": ("feature", "records", "merging", "view", "commands"),
         "audit": ("feature", "records"),  # before what follows failures up: some are none
         "search": ("feature", "records", "view"),

@@ -159,15 +159,15 @@ def mutate(test: ConcreteTest, space: Concretization, step: float, rng: Random) 
     certain = spots[random_index(rng, len(spots))]
     chosen = {spot for spot in spots if rng.random() * len(spots) < 1.0} | {certain}
 
-    def changed(place: int, parameters: Parameters, samplers: Mapping[str, Sampler]) -> Parameters:
+    def vary(place: int, parameters: Parameters, samplers: Mapping[str, Sampler]) -> Parameters:
         values = dict(parameters)
         for name in sorted(name for spot, name in chosen if spot == place):
             values[name] = _other_value(values[name], samplers[name], step, rng)
         return values
 
-    run = changed(0, test.run, space.run)
+    run = vary(0, test.run, space.run)
     others = (
-        replace(action, parameters=changed(place, action.parameters, space.commands.get(action.command, {})))
+        replace(action, parameters=vary(place, action.parameters, space.commands.get(action.command, {})))
         for place, action in enumerate(test.actions, 1)
     )
     return replace(test, actions=tuple(others), run=run)

@@ -61,18 +61,18 @@ def shrink(
     Returns:
         The shortest test that failed, also if the budget was spent or the user pressed Ctrl-C.
     """
-    shrinking = _Shrinking(test, space, fails, budget, on_progress)
+    shrinker = _Shrinker(test, space, fails, budget, on_progress)
     ended: Ended = "done"
     try:
-        shrinking.run()
+        shrinker.run()
     except BudgetSpentError as spent:
         ended = spent.ended
     except KeyboardInterrupt:
         ended = "interrupted"
-    return Shrunk(shrinking.best, budget.used, budget.elapsed_s, ended)
+    return Shrunk(shrinker.best, budget.used, budget.elapsed_s, ended)
 
 
-class _Shrinking:
+class _Shrinker:
     def __init__(
         self,
         test: ConcreteTest,
@@ -116,7 +116,7 @@ class _Shrinking:
             return
         count = 2
         while len(parts) > 1:
-            kept = self._reduced(whole, _chunks(parts, count))
+            kept = self._reduce(whole, _chunks(parts, count))
             if kept is not None:
                 parts, count = kept, max(2, min(count - 1, len(kept)))
             elif count < len(parts):
@@ -124,7 +124,7 @@ class _Shrinking:
             else:
                 return
 
-    def _reduced(self, whole: ConcreteTest, chunks: list[Sequence[Places]]) -> Sequence[Places] | None:
+    def _reduce(self, whole: ConcreteTest, chunks: list[Sequence[Places]]) -> Sequence[Places] | None:
         """The first of these that fails: one chunk, or all chunks but one."""
         without = [list(chain.from_iterable(chunks[:left] + chunks[left + 1 :])) for left in range(len(chunks))]
         for kept in (*chunks, *without):
@@ -212,7 +212,7 @@ def shrink_candidates(value: float, sampler: Sampler) -> tuple[float, ...]:
     them are in the range. The candidates for a candidate are those before it in the list, so that shrinking ends.
     """
     simpler: list[float] = []
-    for candidate in (*sampler.simple_values(), *_rounded(value, sampler)):
+    for candidate in (*sampler.simple_values(), *_round(value, sampler)):
         if candidate == value:
             break
         if candidate not in simpler:
@@ -220,7 +220,7 @@ def shrink_candidates(value: float, sampler: Sampler) -> tuple[float, ...]:
     return tuple(simpler)
 
 
-def _rounded(value: float, sampler: Sampler) -> Iterator[float]:
+def _round(value: float, sampler: Sampler) -> Iterator[float]:
     inside = sampler.then if isinstance(sampler, Sometimes) else sampler
     if not isinstance(inside, Uniform) or value == 0.0:
         return

@@ -26,9 +26,9 @@ record that differs in one run of twenty is found with probability 1 - 0.95**65 
 _PARTS = 10_000  # so that shares can be given to a hundredth of a per cent
 
 
-def chosen(plan: CampaignPlan, percent: float) -> Iterator[RunKey]:
+def select_runs(plan: CampaignPlan, percent: float) -> Iterator[RunKey]:
     """The runs to repeat: by their names, so that the same are whenever and wherever a campaign runs."""
-    for key in plan.everything():
+    for key in plan.run_keys():
         number = int.from_bytes(sha256(f"audit {plan.name(key)}".encode()).digest()[:8], "big")
         if number % _PARTS < percent * _PARTS / 100.0:
             yield key
@@ -38,9 +38,9 @@ def audit(execution: Execution, percent: float) -> None:
     """Repeat what is to be repeated and was not yet. Raises as `Execution.run`."""
     store = execution.store
     repeated = {repeat.key for repeat in store.repeats()}
-    done, workers = store.done(), store.workers()
+    done, workers = store.keys(), store.workers()
     by_worker: dict[str, list[RunKey]] = defaultdict(list)
-    for key in chosen(execution.plan, percent):
+    for key in select_runs(execution.plan, percent):
         if key in done and key not in repeated and (row := store.row(key)).outcome != LOST:
             by_worker[workers[row.worker].address].append(key)
     tasks = {}
@@ -48,16 +48,16 @@ def audit(execution: Execution, percent: float) -> None:
         for first in range(0, len(keys), TASK_RUNS):
             question = execution.question(keys[first : first + TASK_RUNS], avoid=address)
             tasks[question.key] = question
-    for _, answer in _asked(execution, deque(tasks.values())):
+    for _, answer in _ask(execution, deque(tasks.values())):
         hashes = store.hashes(run.key for run in _runs(answer))
         for run in _runs(answer):
             sha256 = run.result.record_sha256 or ""
-            parting = "" if sha256 == hashes[run.key] else _parting(execution, run.key, answer.worker.address)
+            parting = "" if sha256 == hashes[run.key] else _find_difference(execution, run.key, answer.worker.address)
             store.add_repeat(run.key, sha256, answer.worker, parting)
         execution.on_progress()
 
 
-def _asked(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
+def _ask(execution: Execution, queue: deque[Question]) -> Iterator[tuple[Question, Answer]]:
     for question, answer in execution.workers.answers(execution.service, queue, execution.on_progress):
         if not isinstance(answer, Lost):
             yield question, answer
@@ -67,11 +67,11 @@ def _runs(answer: Answer) -> list[RunReply]:
     return [msgspec.json.decode(line, type=RunReply) for line in answer.lines]
 
 
-def _parting(execution: Execution, key: RunKey, there: str) -> str:
+def _find_difference(execution: Execution, key: RunKey, there: str) -> str:
     """The first event at which the records of a run part, on the two workers that disagree."""
     first = execution.store.workers()[execution.store.row(key).worker].address
     queue = deque(execution.question([key], avoid=avoid, records=True) for avoid in (first, there))
-    records = [(answer.worker, run.record) for _, answer in _asked(execution, queue) for run in _runs(answer)]
+    records = [(answer.worker, run.record) for _, answer in _ask(execution, queue) for run in _runs(answer)]
     if len(records) < 2:
         return "the records cannot be compared: the run could not be done once more"
     (worker, record), (other, other_record) = sorted(records, key=lambda pair: pair[0].address)

@@ -23,7 +23,7 @@ from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.extra.campaign import audit
 from pytest_hricdv.extra.campaign.execution import CancelledError, Execution
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, plan
-from pytest_hricdv.extra.campaign.progress import Progress, outcomes
+from pytest_hricdv.extra.campaign.progress import CampaignProgress, outcomes
 from pytest_hricdv.extra.campaign.records import CAMPAIGN
 from pytest_hricdv.extra.campaign.reporting import campaign_report
 from pytest_hricdv.extra.campaign.row import LOST
@@ -52,14 +52,14 @@ def run(options: argparse.Namespace) -> int:
     project = cluster_of_campaign().project(
         of_project, root.resolve(), send=options.send_code, state=state, hidden=hidden
     )
-    with closing(_held(state, now)) as store:
+    with closing(_open_store(state, now)) as store:
         if options.retry_lost:
             store.forget_lost()
         store.begin(datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), now)
-        progress = Progress(store, now.runs)
+        progress = CampaignProgress(store, now.runs)
         progress.say(_headline(options, now, store.counts()))
         why = _execute(options, now, store, project, progress)
-        return _ended(options.state, now, store, progress, why)
+        return _tell_end(options.state, now, store, progress, why)
 
 
 def cluster_of_campaign() -> Remote:
@@ -76,17 +76,17 @@ def _arguments(options: argparse.Namespace) -> tuple[str, ...]:
     return (f"--hri-suite={options.suite}", f"--hri-seed={options.seed}", *tests, *options.pytest)
 
 
-def _held(path: Path, now: CampaignPlan) -> Store:
+def _open_store(path: Path, now: CampaignPlan) -> Store:
     """The store, new or old, which nobody else writes. Raises CampaignError where it is of another campaign."""
     if not path.exists():
-        store = Store.created(path, now)
+        store = Store.create(path, now)
         store.hold()
         return store
-    store = Store.opened(path)
+    store = Store.open(path)
     store.hold()
     differ = store.plan().difference(now)
     if differ:
-        stored = store.counts().stored
+        stored = store.counts().runs
         store.close()
         raise CampaignError(
             f"{path}: its {stored:,} runs are of another campaign: {differ}. Runs of different code stand in no common "
@@ -97,12 +97,12 @@ def _held(path: Path, now: CampaignPlan) -> Store:
 
 def _headline(options: argparse.Namespace, now: CampaignPlan, counts: Counts) -> str:
     tests = f"{len(now.planned.tests):,} abstract tests, {now.concretizations} seeds of each"
-    done = f"; {counts.stored:,} are done" if counts.stored else ""
+    done = f"; {counts.runs:,} are done" if counts.runs else ""
     return f"campaign {options.state}: {tests}: {now.runs:,} runs{done}; on {options.cluster}"
 
 
 def _execute(
-    options: argparse.Namespace, now: CampaignPlan, store: Store, project: RemoteProject, progress: Progress
+    options: argparse.Namespace, now: CampaignPlan, store: Store, project: RemoteProject, progress: CampaignProgress
 ) -> str:
     """Run what is missing; returns why it ended before all was done."""
     began_s = time.monotonic()
@@ -120,17 +120,17 @@ def _execute(
     except ClusterError as error:
         return str(error)
     finally:
-        store.lasted(round(time.monotonic() - began_s, 3))
+        store.record_duration(round(time.monotonic() - began_s, 3))
     return ""
 
 
-def _ended(state: Path, now: CampaignPlan, store: Store, progress: Progress, why: str) -> int:
+def _tell_end(state: Path, now: CampaignPlan, store: Store, progress: CampaignProgress, why: str) -> int:
     counts = store.counts()
     if why:
         progress.say(f"ended before all was done: {why}")
     for text in _summary(now, store, counts):
         progress.say(text)
-    if counts.stored < now.runs or why:
+    if counts.runs < now.runs or why:
         progress.say("the same command goes on with it")
         return UNFINISHED
     progress.say(f"its report: python -m pytest_hricdv.campaign report --state={state}")
@@ -140,12 +140,12 @@ def _ended(state: Path, now: CampaignPlan, store: Store, progress: Progress, why
 
 def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
     """How far a campaign is, and what is wrong with it."""
-    yield f"expected {now.runs:,}, stored {counts.stored:,}: {outcomes(counts.outcomes)}"
-    if 0 < now.runs - counts.stored <= _SHOWN:
-        done = store.done()
-        yield f"missing: {', '.join(now.name(key) for key in now.everything() if key not in done)}"
+    yield f"expected {now.runs:,}, stored {counts.runs:,}: {outcomes(counts.outcomes)}"
+    if 0 < now.runs - counts.runs <= _SHOWN:
+        done = store.keys()
+        yield f"missing: {', '.join(now.name(key) for key in now.run_keys() if key not in done)}"
     yield f"repeated {counts.repeated:,}, on another worker where there is one, of which {counts.differing:,} differ"
-    lost = store.lost()
+    lost = store.losses()
     for key, reason in lost[:_SHOWN]:
         yield f"lost: {now.name(key)}: {reason}"
     if len(lost) > _SHOWN:
@@ -157,7 +157,7 @@ def _summary(now: CampaignPlan, store: Store, counts: Counts) -> Iterator[str]:
 
 def status(options: argparse.Namespace) -> int:
     """How far a campaign is, and who has worked for it."""
-    with closing(Store.opened(options.state.resolve())) as store:
+    with closing(Store.open(options.state.resolve())) as store:
         now, counts = store.plan(), store.counts()
         command = visible(shlex.join(now.planned.arguments))
         print(f"campaign {options.state}: pytest {command}, {now.concretizations} seeds of a test")
@@ -176,7 +176,7 @@ def status(options: argparse.Namespace) -> int:
 
 def cancel(options: argparse.Namespace) -> int:
     """Let whoever runs the campaign end it in an orderly way."""
-    with closing(Store.opened(options.state.resolve())) as store:
+    with closing(Store.open(options.state.resolve())) as store:
         store.cancel()
     print(f"{options.state}: whoever runs it stops within seconds; what is stored is kept")
     return OK
@@ -184,9 +184,9 @@ def cancel(options: argparse.Namespace) -> int:
 
 def report(options: argparse.Namespace) -> int:
     """Write the report of all runs, and check the gates of the project."""
-    with closing(Store.opened(options.state.resolve())) as store:
+    with closing(Store.open(options.state.resolve())) as store:
         now = store.plan()
-        if not store.counts().stored:
+        if not store.counts().runs:
             raise CampaignError(f"{options.state}: no run is stored yet: there is nothing to report")
         made, problem = campaign_report(store, now, options.most, options.output)
     checked = check_gates(
@@ -212,8 +212,8 @@ def _failures(made: Report) -> Iterator[str]:
     """What fails a campaign beside the gates of a session, a sentence each."""
     result = CAMPAIGN.of(made)
     assert result is not None, "it is a campaign's"
-    if result.missing:
-        yield f"{result.missing:,} of {result.expected:,} runs have no outcome: totals are lower bounds"
+    if result.not_run:
+        yield f"{result.not_run:,} of {result.expected:,} runs have no outcome: totals are lower bounds"
     if result.lost:
         yield f"{len(result.lost):,} runs were lost: {_some(run.id for run in result.lost)}"
     if result.differing:
@@ -233,7 +233,7 @@ def _some(names: Iterable[str]) -> str:
 
 def export(options: argparse.Namespace) -> int:
     """Write a row a run for other tools."""
-    with closing(Store.opened(options.state.resolve())) as store:
+    with closing(Store.open(options.state.resolve())) as store:
         rows = write_parquet(store, store.plan(), options.parquet)
     print(f"{options.parquet}: {rows:,} runs")
     return OK

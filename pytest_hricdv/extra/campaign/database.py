@@ -40,7 +40,7 @@ _STRANGE_KEYS = "SELECT count(*) FROM {} WHERE typeof(test) != 'integer' OR type
 OR test >= ? OR k < 0 OR k >= ?"
 
 
-def opened(path: Path) -> sqlite3.Connection:
+def connect(path: Path) -> sqlite3.Connection:
     """A connection to the file, which is made where it is missing.
 
     Raises:
@@ -70,9 +70,9 @@ def check_tables(path: Path, connection: sqlite3.Connection) -> None:
     tables = _tables(connection)
     for name, statement in expected.items():
         if tables.get(name) != statement:
-            raise damaged(path, f"its table {name} is {'another one' if name in tables else 'missing'}")
+            raise damage_error(path, f"its table {name} is {'another one' if name in tables else 'missing'}")
     if strange := sorted(kind for kind, _ in tables.values() if kind in ("view", "trigger")):
-        raise damaged(path, f"there is a {strange[0]} in it, and campaigns have none")
+        raise damage_error(path, f"there is a {strange[0]} in it, and campaigns have none")
 
 
 def _tables(connection: sqlite3.Connection) -> dict[str, tuple[str, str]]:
@@ -86,29 +86,29 @@ def check_keys(path: Path, connection: sqlite3.Connection, tests: int) -> None:
     for table in ("runs", "results", "again"):
         (count,) = connection.execute(_STRANGE_KEYS.format(table), (tests, _MOST_K)).fetchone()
         if count:
-            raise damaged(path, f"{count:,} rows of {table} are of no test of its plan")
+            raise damage_error(path, f"{count:,} rows of {table} are of no test of its plan")
 
 
 @contextmanager
-def located(path: Path) -> Iterator[None]:
+def error_location(path: Path) -> Iterator[None]:
     """Errors of the file, with its name and what to do."""
     try:
         yield
     except sqlite3.OperationalError as error:
         if "no such table" in str(error):
-            raise damaged(path, error) from None
+            raise damage_error(path, error) from None
         raise CampaignError(
             f"{path}: cannot be read or written: {error}; what was stored before is kept, and the same command goes on"
         ) from None
     except OSError as error:
         raise CampaignError(f"{error.filename or path}: {error.strerror or error}") from None
     except (sqlite3.DatabaseError, msgspec.MsgspecError, ValueError, OverflowError, GenerateError) as error:
-        raise damaged(path, error) from None
+        raise damage_error(path, error) from None
     except RecursionError:
-        raise damaged(path, "nested too deeply") from None
+        raise damage_error(path, "nested too deeply") from None
 
 
-def damaged(path: Path, why: object) -> CampaignError:
+def damage_error(path: Path, why: object) -> CampaignError:
     """The error of a file that is no campaign's, or no longer."""
     return CampaignError(
         f"{path}: damaged, or no campaign ({why}): 'sqlite3 {path} .recover' may save its rows; otherwise give "

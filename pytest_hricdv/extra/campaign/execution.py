@@ -66,8 +66,8 @@ class Execution:
             CampaignError: the store cannot be written.
             CancelledError: somebody asked to stop.
         """
-        done = self.store.done()
-        missing = [key for key in self.plan.everything() if key not in done]
+        done = self.store.keys()
+        missing = [key for key in self.plan.run_keys() if key not in done]
         size = min(TASK_RUNS, max(1, len(missing) // (SHARES * max(1, self.workers.threads))))
         tasks = [missing[first : first + size] for first in range(0, len(missing), size)]
         keys: dict[str, list[RunKey]] = {}
@@ -75,7 +75,7 @@ class Execution:
         for task in tasks:
             self._put(task, keys, queue)
         for question, answer in self.workers.answers(self.service, queue, self._tick):
-            for again in self._taken(keys[question.key], answer):
+            for again in self._store_answer(keys[question.key], answer):
                 self._put(again, keys, queue)
             self.on_progress()
 
@@ -92,10 +92,10 @@ class Execution:
 
     def _request(self, key: RunKey) -> RunRequest:
         run = self.plan.run(key)
-        seeds = {suite.name: suite.seed for suite in self.plan.declared.suites}
+        seeds = {suite.name: suite.seed for suite in self.plan.initial_report.suites}
         return RunRequest(key, run.suite, seeds[run.suite], run.nodeid, run.test.to_data())
 
-    def _taken(self, task: list[RunKey], answer: Answer | Lost) -> Iterable[list[RunKey]]:
+    def _store_answer(self, task: list[RunKey], answer: Answer | Lost) -> Iterable[list[RunKey]]:
         """Stores what came back; returns the tasks that are to be done again."""
         if isinstance(answer, Lost):
             if len(task) == 1:

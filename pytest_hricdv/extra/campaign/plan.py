@@ -34,7 +34,7 @@ class PlannedTest(msgspec.Struct, frozen=True):
     data: dict[str, object]
 
 
-class Planned(msgspec.Struct, frozen=True):
+class CampaignBasis(msgspec.Struct, frozen=True):
     """What pytest finds.
 
     Args:
@@ -75,7 +75,7 @@ class CampaignPlan:
         concretizations: of each test.
     """
 
-    planned: Planned
+    planned: CampaignBasis
     concretizations: int
 
     @property
@@ -83,7 +83,7 @@ class CampaignPlan:
         """How many there are."""
         return len(self.planned.tests) * self.concretizations
 
-    def everything(self) -> Iterator[RunKey]:
+    def run_keys(self) -> Iterator[RunKey]:
         """Of all runs: first all tests with the first seed, then with the next one, so that an early look is fair."""
         return ((test, k) for k in range(self.concretizations) for test in range(len(self.planned.tests)))
 
@@ -105,15 +105,15 @@ class CampaignPlan:
         return variant(self.tests[key[0]], key[1]).id
 
     @cached_property
-    def declared(self) -> Report:
+    def initial_report(self) -> Report:
         """The report before the first result; how long generation took is left out, as it depends on pytest's cache."""
         report = from_json(bytes(self.planned.declared).decode(), Report)
         options = tuple(option for option in report.rerun.options if not option.startswith("--hri-concretizations"))
         options = (*options, f"--hri-concretizations={self.concretizations}")
         rerun = msgspec.structs.replace(report.rerun, options=options)
-        return msgspec.structs.replace(report, rerun=rerun, suites=tuple(map(self._sized, report.suites)))
+        return msgspec.structs.replace(report, rerun=rerun, suites=tuple(map(self._resize, report.suites)))
 
-    def _sized(self, suite: SuiteResult) -> SuiteResult:
+    def _resize(self, suite: SuiteResult) -> SuiteResult:
         tests = sum(test.suite == suite.name for test in self.planned.tests)
         generation = msgspec.structs.replace(suite.generation, wall_s=0.0, cached=False)
         return msgspec.structs.replace(suite, size=self.concretizations * tests, generation=generation)
@@ -125,7 +125,7 @@ class CampaignPlan:
     @classmethod
     def from_json(cls, text: bytes) -> CampaignPlan:
         """The plan that `to_json` wrote. Raises msgspec.DecodeError."""
-        kept = msgspec.json.decode(text, type=_Kept)
+        kept = msgspec.json.decode(text, type=_PlanFile)
         return cls(kept.planned, kept.concretizations)
 
     def difference(self, now: CampaignPlan) -> str:
@@ -140,8 +140,8 @@ class CampaignPlan:
         return ""
 
 
-class _Kept(msgspec.Struct):
-    planned: Planned
+class _PlanFile(msgspec.Struct):
+    planned: CampaignBasis
     concretizations: int
 
 
@@ -162,7 +162,7 @@ def plan(arguments: tuple[str, ...], concretizations: int, root: Path) -> Campai
             (line,) = process.answer()
     except ProcessError as error:
         raise CampaignError(f"the tests cannot be planned: {error}") from None
-    planned = msgspec.json.decode(line, type=Planned)
+    planned = msgspec.json.decode(line, type=CampaignBasis)
     if not planned.tests:
         raise CampaignError(f"{' '.join(arguments)}: no tests: there is nothing to run")
     return CampaignPlan(planned, concretizations)

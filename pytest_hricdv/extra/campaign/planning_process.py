@@ -28,7 +28,7 @@ class PlanningJob:
     arguments: tuple[str, ...]
 
 
-class _Planning:
+class _Planner:
     """A plugin of pytest that answers what was collected."""
 
     def __init__(self, job: PlanningJob, write: Callable[[bytes], None]) -> None:
@@ -69,7 +69,7 @@ def main() -> None:
     with session() as (messages, write), tempfile.TemporaryDirectory() as folder:
         job = msgspec.json.decode(messages.readline(), type=PlanningJob)
         arguments = [*job.arguments, f"--hri-report={folder}", *_WITHOUT]
-        status = pytest.main(arguments, plugins=[_Planning(job, write)])
+        status = pytest.main(arguments, plugins=[_Planner(job, write)])
     sys.exit(int(status))
 
 

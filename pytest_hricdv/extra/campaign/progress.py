@@ -25,7 +25,7 @@ def outcomes(counts: Mapping[str, int]) -> str:
     return f"{failed:,} failed, {lost:,} lost"
 
 
-class Progress:
+class CampaignProgress:
     """Tells how far a campaign is.
 
     Args:
@@ -40,7 +40,7 @@ class Progress:
         self._stream = stream
         self._began_s = self._last_s = time.monotonic()
         self._before = store.counts()
-        self._step = self._stored_at_step(self._before.stored)
+        self._step = self._step_of(self._before.runs)
         self._rewrites = stream.isatty()
         self._has_line = False
 
@@ -51,7 +51,7 @@ class Progress:
             return
         self._last_s = now_s
         counts = self._store.counts()
-        step = self._stored_at_step(counts.stored)
+        step = self._step_of(counts.runs)
         if self._rewrites:
             line = fitting(self._texts(now_s), shutil.get_terminal_size().columns - 1)  # one that wraps leaves a rest
             self._stream.write(f"\r\x1b[2K{line}")
@@ -64,11 +64,11 @@ class Progress:
     def _texts(self, now_s: float) -> list[str]:
         """The fullest first: then without the speed, the time left, and the outcomes."""
         counts, took_s = self._store.counts(), max(1e-9, now_s - self._began_s)
-        done = counts.stored - self._before.stored
+        done = counts.runs - self._before.runs
         speed = (counts.sim_s - self._before.sim_s) / took_s
-        left = (self._expected - counts.stored) * took_s / done if done else None
-        start = [f"{counts.stored:,} of {self._expected:,} runs", outcomes(counts.outcomes)]
-        end = [time_left(left)] if left is not None and counts.stored < self._expected else []
+        left = (self._expected - counts.runs) * took_s / done if done else None
+        start = [f"{counts.runs:,} of {self._expected:,} runs", outcomes(counts.outcomes)]
+        end = [time_left(left)] if left is not None and counts.runs < self._expected else []
         fullest = [*start, f"{speed:,.0f} simulated s a second", *end]
         return [", ".join(parts) for parts in (fullest, [*start, *end], start, start[:1])]
 
@@ -80,5 +80,5 @@ class Progress:
         self._stream.write(f"{visible(text)}\n")
         self._stream.flush()
 
-    def _stored_at_step(self, stored: int) -> int:
+    def _step_of(self, stored: int) -> int:
         return stored * STEPS // max(1, self._expected)

@@ -117,7 +117,7 @@ class CampaignResult(PlainRecord, frozen=True, kw_only=True):
     differing: tuple[DifferingRun, ...]
 
     @property
-    def missing(self) -> int:
+    def not_run(self) -> int:
         """Runs without an outcome."""
         return self.expected - self.stored
 

@@ -11,7 +11,7 @@ from msgspec import structs
 
 from pytest_hricdv._base.contained import files_inside
 from pytest_hricdv._base.project_files import differences
-from pytest_hricdv.extra.campaign.database import damaged, located
+from pytest_hricdv.extra.campaign.database import damage_error, error_location
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignResult, DifferingRun, LostRun
 from pytest_hricdv.extra.campaign.statistics import Statistics
@@ -36,18 +36,18 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
         CampaignError: the store is damaged.
         OSError: the folder cannot be written.
     """
-    statistics = Statistics(sorted(plan.declared.requirements))
+    statistics = Statistics(sorted(plan.initial_report.requirements))
     keys = []
-    with located(store.path):
+    with error_location(store.path):
         for row in store.rows():
             statistics.add(row)
             keys.append(row.key)
-    listed = keys if len(keys) <= most else statistics.kept()
+    listed = keys if len(keys) <= most else statistics.runs_to_keep()
     results = tuple(_results(store, plan, listed, output))
     counts = store.counts()
-    with located(store.path):
-        check_report(structs.replace(plan.declared, tests=results))
-        report, problem = assemble(plan.declared, results, {}, counts.wall_s)
+    with error_location(store.path):
+        check_report(structs.replace(plan.initial_report, tests=results))
+        report, problem = assemble(plan.initial_report, results, {}, counts.wall_s)
     campaign = CampaignResult(
         expected=plan.runs,
         stored=len(keys),
@@ -60,7 +60,7 @@ def campaign_report(store: Store, plan: CampaignPlan, most: int, output: Path) -
         tests=tuple(statistics.of_tests(plan)),
         lost=tuple(LostRun(id=plan.name(key), reason=reason) for key, reason in statistics.lost),
         repeated=counts.repeated,
-        differing=tuple(_differing(store, plan)),
+        differing=tuple(_differences(store, plan)),
     )
     report = structs.replace(report, campaign=campaign)
     for associated in offers("merging", "associated"):
@@ -75,26 +75,26 @@ def _results(store: Store, plan: CampaignPlan, keys: list[RunKey], output: Path)
             path.unlink()
     for key, result, replay in store.results(keys):
         if result.id != plan.name(key):
-            raise damaged(store.path, f"the run of {plan.name(key)} has the result of {result.id}")
+            raise damage_error(store.path, f"the run of {plan.name(key)} has the result of {result.id}")
         if not replay:
             yield result
             continue
-        path = files.write_inside(output, f"{FOLDER}/{result.id}.json", _checked(store, result, replay))
+        path = files.write_inside(output, f"{FOLDER}/{result.id}.json", _check_replay(store, result, replay))
         yield structs.replace(result, replay=os.path.relpath(path))
 
 
-def _checked(store: Store, result: TestResult, replay: str) -> str:
+def _check_replay(store: Store, result: TestResult, replay: str) -> str:
     """The text of a replay file, which is one, and of this run."""
-    with located(store.path):
+    with error_location(store.path):
         try:
             if Replay.from_json(replay, f"replay of {result.id}").test.id == result.id:
                 return replay
         except ReplayError as error:
-            raise damaged(store.path, error) from None
+            raise damage_error(store.path, error) from None
         raise ValueError(f"the replay of {result.id} is of another test")
 
 
-def _differing(store: Store, plan: CampaignPlan) -> Iterator[DifferingRun]:
+def _differences(store: Store, plan: CampaignPlan) -> Iterator[DifferingRun]:
     repeats, workers = store.repeats(), store.workers()
     hashes = store.hashes(repeat.key for repeat in repeats)
     for repeat in repeats:

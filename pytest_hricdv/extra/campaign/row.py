@@ -22,7 +22,7 @@ Judgement = tuple[Literal["Passed", "Failed", "NC"], Count, Number | None]
 """Verdict of a requirement, how often it was triggered, and its margin."""
 
 
-class RunSummary(msgspec.Struct, frozen=True):
+class RowSummary(msgspec.Struct, frozen=True):
     """What a run contributes to sums; nothing for a lost run, but the reason.
 
     Args:
@@ -41,7 +41,7 @@ class RunSummary(msgspec.Struct, frozen=True):
     branches: Bits = "0x0"
 
     @classmethod
-    def of_result(cls, result: TestResult) -> RunSummary:
+    def of_result(cls, result: TestResult) -> RowSummary:
         """Summarize the result of a run."""
         judged = [result.requirements[name] for name in sorted(result.requirements)]
         statements, branches = result.code.bits if result.code else ("0x0", "0x0")
@@ -64,7 +64,7 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
     sim_s: NotNegative
     sha256: str
     worker: Count
-    summary: RunSummary
+    summary: RowSummary
 
     @property
     def key(self) -> RunKey:

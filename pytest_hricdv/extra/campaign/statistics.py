@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from pytest_hricdv.extra.campaign.plan import CampaignPlan, RunKey
 from pytest_hricdv.extra.campaign.records import CampaignRequirement, CampaignTest, FailedShare, LeastMargin
-from pytest_hricdv.extra.campaign.row import LOST, Row, RunSummary
+from pytest_hricdv.extra.campaign.row import LOST, Row, RowSummary
 from pytest_hricdv.results.proportion import share
 
 FAILED, PASSED, NC = "Failed", "Passed", "NC"
@@ -61,7 +61,7 @@ class Statistics:
             if margin is not None and (name not in test.least or margin < test.least[name][0]):
                 test.least[name] = margin, row.key
 
-    def _adds_coverage(self, summary: RunSummary, verdicts: Mapping[str, str]) -> bool:
+    def _adds_coverage(self, summary: RowSummary, verdicts: Mapping[str, str]) -> bool:
         """Whether it hits what no run before did: code, bins, verdicts."""
         points = {(name, *hit) for name, hits in summary.bins.items() for hit in hits}
         points |= {judged for judged in verdicts.items() if judged[1] != NC}
@@ -82,7 +82,7 @@ class Statistics:
         """The least margin of a requirement, and the first run that has it."""
         return min((test.least[name] for test in self._tests.values() if name in test.least), default=None)
 
-    def kept(self) -> list[RunKey]:
+    def runs_to_keep(self) -> list[RunKey]:
         """The runs that are worth keeping: see `CampaignTest`."""
         tightest = [least[1] for name in self.requirements if (least := self.least(name)) is not None]
         return sorted({*tightest, *(key for test in self._tests.values() for key in test.keep)})
@@ -100,7 +100,7 @@ class Statistics:
             failed=counts[FAILED],
             nc=counts[NC],
             triggers=self.triggers[name],
-            share=failed_share(counts),
+            share=failure_share(counts),
             ever=sum(by_verdict[FAILED] > 0 for by_verdict in verdicts),
             always=sum(0 < by_verdict[FAILED] == by_verdict.total() for by_verdict in verdicts),
             # A unary plus leaves the counts of 0 out.
@@ -110,7 +110,7 @@ class Statistics:
 
     def of_tests(self, plan: CampaignPlan) -> Iterator[CampaignTest]:
         """Each abstract test over all of its seeds."""
-        kept = {key: plan.name(key) for key in self.kept()}
+        kept = {key: plan.name(key) for key in self.runs_to_keep()}
         by_test: dict[int, list[str]] = {}
         for key, name in kept.items():
             by_test.setdefault(key[0], []).append(name)
@@ -120,17 +120,17 @@ class Statistics:
                 suite=plan.planned.tests[number].suite,
                 runs=test.outcomes.total(),
                 outcomes=dict(sorted(test.outcomes.items())),
-                failed={name: failed_share(counts) for name, counts in test.verdicts.items() if counts[FAILED]},
-                least=_named(test.least, plan),
+                failed={name: failure_share(counts) for name, counts in test.verdicts.items() if counts[FAILED]},
+                least=_margins(test.least, plan),
                 keep=tuple(by_test.get(number, ())),
             )
 
 
-def _named(least: Mapping[str, tuple[float, RunKey]], plan: CampaignPlan) -> dict[str, LeastMargin]:
+def _margins(least: Mapping[str, tuple[float, RunKey]], plan: CampaignPlan) -> dict[str, LeastMargin]:
     return {name: LeastMargin(margin=margin, run=plan.name(key)) for name, (margin, key) in least.items()}
 
 
-def failed_share(counts: Mapping[str, int]) -> FailedShare:
+def failure_share(counts: Mapping[str, int]) -> FailedShare:
     """The share of the runs that violated a requirement, of verdict -> runs."""
     failed, checked = counts.get(FAILED, 0), counts.get(FAILED, 0) + counts.get(PASSED, 0)
     interval = share(failed, checked)

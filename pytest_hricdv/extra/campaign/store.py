@@ -19,9 +19,9 @@ from typing import Self
 import msgspec
 
 from pytest_hricdv._base.input_file import MAX_REPORT_BYTES, unpacked
-from pytest_hricdv.extra.campaign.database import TABLES, check_keys, check_tables, located, opened
+from pytest_hricdv.extra.campaign.database import TABLES, check_keys, check_tables, connect, error_location
 from pytest_hricdv.extra.campaign.plan import CampaignError, CampaignPlan, RunKey
-from pytest_hricdv.extra.campaign.row import LOST, Row, RunSummary, read_row
+from pytest_hricdv.extra.campaign.row import LOST, Row, RowSummary, read_row
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.consistency import check_report
 from pytest_hricdv.results.folder_lock import FolderLock, LockedError
@@ -52,13 +52,13 @@ class Counts:
     differing: int
 
     @property
-    def stored(self) -> int:
+    def runs(self) -> int:
         """Runs that have an outcome."""
         return sum(self.outcomes.values())
 
 
 class Store:
-    """A campaign's file. Made by `created` or `opened`.
+    """A campaign's file. Made by `create` or `open`.
 
     All methods raise CampaignError where the file is damaged or cannot be written.
     """
@@ -69,14 +69,14 @@ class Store:
         self._lock: FolderLock | None = None
 
     @classmethod
-    def created(cls, path: Path, plan: CampaignPlan) -> Self:
+    def create(cls, path: Path, plan: CampaignPlan) -> Self:
         """A new store. Raises CampaignError where there is a file already."""
         if path.exists():
             raise CampaignError(f"{path}: there is such a file already")
         if not path.parent.is_dir():
             raise CampaignError(f"{path}: there is no folder {path.parent}")
-        with located(path):
-            store = cls(path, opened(path))
+        with error_location(path):
+            store = cls(path, connect(path))
             with store._connection:
                 store._connection.executescript(TABLES)
                 store._put("schema", SCHEMA.encode())
@@ -84,14 +84,14 @@ class Store:
         return store
 
     @classmethod
-    def opened(cls, path: Path) -> Self:
+    def open(cls, path: Path) -> Self:
         """The store in a file. Raises CampaignError where there is none."""
         if not path.is_file():
             raise CampaignError(
                 f"{path}: no such campaign: 'python -m pytest_hricdv.campaign run --state={path}' begins one"
             )
-        with located(path):
-            store = cls(path, opened(path))
+        with error_location(path):
+            store = cls(path, connect(path))
             schema = store._schema()
             if schema != SCHEMA.encode():
                 raise CampaignError(f"{path}: expected a campaign of schema {SCHEMA}, found {schema!r}")
@@ -119,42 +119,42 @@ class Store:
 
     def plan(self) -> CampaignPlan:
         """What the campaign runs. Of all runs that are stored, the tests are in it."""
-        with located(self.path):
+        with error_location(self.path):
             plan = CampaignPlan.from_json(unpacked(self._get("plan") or b"", MAX_REPORT_BYTES))
             check_keys(self.path, self._connection, len(plan.tests))
-            check_report(plan.declared)
+            check_report(plan.initial_report)
         return plan
 
     def begin(self, utc: str, plan: CampaignPlan) -> None:
         """A session begins; the number of concretizations may have grown."""
-        with located(self.path), self._connection:
+        with error_location(self.path), self._connection:
             self._put("plan", zlib.compress(plan.to_json()))
             self._connection.execute("DELETE FROM campaign WHERE name = 'cancelled'")
             self._connection.execute("INSERT INTO sessions VALUES (?, 0)", (utc,))
 
-    def lasted(self, wall_s: float) -> None:
+    def record_duration(self, wall_s: float) -> None:
         """The session has lasted so long (s)."""
-        with located(self.path), self._connection:
+        with error_location(self.path), self._connection:
             self._connection.execute(
                 "UPDATE sessions SET wall_s = ? WHERE rowid = (SELECT max(rowid) FROM sessions)", (wall_s,)
             )
 
     def cancel(self) -> None:
         """Ask whoever runs this campaign to stop."""
-        with located(self.path), self._connection:
+        with error_location(self.path), self._connection:
             self._put("cancelled", b"")
 
     @property
     def is_cancelled(self) -> bool:
         """Whether somebody asked to stop."""
-        with located(self.path):
+        with error_location(self.path):
             return self._get("cancelled") is not None
 
     def add(self, key: RunKey, result: TestResult, replay: str, worker: WorkerName) -> None:
         """Keep a run; one that is there already stays, and where it differs, both are kept."""
-        with located(self.path), self._connection:
+        with error_location(self.path), self._connection:
             number, sha256 = self._worker(worker), result.record_sha256 or ""
-            if not self._insert(key, result.outcome, result.sim_s, sha256, number, RunSummary.of_result(result)):
+            if not self._insert(key, result.outcome, result.sim_s, sha256, number, RowSummary.of_result(result)):
                 self._repeat(key, sha256, number, "")
                 return
             # Level 1: a quarter of the size of a result of the table. Level 6: a fifth, in more than twice the time.
@@ -163,42 +163,42 @@ class Store:
 
     def add_lost(self, key: RunKey, reason: str) -> None:
         """Keep that a run cannot be done."""
-        with located(self.path), self._connection:
-            self._insert(key, LOST, 0.0, "", 0, RunSummary(note=reason))
+        with error_location(self.path), self._connection:
+            self._insert(key, LOST, 0.0, "", 0, RowSummary(note=reason))
 
-    def _insert(self, key: RunKey, outcome: str, sim_s: float, sha256: str, worker: int, summary: RunSummary) -> bool:
+    def _insert(self, key: RunKey, outcome: str, sim_s: float, sha256: str, worker: int, summary: RowSummary) -> bool:
         """Insert a row; False where the run has one already."""
         values = *key, outcome, sim_s, sha256, worker, encode(summary)
         inserted = self._connection.execute("INSERT OR IGNORE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", values)
         return inserted.rowcount > 0
 
-    def lost(self) -> list[tuple[RunKey, str]]:
+    def losses(self) -> list[tuple[RunKey, str]]:
         """Runs that cannot be done, and why."""
-        with located(self.path):
+        with error_location(self.path):
             rows = self._connection.execute("SELECT * FROM runs WHERE outcome = ? ORDER BY test, k", (LOST,))
             return [(row.key, row.summary.note) for row in map(read_row, rows)]
 
     def forget_lost(self) -> None:
         """Runs that were lost are done again."""
-        with located(self.path), self._connection:
+        with error_location(self.path), self._connection:
             self._connection.execute("DELETE FROM runs WHERE outcome = ?", (LOST,))
 
     def add_repeat(self, key: RunKey, sha256: str, worker: WorkerName, parting: str) -> None:
         """Keep what a run gave on another worker."""
-        with located(self.path), self._connection:
+        with error_location(self.path), self._connection:
             self._repeat(key, sha256, self._worker(worker), parting)
 
     def _repeat(self, key: RunKey, sha256: str, worker: int, parting: str) -> None:
         self._connection.execute("INSERT OR REPLACE INTO again VALUES (?, ?, ?, ?, ?)", (*key, sha256, worker, parting))
 
-    def done(self) -> set[RunKey]:
+    def keys(self) -> set[RunKey]:
         """Of all runs that have an outcome."""
-        with located(self.path):
+        with error_location(self.path):
             return set(self._connection.execute("SELECT test, k FROM runs"))
 
     def counts(self) -> Counts:
         """How far the campaign is."""
-        with located(self.path):
+        with error_location(self.path):
             grouped = self._connection.execute(
                 "SELECT outcome, count(*), total(sim_s) FROM runs GROUP BY outcome"
             ).fetchall()
@@ -211,18 +211,18 @@ class Store:
 
     def rows(self) -> Iterator[Row]:
         """All runs, by test and concretization."""
-        with located(self.path):
+        with error_location(self.path):
             for row in self._connection.execute("SELECT * FROM runs ORDER BY test, k"):
                 yield read_row(row)
 
     def row(self, key: RunKey) -> Row:
         """One run."""
-        with located(self.path):
+        with error_location(self.path):
             return read_row(self._connection.execute("SELECT * FROM runs WHERE test = ? AND k = ?", key).fetchone())
 
     def hashes(self, keys: Iterable[RunKey]) -> dict[RunKey, str]:
         """Of the records of these runs."""
-        with located(self.path):
+        with error_location(self.path):
             query = "SELECT sha256 FROM runs WHERE test = ? AND k = ?"
             stored = {key: self._connection.execute(query, key).fetchone() for key in keys}
             if lacking := [key for key, row in stored.items() if row is None]:
@@ -233,10 +233,10 @@ class Store:
         """The whole results of runs, and the texts of their replay files."""
         query = "SELECT result, replay FROM results WHERE test = ? AND k = ?"
         for key in keys:
-            with located(self.path):
+            with error_location(self.path):
                 row = self._connection.execute(query, key).fetchone()
             if row is not None:
-                with located(self.path):
+                with error_location(self.path):
                     packed, packed_replay = msgspec.convert(row, tuple[bytes, bytes])
                     replay = unpacked(packed_replay).decode() if packed_replay else ""
                     result = msgspec.json.decode(unpacked(packed), type=TestResult)
@@ -244,20 +244,20 @@ class Store:
 
     def repeats(self) -> list[Repeat]:
         """Runs that were done again, in order."""
-        with located(self.path):
+        with error_location(self.path):
             rows = self._connection.execute("SELECT test, k, sha256, worker, parting FROM again ORDER BY 1, 2, 4")
             again = msgspec.convert(list(rows), list[_Again])
             return [Repeat((row.test, row.k), row.sha256, row.worker, row.parting) for row in again]
 
     def workers(self) -> dict[int, WorkerName]:
         """Number -> worker."""
-        with located(self.path):
+        with error_location(self.path):
             rows = self._connection.execute("SELECT id, address, host, versions FROM workers ORDER BY id").fetchall()
-            return {row.id: row.named for row in msgspec.convert(rows, list[_Worker])}
+            return {row.id: row.name for row in msgspec.convert(rows, list[_Worker])}
 
     def runs_of_workers(self) -> dict[int, int]:
         """Number of a worker -> runs that it did."""
-        with located(self.path):
+        with error_location(self.path):
             return dict(self._connection.execute("SELECT worker, count(*) FROM runs WHERE worker > 0 GROUP BY worker"))
 
     def _worker(self, worker: WorkerName) -> int:
@@ -298,5 +298,5 @@ class _Worker(msgspec.Struct, array_like=True):
     versions: str
 
     @property
-    def named(self) -> WorkerName:
+    def name(self) -> WorkerName:
         return WorkerName(self.address, self.host, msgspec.convert(json.loads(self.versions), dict[str, str]))

@@ -31,7 +31,7 @@ def write_parquet(store: Store, plan: CampaignPlan, path: Path) -> int:
         raise CampaignError(
             "export --parquet: pyarrow is not installed: pip install 'pytest-hricdv[cluster]'"
         ) from None
-    names = sorted(plan.declared.requirements)
+    names = sorted(plan.initial_report.requirements)
     schema = arrow.schema(_columns(arrow, names))
     count, rows = 0, _records(store, plan, names)
     try:
@@ -71,11 +71,11 @@ def _records(store: Store, plan: CampaignPlan, names: list[str]) -> Iterator[dic
             "statements": int(row.summary.statements, 16).bit_count(),
             "branches": int(row.summary.branches, 16).bit_count(),
             "sim_s": row.sim_s,
-            **_judged(row, names),
+            **_requirement_cells(row, names),
         }
 
 
-def _judged(row: Row, names: list[str]) -> dict[str, object]:
+def _requirement_cells(row: Row, names: list[str]) -> dict[str, object]:
     cells: dict[str, object] = {}
     for name, (verdict, triggers, margin) in zip(names, row.summary.judgements, strict=False):
         cells |= {name: verdict, f"{name}_triggers": triggers, f"{name}_margin": margin}

@@ -33,14 +33,14 @@ class CampaignView(View):
             text = f"  {pad(visible(name), names)}{counts}  {share_text(judged.share)}"
             yield Line(text, "warn" if judged.failed else "plain")
         for text in notes(result):
-            yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.missing else "plain")
+            yield Line(visible(f"  {text}"), "bad" if result.lost or result.differing or result.not_run else "plain")
 
     def section(self, report: Report) -> PageSection | None:
         """All abstract tests."""
         result = CAMPAIGN.of(report)
         if result is None:
             return None
-        names = sorted(result.requirements, key=lambda name: (-_failed(result, name), by_requirement(name)))
+        names = sorted(result.requirements, key=lambda name: (-_failure_rate(result, name), by_requirement(name)))
         values = {
             "result": result,
             "meaning": meaning(result),
@@ -48,8 +48,8 @@ class CampaignView(View):
             "notes": list(notes(result)),
             "requirements": {name: result.requirements[name] for name in names},
             "share": share_text,
-            "tests": sorted(result.tests, key=lambda test: -failing(test.outcomes)),
-            "failing": failing,
+            "tests": sorted(result.tests, key=lambda test: -count_failures(test.outcomes)),
+            "failing": count_failures,
             "short": short,
             "worst": worst,
             "margins": margins,
@@ -82,17 +82,17 @@ def headline(result: CampaignResult) -> str:
 
 def meaning(result: CampaignResult) -> str:
     """`1 of 6 runs failed; most often R1, in 1 of the 3 runs that checked it.`."""
-    failed, runs = failing(result.outcomes), f"{result.stored:,} {'run' if result.stored == 1 else 'runs'}"
+    failed, runs = count_failures(result.outcomes), f"{result.stored:,} {'run' if result.stored == 1 else 'runs'}"
     text = f"{failed:,} of {runs} failed" if failed else f"None of {runs} failed"
-    name = max(result.requirements, key=lambda name: _failed(result, name), default="")
-    if not name or not _failed(result, name):
+    name = max(result.requirements, key=lambda name: _failure_rate(result, name), default="")
+    if not name or not _failure_rate(result, name):
         return f"{text}."
     share = result.requirements[name].share
     where = "the one run" if share.checked == 1 else f"{share.failed:,} of the {share.checked:,} runs"
     return f"{text}; most often {name}, in {where} that checked it."
 
 
-def failing(outcomes: Mapping[str, int]) -> int:
+def count_failures(outcomes: Mapping[str, int]) -> int:
     """Runs that failed, came to no end, or were lost."""
     return sum(outcomes.get(outcome, 0) for outcome in ("failed", "error", "lost"))
 
@@ -102,7 +102,7 @@ def short(test: CampaignTest, run: str) -> str:
     return run.removeprefix(f"{test.id}-") if run != test.id else "k0"
 
 
-def _failed(result: CampaignResult, name: str) -> float:
+def _failure_rate(result: CampaignResult, name: str) -> float:
     share = result.requirements[name].share
     return share.failed / share.checked if share.checked else 0.0
 
@@ -112,8 +112,8 @@ def notes(result: CampaignResult) -> Iterator[str]:
     outcomes = ", ".join(f"{count:,} {name.replace('-', ' ')}" for name, count in result.outcomes.items())
     if outcomes:
         yield f"outcomes: {outcomes}"
-    if result.missing:
-        yield f"{result.missing:,} runs have no outcome yet: the figures are of the others"
+    if result.not_run:
+        yield f"{result.not_run:,} runs have no outcome yet: the figures are of the others"
     for run in result.lost[:_MAX_LISTED]:
         yield f"lost: {run.id}: {run.reason}"
     if result.repeated:

@@ -24,7 +24,7 @@ from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concre
 NAME = "violations"
 
 STARTS = 5
-"""So many runs are varied for a requirement, one after the other. As of `pytest_hricdv.extra.search.searching`."""
+"""So many runs are varied for a requirement, one after the other, as `extra.search.violation_search` does."""
 
 WIDE = 0.5
 """Where nothing says what is nearer, parameters change by up to half of their ranges. Chosen; its effect was not

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv._base.project_files import differences
 from pytest_hricdv.extra.cluster import service as worker_side
-from pytest_hricdv.extra.cluster.address import Address
-from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Connection, connection
+from pytest_hricdv.extra.cluster.connection import CONNECT_S, GONE, Address, Connection, connection
 from pytest_hricdv.session.identity import plugin_versions
 from pytest_hricdv.session.remote import Answer, ClusterError, Lost, Question, Service
 
@@ -34,7 +33,7 @@ TICK_S = 0.5
 
 @dataclass
 class Cluster:
-    """Workers that answer questions. Made by `connected`.
+    """Workers that answer questions. Made by `connect`.
 
     Args:
         address: of the cluster.
@@ -75,7 +74,7 @@ class Cluster:
                     while queue and len(pending) < AHEAD * max(1, self.threads):
                         future = self._submit(service, queue[0])
                         pending[future] = queue.popleft()
-                    for future in self._done(pending):
+                    for future in self._wait(pending):
                         result = self._result(future, pending[future], queue)
                         question = pending.pop(future)
                         if result is not None:
@@ -111,7 +110,7 @@ class Cluster:
             allow_other_workers=bool(question.avoid) and not self.refused,
         )
 
-    def _done(self, pending: Mapping[Future[Any], Question]) -> list[Future[Any]]:
+    def _wait(self, pending: Mapping[Future[Any], Question]) -> list[Future[Any]]:
         from distributed import wait
 
         if not pending:
@@ -196,7 +195,7 @@ class Cluster:
 
 
 @contextmanager
-def connected(address: Address, say: Callable[[str], None]) -> Iterator[Cluster]:
+def connect(address: Address, say: Callable[[str], None]) -> Iterator[Cluster]:
     """A cluster with at least one worker.
 
     Raises:

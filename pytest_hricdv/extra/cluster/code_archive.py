@@ -33,7 +33,7 @@ class ArchiveError(Exception):
     """What was sent cannot be unpacked; the text says why."""
 
 
-def sent_files(root: Path, state: Path | None = None, hidden: Sequence[str] = ()) -> list[Path]:
+def files_to_send(root: Path, state: Path | None = None, hidden: Sequence[str] = ()) -> list[Path]:
     """The files of a project that workers need.
 
     Not hidden files, which keep what is nobody else's (`.env`, `.netrc`), hidden folders, environments, reports, and a
@@ -92,7 +92,7 @@ def pack(root: Path, files: Iterable[Path]) -> bytes:
 
     Args:
         root: the project's folder.
-        files: in it, as `sent_files` gives them.
+        files: in it, as `files_to_send` gives them.
 
     Raises:
         ClusterError: they are too many to be sent.
@@ -117,7 +117,7 @@ def digest(archive: bytes) -> str:
 
 
 @contextmanager
-def unpacked(archive: bytes, parent: Path | None = None) -> Iterator[Path]:
+def unpack(archive: bytes, parent: Path | None = None) -> Iterator[Path]:
     """A new folder with the files of an archive and nothing else, for this user only; in the end it is removed.
 
     New for each process: what another user, or code under test, has put anywhere before is not in it.

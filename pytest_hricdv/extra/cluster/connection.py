@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import os
+import re
 import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.extra.cluster import service as worker_side
-from pytest_hricdv.extra.cluster.address import Address
 from pytest_hricdv.extra.cluster.local_cluster import LocalWorkers
 from pytest_hricdv.session.remote import ClusterError
 
@@ -43,6 +45,44 @@ GONE = (CancelledError, TimeoutError, OSError)
 """The errors of a connection that is gone."""
 
 
+_SCHEDULER = re.compile(r"(?:tcp|tls|ws|wss)://\S+:\d+")
+_LOCAL = re.compile(r"local(?::(\d{1,4}))?")
+
+
+@dataclass(frozen=True)
+class Address:
+    """A cluster.
+
+    Args:
+        scheduler: its address; empty for workers on this machine.
+        workers: number of workers on this machine.
+    """
+
+    scheduler: str = ""
+    workers: int = 0
+
+    @classmethod
+    def parse(cls, text: str) -> Address:
+        """What an option says. Raises ClusterError."""
+        local = _LOCAL.fullmatch(text)
+        if local is not None:
+            workers = int(local[1]) if local[1] else os.cpu_count() or 1
+            if workers < 1:
+                raise ClusterError(f"{quoted(text)}: expected at least one worker, as in local:2")
+            return cls(workers=workers)
+        if _SCHEDULER.fullmatch(text):
+            return cls(scheduler=text)
+        raise ClusterError(f"{quoted(text)}: expected local, local:WORKERS or a scheduler's tcp://HOST:PORT")
+
+    @property
+    def is_encrypted(self) -> bool:
+        """Whether both ends show who they are, and nobody else can read along: of workers on this machine, always."""
+        return not self.scheduler or self.scheduler.startswith(("tls://", "wss://"))
+
+    def __str__(self) -> str:
+        return self.scheduler or f"local:{self.workers}"
+
+
 class Connection:
     """A connection.
 
@@ -59,7 +99,7 @@ class Connection:
         self._say = say
         self._local: LocalWorkers | None = None
         self._restarts = 0
-        self.client: Client = self._connected()
+        self.client: Client = self._connect()
 
     @property
     def dashboard(self) -> str:
@@ -90,7 +130,7 @@ class Connection:
         began_s = time.monotonic()
         while True:
             try:
-                self.client = self._connected()
+                self.client = self._connect()
             except ClusterError:
                 if time.monotonic() - began_s > WAIT_FOR_SCHEDULER_S:
                     raise ClusterError(f"{self._address}: the scheduler is gone, and did not return") from None
@@ -107,9 +147,9 @@ class Connection:
         self._close_client()
         self._close_local()
         self._local = None
-        self.client = self._connected()
+        self.client = self._connect()
 
-    def _connected(self) -> Client:
+    def _connect(self) -> Client:
         from distributed import Client
 
         try:

@@ -1,11 +1,21 @@
-"""A cluster in a session: its options. What runs tests on it are the closing loop and searches."""
+"""A cluster in a session: its options, and what others use of it.
+
+The closing loop and searches run tests on it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
 
 from pytest_hricdv.session.feature import Feature
 from pytest_hricdv.session.option import Flag, OptionReader, Repeatable, Value
+from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.remote import Remote, RemoteProject, Workers
 
 
 @dataclass(frozen=True)
@@ -13,7 +23,7 @@ class ClusterOptions:
     """On which cluster the closing loop and a search run tests.
 
     Args:
-        address: as `pytest_hricdv.extra.cluster.address` reads it; empty: on none.
+        address: as `Address.parse` reads it; empty: none.
         send_code: the project is sent to the workers, which do not have it.
         send_hidden: patterns of its hidden files that are sent as well.
     """
@@ -49,3 +59,41 @@ class ClusterFeature(Feature[ClusterOptions]):
 
 
 FEATURE = ClusterFeature()
+
+
+class DaskCluster(Remote):
+    """Workers of Dask distributed, which is imported when they are needed."""
+
+    def address(self, text: str) -> str:
+        """See `Remote`."""
+        from pytest_hricdv.extra.cluster.connection import Address
+
+        return str(Address.parse(text))
+
+    def address_of_session(self, options: Options) -> str:
+        """See `Remote`."""
+        text = FEATURE.settings(options).address
+        return self.address(text) if text else ""
+
+    def project_of_session(self, config: pytest.Config, options: Options) -> RemoteProject:
+        """See `Remote`."""
+        settings, here = FEATURE.settings(options), config.invocation_params.dir
+        return self.project(Path(config.rootpath), here, send=settings.send_code, hidden=settings.send_hidden)
+
+    def project(
+        self, root: Path, here: Path, *, send: bool, state: Path | None = None, hidden: Sequence[str] = ()
+    ) -> RemoteProject:
+        """See `Remote`."""
+        from pytest_hricdv.extra.cluster.worker_project import worker_project
+
+        return worker_project(root, here, send=send, state=state, hidden=hidden)
+
+    def connect(self, address: str, say: Callable[[str], None]) -> AbstractContextManager[Workers]:
+        """See `Remote`."""
+        from pytest_hricdv.extra.cluster.cluster import connect
+        from pytest_hricdv.extra.cluster.connection import Address
+
+        return connect(Address.parse(address), say)
+
+
+REMOTE = DaskCluster()

@@ -40,7 +40,7 @@ class LocalWorkers:
         try:
             folder = self._stack.enter_context(private_folder("workers"))
             self._stack.callback(_forget, str(folder))
-            self.cluster: LocalCluster = _started(workers, str(folder), _credentials())
+            self.cluster: LocalCluster = _start_cluster(workers, str(folder), _credentials())
         except UnsafeFolderError as error:
             raise ClusterError(f"local:{workers}: {error}") from None
         except BaseException:
@@ -80,7 +80,7 @@ def _credentials() -> Security:
     return made
 
 
-def _started(workers: int, folder: str, credentials: Security) -> LocalCluster:
+def _start_cluster(workers: int, folder: str, credentials: Security) -> LocalCluster:
     import dask
     from distributed import LocalCluster
 

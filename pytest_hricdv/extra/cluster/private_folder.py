@@ -60,7 +60,7 @@ def require_safe(folder: Path) -> None:
 
 
 def _why_unsafe(status: os.stat_result) -> str:
-    if status.st_uid not in _trusted():
+    if status.st_uid not in _safe_owners():
         return f"it belongs to user {status.st_uid}"
     own_group = status.st_gid == os.getuid()  # the group that many systems make for each user, with the same number
     writable = status.st_mode & stat.S_IWOTH or (status.st_mode & stat.S_IWGRP and not own_group)
@@ -70,7 +70,7 @@ def _why_unsafe(status: os.stat_result) -> str:
 
 
 @cache
-def _trusted() -> frozenset[int]:
+def _safe_owners() -> frozenset[int]:
     """User ids whose folders cannot hurt: our own, root, and in a user namespace the one that stands for others."""
     own = {os.getuid(), 0}
     try:

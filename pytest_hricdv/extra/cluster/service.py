@@ -29,7 +29,7 @@ from pytest_hricdv.session.remote import Answer, Service, WorkerName
 
 def ask(service: Service, message: bytes) -> Answer:
     """Ask this worker's process, which is started where there is none. Run by Dask, on the worker."""
-    asked = _processes.setdefault(threading.get_ident(), _Asked())
+    asked = _processes.setdefault(threading.get_ident(), _WorkerProcess())
     return asked.answer(service, message)
 
 
@@ -44,7 +44,7 @@ def _require_same(wanted: Mapping[str, str], present: Mapping[str, str]) -> None
         raise OtherProjectError(differ)
 
 
-class _Asked:
+class _WorkerProcess:
     """The process of a thread."""
 
     def __init__(self) -> None:
@@ -72,12 +72,12 @@ class _Asked:
             self._process.send(message)
             self._read(self._process, service.silent_s, lines)
         except ProcessError as error:
-            shown = self._shown(lines)
+            shown = self._without_folder(lines)
             self.end()
             return Answer(self._worker, shown, str(error))
-        return Answer(self._worker, self._shown(lines))
+        return Answer(self._worker, self._without_folder(lines))
 
-    def _shown(self, lines: list[bytes]) -> tuple[bytes, ...]:
+    def _without_folder(self, lines: list[bytes]) -> tuple[bytes, ...]:
         """Lines of an answer without the name of the folder with the project, which is another one each time."""
         if self._sent is None:
             return tuple(lines)
@@ -111,7 +111,7 @@ class _Asked:
             return Path()
         if code_archive.digest(service.archive) != service.archive_sha256:
             raise ArchiveError("the project that came is not the one that was sent: its SHA-256 is another one")
-        self._sent = self._stack.enter_context(code_archive.unpacked(service.archive, scratch))
+        self._sent = self._stack.enter_context(code_archive.unpack(service.archive, scratch))
         return self._sent
 
     def _read(self, process: SeparateProcess, silent_s: float, lines: list[bytes]) -> None:
@@ -143,7 +143,7 @@ class _Asked:
         self._process = self._service = self._sent = None
 
 
-_processes: dict[int, _Asked] = {}
+_processes: dict[int, _WorkerProcess] = {}
 """Thread -> its process. A worker's own: what is in it is not a result, and ends with the worker."""
 
 

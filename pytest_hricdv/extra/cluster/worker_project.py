@@ -69,12 +69,12 @@ def worker_project(
         hidden: patterns of hidden files that are sent.
 
     Raises:
-        ClusterError: it cannot be sent; see `code_archive.sent_files`.
+        ClusterError: it cannot be sent; see `code_archive.files_to_send`.
     """
     way_up, sources = Path(os.path.relpath(root, here)).as_posix(), project_files.hashes(root)
     if not send:
         return WorkerProject(str(here), way_up, sources)
-    files = code_archive.sent_files(root, state, hidden)
+    files = code_archive.files_to_send(root, state, hidden)
     left_out = sources.keys() - {path.relative_to(root).as_posix() for path in files}
     return WorkerProject(
         str(here.relative_to(root)),

@@ -72,15 +72,15 @@ class SearchFeature(Feature[SearchOptions]):
         if settings.shrink:
             results = after.shrink(results)
         if settings.search and not stopped:
-            session.sections[SEARCH.name] = _searched(session, after, results)
+            session.sections[SEARCH.name] = _search(session, after, results)
         session.interrupted = after.interrupted
         session.problems += after.problems
         return results
 
 
-def _searched(session: FeatureSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
+def _search(session: FeatureSession, after: PostSession, results: list[TestResult]) -> Mapping[str, SearchResult]:
     """Searches, on a cluster where one is named."""
-    from pytest_hricdv.extra.search.remote_runs import remote_runs
+    from pytest_hricdv.extra.search.post_session import remote_runs
     from pytest_hricdv.session.remote import ClusterError
 
     try:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+import msgspec
 from msgspec.structs import replace
 
 from pytest_hricdv._base.hash_seed import question_of_drawn_seed
@@ -15,16 +19,20 @@ from pytest_hricdv.experiments.budget import Budget
 from pytest_hricdv.experiments.failure_signature import FailureSignature, failure_signature, has_signature
 from pytest_hricdv.experiments.shrink import Shrunk, shrink
 from pytest_hricdv.extra.search.records import SHRUNK, SearchOptions, SearchResult, ShrunkTest
-from pytest_hricdv.extra.search.searching import Searching
-from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.monitor import Criterion
+from pytest_hricdv.extra.search.violation_search import ViolationSearch
+from pytest_hricdv.generate.concrete import ConcreteTest, abstract_from
+from pytest_hricdv.generate.rng import digest
+from pytest_hricdv.monitor import Criterion, RequirementResult
 from pytest_hricdv.results.model import TestResult
 from pytest_hricdv.results.replay import ReplayOrigin
+from pytest_hricdv.session import run_process
+from pytest_hricdv.session.identity import identity
 from pytest_hricdv.session.options import Options
+from pytest_hricdv.session.remote import Lost, Question, Service, Workers, remote
 from pytest_hricdv.session.replaying import TestRerunner, named
-
-if TYPE_CHECKING:
-    from pytest_hricdv.extra.search.remote_runs import RemoteRuns
+from pytest_hricdv.session.run_context import RunContext
+from pytest_hricdv.session.run_process import RunBatch, RunReply, RunRequest, SessionArguments
+from pytest_hricdv.session.serving import arguments_of
 
 ELSEWHERE = "it did not fail again outside of its test function: does a fixture change what the run depends on?"
 
@@ -44,7 +52,7 @@ def shortest_failures(results: Iterable[TestResult], requirements: Iterable[Crit
 
 
 @dataclass
-class Shrinking:
+class Shrinker:
     """Makes a failure as short as possible: a test, and the requirement that it failed.
 
     One process does it at the end, not each worker when a test fails: so the result does not depend on how tests were
@@ -135,6 +143,70 @@ def _course(result: CaseResult, requirement: Criterion) -> Iterator[str]:
     yield f"{violated_s:.1f} s {requirement.id} is violated"
 
 
+RUN_S = 120.0
+"""A run that takes longer (s of wall time) is given up: a hundred times what one of the table takes."""
+
+
+@dataclass
+class RemoteRuns:
+    """Runs tests on a cluster; of several threads at a time.
+
+    Args:
+        address: of the cluster.
+        workers: of it.
+        service: that is asked.
+    """
+
+    address: str
+    workers: Workers
+    service: Service
+    is_over: threading.Event = field(default_factory=threading.Event)
+    """Set where nobody waits for runs any more."""
+
+    def run(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
+        """Run a test; what became of a requirement, None where the run came to no end.
+
+        Raises:
+            KeyboardInterrupt: it is over.
+            ClusterError: the scheduler is gone, or no worker can run it.
+        """
+        question = Question(digest(test.to_json())[:24], msgspec.json.encode(RunBatch((_request(test),))))
+        for _, answer in self.workers.answers(self.service, deque([question]), self._check):
+            if not isinstance(answer, Lost) and answer.lines:
+                result = msgspec.json.decode(answer.lines[0], type=RunReply).result
+                return None if result.outcome == "error" else result.requirements[requirement]
+        return None
+
+    def _check(self) -> None:
+        if self.is_over.is_set():
+            raise KeyboardInterrupt
+
+
+def _request(test: ConcreteTest) -> RunRequest:
+    return RunRequest((0, 0), test.suite, 0, test.id, abstract_from(test, "search", keeps_id=True).to_data())
+
+
+@contextmanager
+def remote_runs(context: RunContext, say: Callable[[str], None]) -> Iterator[RemoteRuns | None]:
+    """On the cluster that the session's options name; None where they name none.
+
+    Raises:
+        ClusterError: there is no such cluster.
+    """
+    collection, cluster = context.collection, remote()
+    options, config = collection.options, collection.config
+    address = "" if cluster is None else cluster.address_of_session(options)
+    if cluster is None or not address:
+        yield None
+        return
+    there = cluster.project_of_session(config, options)
+    project = identity(Path(config.rootpath), context.provenance.code).project
+    job = msgspec.json.encode(SessionArguments((*there.arguments, *arguments_of(config))))
+    service = there.service(run_process.__name__, job, project, RUN_S)
+    with cluster.connect(address, say) as workers:
+        yield RemoteRuns(address, workers, service)
+
+
 Searched = tuple[Criterion, SearchResult, HriCase | None]
 """A requirement, what a search for its violation came to, and the test that violates it where one was found."""
 
@@ -178,13 +250,13 @@ class PostSession:
     def _shrunk(self, requirement: Criterion, case: HriCase, nodeid: str) -> ShrunkTest:
         self.say(f"hricdv: shrinking {case.abstract.id}, which failed {requirement.id} ...")
         budget = Budget(self.settings.shrink_runs, self.settings.shrink_seconds)
-        shrunk = Shrinking(self.rerunning, requirement, case, nodeid).shrink(budget)
+        shrunk = Shrinker(self.rerunning, requirement, case, nodeid).shrink(budget)
         self.interrupted = shrunk.ended == "interrupted"
         return shrunk
 
     def search(self, results: Iterable[TestResult]) -> dict[str, SearchResult]:
         """Search for a violation of each requirement."""
-        for requirement, record, made in self._searched(list(results)):
+        for requirement, record, made in self._search_each(list(results)):
             if self.interrupted:
                 break
             self.interrupted = record.ended == "interrupted"
@@ -197,11 +269,11 @@ class PostSession:
             self.searched[requirement.id] = record
         return self.searched
 
-    def _searched(self, results: list[TestResult]) -> Iterator[Searched]:
+    def _search_each(self, results: list[TestResult]) -> Iterator[Searched]:
         """Search for each requirement: here one after the other, on a cluster several at a time."""
         remote, requirements = self.remote, self.rerunning.settings.requirements
         judged = None if remote is None else remote.run
-        searching = Searching(self.rerunning, self.chosen, self.options.seed, judged)
+        searching = ViolationSearch(self.rerunning, self.chosen, self.options.seed, judged)
 
         def search(requirement: Criterion) -> Searched:
             return requirement, *searching.search(requirement, results, Budget(self.settings.search))

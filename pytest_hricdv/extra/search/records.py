@@ -58,30 +58,30 @@ class SearchResult(PlainRecord, frozen=True, kw_only=True):
     shrunk: ShrunkTest | None = None
 
 
-def _renamed_test(shrunk: ShrunkTest, names: FileNames) -> ShrunkTest:
+def _rename_test(shrunk: ShrunkTest, names: FileNames) -> ShrunkTest:
     return replace(shrunk, replay=names.replay(shrunk.replay))
 
 
-def _renamed_tests(shrunk: Mapping[str, ShrunkTest], names: FileNames) -> Mapping[str, ShrunkTest]:
-    return {requirement: _renamed_test(test, names) for requirement, test in shrunk.items()}
+def _rename_tests(shrunk: Mapping[str, ShrunkTest], names: FileNames) -> Mapping[str, ShrunkTest]:
+    return {requirement: _rename_test(test, names) for requirement, test in shrunk.items()}
 
 
-def _renamed_results(results: Mapping[str, SearchResult], names: FileNames) -> Mapping[str, SearchResult]:
+def _rename_results(results: Mapping[str, SearchResult], names: FileNames) -> Mapping[str, SearchResult]:
     return {
         requirement: replace(
             result,
             replay=names.replay(result.replay),
-            shrunk=result.shrunk and _renamed_test(result.shrunk, names),
+            shrunk=result.shrunk and _rename_test(result.shrunk, names),
         )
         for requirement, result in results.items()
     }
 
 
-SEARCH: Section[Mapping[str, SearchResult]] = Section("search", Mapping[str, SearchResult], {}, rename=_renamed_results)
+SEARCH: Section[Mapping[str, SearchResult]] = Section("search", Mapping[str, SearchResult], {}, rename=_rename_results)
 """Requirement -> result, where a search was asked for."""
 
 SHRUNK: TestSection[Mapping[str, ShrunkTest]] = TestSection(
-    "shrunk", Mapping[str, ShrunkTest], {}, rename=_renamed_tests
+    "shrunk", Mapping[str, ShrunkTest], {}, rename=_rename_tests
 )
 """Requirement -> the shortest test found that fails it."""
 

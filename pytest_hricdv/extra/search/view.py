@@ -38,7 +38,7 @@ class SearchView(View):
                 yield from _shrunk(requirement, test.id, shrunk[requirement], options, test.replay)
         results = SEARCH.of(report)
         for requirement in sorted(results, key=by_requirement):
-            yield from _searched(requirement, results[requirement], options, margin_unit(report, requirement))
+            yield from _search_lines(requirement, results[requirement], options, margin_unit(report, requirement))
 
     def of_test(self, report: Report, test: TestResult) -> dict[str, Any]:
         """What it was shrunk to, by requirement."""
@@ -101,7 +101,7 @@ def _takes(shrunk: ShrunkTest) -> str:
     return f"it takes {enumerated(actors)}: without what one of them does, it does not fail so"
 
 
-def _searched(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:
+def _search_lines(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:
     search = f"search for a violation of {requirement}"
     interrupted = "; interrupted" if searched.ended == "interrupted" else ""
     cost = f"{plural(searched.runs, 'run')}, {seconds(searched.wall_s)}{interrupted}"

@@ -76,7 +76,7 @@ def test_another_database_is_no_campaign(lamps: Path, campaign: Campaign) -> Non
 
 @pytest.mark.slow
 def test_a_campaign_that_runs_is_not_run_twice(begun: Path, lamps: Path, campaign: Campaign) -> None:
-    holder = Store.opened(lamps / "a.db")
+    holder = Store.open(lamps / "a.db")
     holder.hold()
     refused = campaign(*RUN)
     holder.close()
@@ -85,7 +85,7 @@ def test_a_campaign_that_runs_is_not_run_twice(begun: Path, lamps: Path, campaig
 
 
 def test_a_full_disk_is_said_and_loses_nothing(begun: Path, lamps: Path, campaign: Campaign) -> None:
-    store = Store.opened(lamps / "a.db")
+    store = Store.open(lamps / "a.db")
     [(key, result, replay)] = store.results([(0, 0)])
     store._connection.execute("PRAGMA max_page_count = 1")
     worker = store.workers()[1]

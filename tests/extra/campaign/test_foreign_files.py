@@ -13,7 +13,7 @@ import msgspec
 import pytest
 
 from pytest_hricdv.extra.campaign.__main__ import main
-from pytest_hricdv.extra.campaign.plan import CampaignPlan, Planned, PlannedTest
+from pytest_hricdv.extra.campaign.plan import CampaignBasis, CampaignPlan, PlannedTest
 from pytest_hricdv.extra.campaign.store import Store
 from pytest_hricdv.generate.abstract import AbstractTest
 from pytest_hricdv.generate.concrete import ConcreteTest
@@ -51,7 +51,7 @@ def plan(report: Report) -> CampaignPlan:
     """A campaign of the tests of a report, one seed each."""
     tests = tuple(PlannedTest(test.suite, test.nodeid, abstract(test).to_data()) for test in report.tests)
     declared = msgspec.Raw(encode(report).encode())
-    return CampaignPlan(Planned(("--hri-suite=rl",), "/project", tests, {}, {}, declared), 1)
+    return CampaignPlan(CampaignBasis(("--hri-suite=rl",), "/project", tests, {}, {}, declared), 1)
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A campaign of three runs, all done, which fail no gate but their own."""
     monkeypatch.chdir(tmp_path)
     report = sample.report(tests=3)
-    store = Store.created(tmp_path / "a.db", plan(report))
+    store = Store.create(tmp_path / "a.db", plan(report))
     store.begin("2026-01-01T00:00:00+00:00", plan(report))
     for number, test in enumerate(report.tests):
         store.add((number, 0), test, replay(test), WorkerName("tcp://w", "host", {}))
@@ -179,7 +179,7 @@ def test_no_link_beside_a_campaign_is_written_through(state: Path, capsys: Any, 
     (tmp_path / f"a.db{ending}").symlink_to(victim)
     if ending == ".lock":
         with pytest.raises(Exception, match=r"a\.db: "):
-            Store.opened(state).hold()
+            Store.open(state).hold()
     else:
         status, _, errors = said(capsys, "status")
         assert (status, "a symbolic link, and none is followed here" in errors) == (2, True)

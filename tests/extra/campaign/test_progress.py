@@ -39,7 +39,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(progress, "EVERY_S", 0.0)
         store: Any = Stored()
         stream = Terminal()
-        shown = progress.Progress(store, 1_000_000, stream)
+        shown = progress.CampaignProgress(store, 1_000_000, stream)
         for done in runs:
             store.runs = done
             shown.show()

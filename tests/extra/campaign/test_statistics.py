@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.execution.outcome import TestOutcome
-from pytest_hricdv.extra.campaign.plan import CampaignPlan, Planned, PlannedTest
-from pytest_hricdv.extra.campaign.row import LOST, Judgement, Row, RunSummary
-from pytest_hricdv.extra.campaign.statistics import Statistics, failed_share
+from pytest_hricdv.extra.campaign.plan import CampaignBasis, CampaignPlan, PlannedTest
+from pytest_hricdv.extra.campaign.row import LOST, Judgement, Row, RowSummary
+from pytest_hricdv.extra.campaign.statistics import Statistics, failure_share
 from pytest_hricdv.generate.abstract import AbstractTest
 
 NAMES = ("R1", "R2")
@@ -27,7 +27,7 @@ judgements: st.SearchStrategy[Judgement] = st.tuples(
 )
 hits = st.lists(st.sampled_from(BINS), unique=True).map(lambda names: {"light": [[name] for name in names]})
 summaries = st.builds(
-    RunSummary,
+    RowSummary,
     judgements=st.tuples(*(judgements for _ in NAMES)),
     bins=hits,
     statements=st.integers(0, 15).map(hex),
@@ -53,7 +53,7 @@ def rows(draw: st.DrawFn) -> list[Row]:
     for key in sorted(keys):
         outcome = draw(outcomes)
         lost = outcome == LOST
-        found.append(Row(*key, outcome, 1.0, "", 1, RunSummary() if lost else draw(summaries)))
+        found.append(Row(*key, outcome, 1.0, "", 1, RowSummary() if lost else draw(summaries)))
     return found
 
 
@@ -63,7 +63,7 @@ def planned() -> CampaignPlan:
         AbstractTest(f"s-t{number}-0000000{number}", "s", "t", (), ("go",), seed=number) for number in range(TESTS)
     ]
     listed = tuple(PlannedTest("s", f"test.py::test[{test.id}]", test.to_data()) for test in tests)
-    return CampaignPlan(Planned((), "", listed, {}, {}, msgspec.Raw(b"{}")), SEEDS)
+    return CampaignPlan(CampaignBasis((), "", listed, {}, {}, msgspec.Raw(b"{}")), SEEDS)
 
 
 def added(found: list[Row]) -> Statistics:
@@ -93,7 +93,7 @@ def test_sums_are_those_of_all_rows(found: list[Row]) -> None:
 
 @given(rows())
 def test_runs_to_keep_cover_what_all_cover_and_violate_what_all_violate(found: list[Row]) -> None:
-    kept = set(added(found).kept())
+    kept = set(added(found).runs_to_keep())
     chosen = [row for row in found if row.key in kept]
 
     def points(some: list[Row]) -> set[object]:
@@ -123,9 +123,9 @@ def test_more_rows_never_lose_a_test(found: list[Row]) -> None:
 
 
 def test_a_share_of_nothing_is_wide_open() -> None:
-    assert failed_share({"NC": 4}).low == 0.0
-    assert failed_share({"NC": 4}).high == 100.0
-    half = failed_share({"Failed": 5, "Passed": 5, "NC": 100})
+    assert failure_share({"NC": 4}).low == 0.0
+    assert failure_share({"NC": 4}).high == 100.0
+    half = failure_share({"Failed": 5, "Passed": 5, "NC": 100})
     assert (half.failed, half.checked) == (5, 10)
     assert 23 < half.low < 24
     assert 76 < half.high < 77

@@ -35,7 +35,7 @@ def project(tmp_path: Path) -> Path:
 
 def packed(project: Path, state: Path | None = None, hidden: tuple[str, ...] = ()) -> bytes:
     """The project as it is sent."""
-    return code_archive.pack(project, code_archive.sent_files(project, state, hidden))
+    return code_archive.pack(project, code_archive.files_to_send(project, state, hidden))
 
 
 def names(folder: Path) -> set[str]:
@@ -44,7 +44,7 @@ def names(folder: Path) -> set[str]:
 
 
 def test_all_files_of_the_project_arrive_and_nothing_else(project: Path, tmp_path: Path) -> None:
-    with code_archive.unpacked(packed(project), tmp_path) as folder:
+    with code_archive.unpack(packed(project), tmp_path) as folder:
         assert names(folder) == {"conftest.py", "robot/code.py", "models/a.asl", "robot/arm.urdf"}
         assert (folder / "robot" / "code.py").read_text(encoding="utf-8") == "# robot/code.py\n"
     assert [path.name for path in tmp_path.iterdir()] == ["project"], "nothing is left"
@@ -67,7 +67,7 @@ def test_what_is_there_already_is_not_used(project: Path, tmp_path: Path, monkey
     foreseen = f"hricdv-code-{os.getuid()}-{code_archive.digest(archive)[:16]}"
     shutil.copytree(tmp_path / "evil", tmp_path / foreseen)
     (tmp_path / "hricdv-code-").symlink_to(tmp_path / "evil")
-    with code_archive.unpacked(archive) as first, code_archive.unpacked(archive) as second:
+    with code_archive.unpack(archive) as first, code_archive.unpack(archive) as second:
         for folder in (first, second):
             assert (folder / "conftest.py").read_text(encoding="utf-8") == "# conftest.py\n"
             assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
@@ -110,7 +110,7 @@ def link(name: str) -> zipfile.ZipInfo:
 def test_files_elsewhere_and_links_are_refused(tmp_path: Path, entries: tuple[zipfile.ZipInfo | str, ...]) -> None:
     with (
         pytest.raises(ArchiveError, match=r"the project that was sent has '.*': expected files below its folder"),
-        code_archive.unpacked(archive_of(*entries), tmp_path),
+        code_archive.unpack(archive_of(*entries), tmp_path),
     ):
         pass
     assert list(tmp_path.iterdir()) == []
@@ -118,7 +118,7 @@ def test_files_elsewhere_and_links_are_refused(tmp_path: Path, entries: tuple[zi
 
 @pytest.mark.parametrize("entries", [("a.py", "a.py"), ("a.py", "a.py/b.py"), ("a/b.py", "a")])
 def test_no_file_takes_the_place_of_another_one(tmp_path: Path, entries: tuple[str, ...]) -> None:
-    with pytest.raises(OSError, match="a"), code_archive.unpacked(archive_of(*entries), tmp_path):
+    with pytest.raises(OSError, match="a"), code_archive.unpack(archive_of(*entries), tmp_path):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -130,7 +130,7 @@ def test_an_archive_that_unpacks_to_more_than_a_project_has_is_refused(
     for archive in (archive_of("a", data=bytes(1001)), archive_of("a", "b", data=bytes(501))):
         with (
             pytest.raises(ArchiveError, match=r"has 1,00\d bytes, expected at most 1,000"),
-            code_archive.unpacked(archive, tmp_path),
+            code_archive.unpack(archive, tmp_path),
         ):
             pass
 
@@ -138,7 +138,7 @@ def test_an_archive_that_unpacks_to_more_than_a_project_has_is_refused(
 def test_more_than_an_entry_declares_is_not_unpacked(tmp_path: Path) -> None:
     whole = archive_of("a", data=b"x" * 5000)
     forged = whole.replace((5000).to_bytes(4, "little"), (10).to_bytes(4, "little"))
-    with pytest.raises(ArchiveError, match="is damaged"), code_archive.unpacked(forged, tmp_path):
+    with pytest.raises(ArchiveError, match="is damaged"), code_archive.unpack(forged, tmp_path):
         pass
 
 
@@ -147,7 +147,7 @@ def test_an_archive_that_is_damaged_is_refused(project: Path, tmp_path: Path, sh
     whole = packed(project)
     with (
         pytest.raises(ArchiveError, match="the project that was sent is damaged"),
-        code_archive.unpacked(whole[: int(share * len(whole))], tmp_path),
+        code_archive.unpack(whole[: int(share * len(whole))], tmp_path),
     ):
         pass
 
@@ -184,14 +184,14 @@ HIDDEN = (".env", ".netrc", "robot/.secrets.toml", "robot/.a.py", ".pytest.ini",
 def test_hidden_files_are_sent_only_where_they_are_named(
     project: Path, hidden: tuple[str, ...], arriving: set[str]
 ) -> None:
-    before = {path.relative_to(project).as_posix() for path in code_archive.sent_files(project)}
+    before = {path.relative_to(project).as_posix() for path in code_archive.files_to_send(project)}
     for name in HIDDEN:
         (project / name).write_text("# secret\n", encoding="utf-8")
     made = worker_project(project, project, send=True, hidden=hidden)
     with zipfile.ZipFile(io.BytesIO(made.archive)) as archive:
         assert {*archive.namelist()} == before | arriving
     there = made.service("m", b"", project_files.hashes(project), 1.0)
-    with code_archive.unpacked(made.archive) as folder:
+    with code_archive.unpack(made.archive) as folder:
         assert there.project == there.sources == project_files.hashes(folder)
 
 
@@ -200,10 +200,10 @@ def test_a_name_that_no_hidden_file_has(project: Path, pattern: str) -> None:
     (project / ".pytest.ini").write_text("[pytest]\n", encoding="utf-8")
     (project / ".env").write_text("KEY=1\n", encoding="utf-8")
     if pattern == "*":  # it matches all of them
-        assert project / ".env" in code_archive.sent_files(project, hidden=(pattern,))
+        assert project / ".env" in code_archive.files_to_send(project, hidden=(pattern,))
         return
     with pytest.raises(ClusterError, match="has no hidden file of this name"):
-        code_archive.sent_files(project, hidden=(pattern,))
+        code_archive.files_to_send(project, hidden=(pattern,))
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_a_link_to_what_is_not_sent_is_refused_with_its_name(project: Path, targ
         target = ".hidden/chain"
     (project / "robot" / "data.txt").symlink_to(project / target)
     with pytest.raises(ClusterError, match=r"'robot/data.txt' in .* is a symbolic link to .*, which is not sent: put"):
-        code_archive.sent_files(project, project / "campaign.db")
+        code_archive.files_to_send(project, project / "campaign.db")
 
 
 def test_links_within_the_project_arrive_as_files(project: Path, tmp_path: Path) -> None:
@@ -240,7 +240,7 @@ def test_links_within_the_project_arrive_as_files(project: Path, tmp_path: Path)
     (project / "second.urdf").symlink_to("first.urdf")
     (project / "same").symlink_to("robot")
     (project / "gone").symlink_to("nowhere")
-    with code_archive.unpacked(packed(project), tmp_path) as folder:
+    with code_archive.unpack(packed(project), tmp_path) as folder:
         assert names(folder) >= {"first.urdf", "second.urdf", "robot/arm.urdf"}
         assert not names(folder) & {"same", "gone", "same/arm.urdf"}
         assert not any(path.is_symlink() for path in folder.rglob("*"))
@@ -252,10 +252,10 @@ def test_a_link_to_a_folder_elsewhere_is_refused(project: Path, tmp_path: Path) 
     with pytest.raises(
         ClusterError, match=r"'robot/data' in .*elsewhere', which is not sent: put a copy of the folder"
     ):
-        code_archive.sent_files(project)
+        code_archive.files_to_send(project)
     (project / ".links").mkdir()
     (project / "robot" / "data").rename(project / ".links" / "data")
-    assert code_archive.sent_files(project)
+    assert code_archive.files_to_send(project)
 
 
 def test_a_project_with_data_is_not_sent(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,8 +23,8 @@ from distributed.security import Security
 from benchmarks import lost_workers
 from pytest_hricdv.extra.cluster import code_archive
 from pytest_hricdv.extra.cluster import service as worker_side
-from pytest_hricdv.extra.cluster.address import Address
-from pytest_hricdv.extra.cluster.cluster import Cluster, connected
+from pytest_hricdv.extra.cluster.cluster import Cluster, connect
+from pytest_hricdv.extra.cluster.connection import Address
 from pytest_hricdv.session.remote import Answer, ClusterError, Lost, Question, Service
 from tests.extra.campaign.conftest import environment
 
@@ -70,7 +70,7 @@ def said() -> list[str]:
 @pytest.fixture(scope="module")
 def cluster(echo: Path, said: list[str]) -> Iterator[Cluster]:
     """Two workers of this machine."""
-    with connected(Address(workers=2), said.append) as made:
+    with connect(Address(workers=2), said.append) as made:
         yield made
 
 
@@ -209,7 +209,7 @@ def scratch(dask_worker: Worker) -> str:
 
 def test_python_looks_for_modules_in_no_folder_of_a_cluster_that_has_ended(echo: Path) -> None:
     before = [*sys.path]
-    with connected(Address(workers=1), unheard):
+    with connect(Address(workers=1), unheard):
         pass
     assert sys.path == before
 
@@ -221,13 +221,13 @@ def test_a_folder_for_temporary_files_that_anybody_may_change_is_refused(
     (tmp_path / "open").chmod(0o777)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "open"))
     with pytest.raises(ClusterError, match=r"local:1: .*open: others may write to it \(mode 0777, not sticky\)"):
-        connected(Address(workers=1), unheard).__enter__()
+        connect(Address(workers=1), unheard).__enter__()
 
 
 def test_a_cluster_of_others_without_tls_is_warned_about(echo: Path) -> None:
     said: list[str] = []
     with pytest.raises(ClusterError, match="no scheduler answers there"):
-        connected(Address(f"tcp://127.0.0.1:{lost_workers.free_port()}"), said.append).__enter__()
+        connect(Address(f"tcp://127.0.0.1:{lost_workers.free_port()}"), said.append).__enter__()
     assert len(said) == 1
     assert "is neither encrypted nor authenticated: whoever reaches its port can run code" in said[0]
 
@@ -244,7 +244,7 @@ def test_tls_without_credentials_says_which_are_expected(tmp_path: Path, files: 
         ),
         pytest.raises(ClusterError, match=r"Dask's settings.*: expected PEM files of the CA, .*TLS__CA_FILE"),
     ):
-        connected(Address("tls://127.0.0.1:9"), unheard).__enter__()
+        connect(Address("tls://127.0.0.1:9"), unheard).__enter__()
 
 
 def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
@@ -252,7 +252,7 @@ def test_a_project_that_is_another_one_is_refused_before_it_is_imported(
 ) -> None:
     """Where it is at the same path, and where it was sent; the module of the service would say that it was imported."""
     (tmp_path / "conftest.py").write_text("# another user's\n", encoding="utf-8")
-    archive = code_archive.pack(tmp_path, code_archive.sent_files(tmp_path))
+    archive = code_archive.pack(tmp_path, code_archive.files_to_send(tmp_path))
     evil = f"import pathlib; pathlib.Path({str(tmp_path / 'ran')!r}).touch()"
     (echo / "evil_service.py").write_text(evil, encoding="utf-8")
     own = {"conftest.py": "0123456789abcdef"}
@@ -286,7 +286,7 @@ def test_a_process_that_is_silent_for_too_long_is_ended(cluster: Cluster, echo: 
 def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:
     said: list[str] = []
     refused = pytest.raises(ClusterError, match=r"no worker can be asked: tls://.*robot\.py changed")
-    with connected(Address(workers=1), said.append) as made, refused:
+    with connect(Address(workers=1), said.append) as made, refused:
         ask(made, service(echo, has="fedcba9876543210"), '["one"]')
     assert len(said) == 1
     assert said[0].startswith("worker tls://127.0.0.1:")
@@ -296,7 +296,7 @@ def test_a_worker_with_another_project_is_refused_and_named(echo: Path) -> None:
 def test_a_service_that_cannot_begin_is_said_with_its_own_words(echo: Path) -> None:
     missing = Service("no_such_module", b"{}", str(echo), {}, 20.0)
     refused = pytest.raises(ClusterError, match=r"it cannot begin: .*No module named no_such_module")
-    with connected(Address(workers=1), unheard) as made, refused:
+    with connect(Address(workers=1), unheard) as made, refused:
         ask(made, missing, '["one"]')
 
 
@@ -312,7 +312,7 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_missing(echo: Path)
                 told.append(process)
                 os.kill(process, 9)
 
-    with connected(Address(workers=2), unheard) as made:
+    with connect(Address(workers=2), unheard) as made:
         queue = deque(Question(str(number), f'["{number}"]'.encode()) for number in range(30))
         found = [(question.key, lines(answer)) for question, answer in made.answers(service(echo), queue, kill_one)]
     assert sorted(found) == sorted((str(number), [f'"{number}!"']) for number in range(30))
@@ -325,7 +325,7 @@ def test_workers_of_this_machine_that_do_not_come_back_are_started_anew(
 ) -> None:
     monkeypatch.setattr("pytest_hricdv.extra.cluster.cluster.WAIT_FOR_LOCAL_S", 0.5)
     said: list[str] = []
-    with connected(Address(workers=1), said.append) as made:
+    with connect(Address(workers=1), said.append) as made:
         local = made.connection._local
         assert local is not None
         local.cluster.scale(0)
@@ -354,7 +354,7 @@ def test_a_worker_with_other_versions_is_refused_and_named(echo: Path, tmp_path:
         with subprocess.Popen(worker, env=given, **lost_workers.QUIET) as process:  # type: ignore[call-overload]
             said: list[str] = []
             with pytest.raises(ClusterError, match=r"no worker can be asked: .*msgspec .*, now 0\.0\.1"):
-                connected(Address(scheduler.address), said.append).__enter__()
+                connect(Address(scheduler.address), said.append).__enter__()
             process.kill()
     assert len(said) == 2
     assert "is neither encrypted nor authenticated" in said[0]

@@ -26,7 +26,7 @@ STARTS = 5
 
 
 @dataclass(frozen=True)
-class Searching:
+class ViolationSearch:
     """Looks for violations beside a suite: varies the tests that came nearest to violating a requirement.
 
     The suite has checked its own tests already, so every run of a search is a new test. A requirement that the suite
@@ -57,7 +57,7 @@ class Searching:
         if not triggered:
             return _without_runs("never triggered"), None
         margin = triggered[0].requirements[requirement.id].margin
-        if any(self._violated(requirement, result.requirements[requirement.id]) for result in triggered):
+        if any(self._is_violated(requirement, result.requirements[requirement.id]) for result in triggered):
             return _without_runs("violated by the suite", margin, triggered[0].id), None
         starts = triggered[:STARTS]
         outcome = self._search(requirement, starts, budget)
@@ -74,35 +74,35 @@ class Searching:
             replay=None,
             abstract=(),
         )
-        return self._kept(requirement, start, outcome, record) if outcome.evaluation.violated else (record, None)
+        return self._keep(requirement, start, outcome, record) if outcome.evaluation.violated else (record, None)
 
     def _search(self, requirement: Criterion, starts: Iterable[TestResult], budget: Budget) -> SearchOutcome:
         def run(test: ConcreteTest) -> Evaluation:
-            verdict = self._judged(_named(test, requirement), requirement.id)
+            verdict = self._judge(_rename(test, requirement), requirement.id)
             if verdict is None:
                 return Evaluation(None, violated=False)
-            return Evaluation(verdict.margin, self._violated(requirement, verdict))
+            return Evaluation(verdict.margin, self._is_violated(requirement, verdict))
 
         cases = [(self.chosen[start.nodeid], start.requirements[requirement.id]) for start in starts]
         tests = [(case.concrete, Evaluation(judged.margin, violated=False)) for case, judged in cases]
         rng = make_rng(SEARCH, self.seed, requirement.id)
         return search_violation(tests, cases[0][0].ranges, run, budget, rng)
 
-    def _judged(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
+    def _judge(self, test: ConcreteTest, requirement: str) -> RequirementResult | None:
         if self.judged is not None:
             return self.judged(test, requirement)
         result = self.rerunning.run(test)
         return None if result is None else result.verdict(requirement)
 
-    def _violated(self, requirement: Criterion, result: RequirementResult) -> bool:
+    def _is_violated(self, requirement: Criterion, result: RequirementResult) -> bool:
         return self.rerunning.is_violated(requirement.id, result)
 
-    def _kept(
+    def _keep(
         self, requirement: Criterion, start: TestResult, outcome: SearchOutcome, record: SearchResult
     ) -> tuple[SearchResult, HriCase | None]:
         """The record with the test that was outcome, which is kept as a replay file."""
         try:
-            result = self.rerunning.run(_named(outcome.test, requirement))
+            result = self.rerunning.run(_rename(outcome.test, requirement))
         except KeyboardInterrupt:  # that it is violated is known, and the test is not
             return replace(record, ended="interrupted"), None
         if result is None:
@@ -112,7 +112,7 @@ class Searching:
         return replace(record, id=made.abstract.id, replay=replay, abstract=made.abstract.lines), made
 
 
-def _named(test: ConcreteTest, requirement: Criterion) -> ConcreteTest:
+def _rename(test: ConcreteTest, requirement: Criterion) -> ConcreteTest:
     return named(test, f"{requirement.id}-{SEARCH}")
 
 
