@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from zlib import decompress  # as now: the code under test may replace them
 
 import pytest
+from _pytest._code.code import ReprExceptionInfo, ReprFileLocation, ReprTracebackNative
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.execution.outcome import XFAILED
@@ -85,7 +86,7 @@ class ResultRestorer:
             report.wasxfail, _, report.longrepr = failure.partition("\n\n")
         elif result.outcome != "passed":
             report.outcome = "failed"
-            report.longrepr = failure
+            report.longrepr = _failure_repr(failure, report.location)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
@@ -96,3 +97,16 @@ class ResultRestorer:
             return "xfailed", "x", "XFAIL (done before)"
         letter = "." if report.passed else "F"
         return report.outcome, letter, f"{report.outcome.upper()} (done before)"
+
+
+def _failure_repr(text: str, location: tuple[str, int | None, str]) -> ReprExceptionInfo:
+    """A failure as pytest shows it; its `reprcrash` has the message that the summary, JUnit XML and CI services repeat.
+
+    Args:
+        text: of the failure.
+        location: of the test function.
+    """
+    raised = [line.removeprefix("E").strip() for line in text.splitlines() if line.startswith("E  ")]
+    message = (raised or text.strip().splitlines() or [""])[0]
+    file, line, _ = location
+    return ReprExceptionInfo(ReprTracebackNative([text]), ReprFileLocation(file, (line or 0) + 1, message))

@@ -90,6 +90,7 @@ class TestRunner:
         case = case_of(item)
         if case is not None:
             case.forget()  # of an earlier run of the same item, as pytest-rerunfailures makes them
+            self._built = None  # of another test function with the same case
             self._setup_s, self._in_setup = 0.0, True
             case.runner = lambda this: self._run(this, item)
             case.checker = lambda this, result: self._check(this, result, item.nodeid)

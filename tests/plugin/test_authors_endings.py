@@ -285,3 +285,19 @@ def test_the_report_shows_what_the_author_of_a_test_made_of_it(
     assert len(late) == 2
     assert all("test_fixture_after" in problem and "OSError: jammed" in problem for problem in late)
     assert "known" not in result.stdout.str()
+
+
+@pytest.mark.slow
+def test_functions_that_do_not_run_the_same_test_one_after_the_other_have_their_own_results(
+    lamps: pytest.Pytester,
+) -> None:
+    functions = (
+        "def test_skip(hri_case):\n    pytest.skip('busy')\n",
+        "def test_fail(hri_case):\n    pytest.fail('own')\n",
+    )
+    (lamps.path / "test_lamps.py").write_text("import pytest\n\n" + "\n\n".join(functions), encoding="utf-8")
+    lamps.runpytest_inprocess(SUITE, "-k", "hall and polite")
+    assert {test["nodeid"].partition("[")[0]: test["outcome"] for test in report(lamps.path)["tests"]} == {
+        "test_lamps.py::test_skip": "not-run",
+        "test_lamps.py::test_fail": "error",
+    }
