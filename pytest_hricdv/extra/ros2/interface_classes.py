@@ -1,6 +1,6 @@
-"""Classes of messages, services and actions, made of interface files of packages that are not installed.
+"""Classes of messages, services and actions of packages that are not installed, made from their interface files.
 
-They are as those that `rosidl` generates: slots, defaults, checked setters, `SLOT_TYPES`.
+They are like those that `rosidl` generates: slots, defaults, checked setters, `SLOT_TYPES`.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _equal(one: Any, other: Any) -> bool:
 def _text(kind: FieldType) -> str:
     package, _, rest = kind.name.partition("/")
     name = f"{package}/{rest.rpartition('/')[2]}" if rest else kind.name
-    name += f"<{kind.most}>" if kind.most else ""
+    name += f"<{kind.max_length}>" if kind.max_length else ""
     if not kind.is_array:
         return name
     return f"{name}[{kind.size}]" if kind.is_fixed else f"sequence<{name}{f', {kind.size}' if kind.size else ''}>"
@@ -150,7 +150,7 @@ def _setter(field: InterfaceField) -> Any:
 
     def set_value(message: Any, value: Any) -> None:
         if kind.is_array:
-            value = _checked_array(field, value)
+            value = _check_array(field, value)
         else:
             _check(field.name, kind, value)
         setattr(message, slot, value)
@@ -158,7 +158,7 @@ def _setter(field: InterfaceField) -> Any:
     return set_value
 
 
-def _checked_array(field: InterfaceField, value: Any) -> Any:
+def _check_array(field: InterfaceField, value: Any) -> Any:
     kind = field.type
     is_sequence = hasattr(value, "__len__") and hasattr(value, "__iter__") and not isinstance(value, (str, dict))
     fits = is_sequence and (
@@ -191,8 +191,8 @@ def _check(name: str, kind: FieldType, value: Any) -> None:
     if kind.name == "float":
         fits = not abs(value) > _MAX_FLOAT32 or value in (float("inf"), float("-inf"))
         assert fits, f"The '{name}' field must be a float in [-{_MAX_FLOAT32}, {_MAX_FLOAT32}]"
-    if kind.most is not None:
-        assert len(value) <= kind.most, f"The '{name}' field must be a text of at most {kind.most} characters"
+    if kind.max_length is not None:
+        assert len(value) <= kind.max_length, f"The '{name}' field must be of at most {kind.max_length} characters"
 
 
 def slot_type(kind: FieldType) -> Any:
@@ -240,7 +240,7 @@ def _service_class(module: str, name: str, request: Part, response: Part) -> Any
         InterfaceField(part, FieldType(f"{package}/{folder}/{name}_{part.capitalize()}", is_array=True, size=1))
         for part in ("request", "response")
     ]
-    members["Event"] = _message_class(module, f"{name}_Event", Part((info, *both), ()))
+    members["Event"] = _message_class(module, f"{name}_Event", Part((info, *both)))
     return _Interface(name, (), members)
 
 
@@ -251,16 +251,16 @@ def _action_class(module: str, name: str, goal: Part, result: Part, feedback: Pa
     classes = {key: _message_class(module, f"{name}_{key}", part) for key, part in parts.items()}
     goal_id = InterfaceField("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
 
-    def nested(key: str) -> InterfaceField:
+    def part_field(key: str) -> InterfaceField:
         return InterfaceField(key.lower(), FieldType(f"{package}/{folder}/{name}_{key}"))
 
     stamp = InterfaceField("stamp", FieldType("builtin_interfaces/msg/Time"))
-    send_goal = Part((goal_id, nested("Goal")), ()), Part((InterfaceField("accepted", FieldType("boolean")), stamp), ())
-    get_result = Part((goal_id,), ()), Part((InterfaceField("status", FieldType("int8")), nested("Result")), ())
+    send_goal = Part((goal_id, part_field("Goal"))), Part((InterfaceField("accepted", FieldType("boolean")), stamp))
+    get_result = Part((goal_id,)), Part((InterfaceField("status", FieldType("int8")), part_field("Result")))
     impl = {
         "SendGoalService": _service_class(module, f"{name}_SendGoal", *send_goal),
         "GetResultService": _service_class(module, f"{name}_GetResult", *get_result),
-        "FeedbackMessage": _message_class(module, f"{name}_FeedbackMessage", Part((goal_id, nested("Feedback")), ())),
+        "FeedbackMessage": _message_class(module, f"{name}_FeedbackMessage", Part((goal_id, part_field("Feedback")))),
         "CancelGoalService": _class("action_msgs/srv/CancelGoal"),
         "GoalStatusMessage": _class("action_msgs/msg/GoalStatusArray"),
     }

@@ -1,31 +1,18 @@
-"""Interface files of ROS 2, as text: the fields and constants of `.msg`, `.srv` and `.action` files.
-
-As the ROS 2 documentation "About interfaces" describes them.
-"""
+"""The fields and constants of interface files (`.msg`, `.srv`, `.action`), read by `rosidl_adapter` of ROS 2."""
 
 from __future__ import annotations
 
-import ast
+import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import redirect_stderr
 from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2Error
 
-NUMBERS = {
-    "byte": "octet",
-    "char": "uint8",  # since ROS 2 dashing, where IDL has it so
-    "float32": "float",
-    "float64": "double",
-    **{f"{sign}int{bits}": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
-}
-"""Name of a type of numbers in interface files -> in IDL."""
-
-_TEXTS = ("string", "wstring")
-_TYPE = re.compile(r"(?P<name>[A-Za-z]\w*(?:/\w+){0,2})(?:<=(?P<most>\d+))?(?P<array>\[(?P<bound><=)?(?P<size>\d*)\])?")
-_ENTRY = re.compile(rf"(?P<type>{_TYPE.pattern})\s+(?P<field>[A-Za-z]\w*)\s*(?P<rest>.*)", re.DOTALL)
-_SEPARATOR = re.compile(r"---\s*")
+_IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
+"""Name of a type in interface files -> in IDL, where they differ."""
 
 
 @dataclass(frozen=True)
@@ -33,28 +20,27 @@ class FieldType:
     """The type of a field.
 
     Args:
-        name: of a type of numbers in IDL, "boolean", "string", "wstring", or "package/folder/Name".
-        is_array: whether there are several.
-        size: of an array with a fixed size, or the most elements; None: any number.
-        is_fixed: whether there are exactly `size`.
-        most: characters of a text; None: any number.
+        name: of a basic type in IDL, or "package/folder/Name".
+        size: of an array with a fixed size, or the maximum number of elements; None: unbounded.
+        is_fixed: whether there are exactly `size` elements.
+        max_length: of a string; None: unbounded.
     """
 
     name: str
     is_array: bool = False
     size: int | None = None
     is_fixed: bool = False
-    most: int | None = None
+    max_length: int | None = None
 
     @property
     def is_message(self) -> bool:
-        """Whether it is another message."""
+        """Whether the type is another message."""
         return "/" in self.name
 
 
 @dataclass(frozen=True)
 class InterfaceField:
-    """A field of a message; `default` is None where the file says none."""
+    """A field of a message; `default` is None where the file gives none."""
 
     name: str
     type: FieldType
@@ -66,102 +52,59 @@ class Part:
     """A message, or one part of a service or an action."""
 
     fields: tuple[InterfaceField, ...]
-    constants: tuple[tuple[str, Any], ...]
+    constants: tuple[tuple[str, Any], ...] = ()
 
 
-def parts_of(text: str, package: str, place: str) -> list[Part]:
-    """The parts of a file: one of a message, two of a service, three of an action.
+def parts_of(text: str, package: str, location: str) -> list[Part]:
+    """The parts of an interface file: one of a message, two of a service, three of an action.
 
     Args:
-        package: that the file is of, for types without a package.
-        place: of the file, for messages.
+        package: of the file; for types without a package.
+        location: of the file, for messages.
 
     Raises:
-        Ros2Error: a line is no field, no constant and no comment.
+        Ros2Error: a line is wrong, or `rosidl_adapter` is missing.
     """
-    parts, lines = [], list[tuple[int, str]]()
+    parts: list[tuple[list[InterfaceField], list[tuple[str, Any]]]] = [([], [])]
     for number, line in enumerate(text.splitlines(), start=1):
-        if _SEPARATOR.fullmatch(line):
-            parts.append(_part(lines, package, place))
-            lines = []
-        else:
-            lines.append((number, line))
-    return [*parts, _part(lines, package, place)]
-
-
-def _part(lines: Sequence[tuple[int, str]], package: str, place: str) -> Part:
-    fields, constants = [], []
-    for number, line in lines:
-        content = _without_comment(line)
-        if not content:
+        if line.rstrip() == "---":
+            parts.append(([], []))
             continue
-        entry = _ENTRY.fullmatch(content)
-        if entry is None:
-            problem = f"{content!r} is neither a field, as `float64 x`, nor a constant, `uint8 A=1`"
-            raise Ros2Error(f"{place}:{number}: {problem}")
-        kind, name, rest = _type(entry, package), entry["field"], entry["rest"]
-        try:
-            if rest.startswith("=") and not kind.is_array:
-                constants.append((name, _value(kind, rest[1:].strip())))
+        fields, constants = parts[-1]
+        for entry in _entries(line.lstrip(), package, f"{location}:{number}"):
+            if hasattr(entry, "value"):
+                constants.append((entry.name, bytes([entry.value]) if entry.type == "byte" else entry.value))
             else:
-                fields.append(InterfaceField(name, kind, _value(kind, rest) if rest else None))
-        except (KeyError, ValueError, SyntaxError, TypeError):
-            raise Ros2Error(f"{place}:{number}: {rest!r} is no value of type {entry['type']}") from None
-    return Part(tuple(fields), tuple(constants))
+                fields.append(_field(entry))
+    return [Part(tuple(fields), tuple(constants)) for fields, constants in parts]
 
 
-def _without_comment(line: str) -> str:
-    """The content of a line: a text may have "#" in it."""
-    quote = ""
-    for index, character in enumerate(line):
-        if quote:
-            quote = "" if character == quote and line[index - 1] != "\\" else quote
-        elif character in "\"'":
-            quote = character
-        elif character == "#":
-            return line[:index].strip()
-    if quote:  # an apostrophe in a text that has no quotes around it
-        return line.partition("#")[0].strip()
-    return line.strip()
+def _entries(line: str, package: str, location: str) -> Iterator[Any]:
+    """The fields and constants of one line, as `rosidl_adapter` reads them."""
+    try:
+        from rosidl_adapter.parser import (  # type: ignore[import-not-found, unused-ignore]
+            parse_message_string,
+        )
+    except ModuleNotFoundError as error:
+        raise Ros2Error(
+            f"{location}: the package {error.name!r} of ROS 2, which reads interface files, cannot be imported; source "
+            "a distribution, or run `pip install ros-rclpy`"
+        ) from None
+    line = re.sub(r"^Header\b", "std_msgs/Header", line)  # as ROS 1 had it
+    try:
+        with open(os.devnull, "w") as nowhere, redirect_stderr(nowhere):  # it prints what it raises
+            message = parse_message_string(package, "Line", line)
+    except Exception as error:  # its errors have no class in common
+        raise Ros2Error(f"{location}: {line!r}: {type(error).__name__}: {error}") from None
+    yield from message.fields
+    yield from message.constants
 
 
-def _type(entry: re.Match[str], package: str) -> FieldType:
-    return FieldType(
-        _full_name(entry["name"], package),
-        is_array=entry["array"] is not None,
-        size=int(entry["size"]) if entry["size"] else None,
-        is_fixed=bool(entry["size"]) and entry["bound"] is None,
-        most=int(entry["most"]) if entry["most"] else None,
-    )
-
-
-def _full_name(name: str, package: str) -> str:
-    if name == "bool":
-        return "boolean"
-    if name in NUMBERS or name in _TEXTS:
-        return NUMBERS.get(name, name)
-    if name == "Header":  # as ROS 1 had it
-        return "std_msgs/msg/Header"
-    parts = name.split("/")
-    return "/".join([parts[0] if len(parts) > 1 else package, "msg", parts[-1]])
-
-
-def _value(kind: FieldType, text: str) -> Any:
-    """A value of a field or a constant. Raises KeyError, ValueError, SyntaxError or TypeError for what is none."""
-    if kind.is_array:
-        element = FieldType(kind.name)
-        inner = text.strip().removeprefix("[").removesuffix("]").strip()
-        if kind.name in _TEXTS:
-            return list(ast.literal_eval(f"[{inner}]"))
-        return [_value(element, item.strip()) for item in inner.split(",") if item.strip()]
-    if kind.is_message:
-        raise ValueError(text)
-    if kind.name in _TEXTS:
-        quoted = len(text) > 1 and text[0] == text[-1] and text[0] in "\"'"
-        return str(ast.literal_eval(text)) if quoted else text
-    if kind.name == "boolean":
-        return {"true": True, "1": True, "false": False, "0": False}[text.lower()] if text else False
-    if kind.name in ("float", "double"):
-        return float(text)
-    number = int(text, 0)
-    return bytes([number]) if kind.name == "octet" else number
+def _field(entry: Any) -> InterfaceField:
+    kind, default = entry.type, entry.default_value
+    name = _IDL_NAMES.get(kind.type, kind.type) if kind.pkg_name is None else f"{kind.pkg_name}/msg/{kind.type}"
+    if name == "octet" and default is not None:
+        default = [bytes([value]) for value in default] if kind.is_array else bytes([default])
+    is_fixed = kind.is_array and bool(kind.array_size) and not kind.is_upper_bound
+    field_type = FieldType(name, kind.is_array, kind.array_size, is_fixed, kind.string_upper_bound)
+    return InterfaceField(entry.name, field_type, default)
