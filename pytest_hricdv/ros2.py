@@ -1,10 +1,8 @@
 """Test doubles for what surrounds a node of ROS 2."""
 
-from pytest_hricdv.extra.ros2.kit.arm import JointTrajectoryFollower
 from pytest_hricdv.extra.ros2.kit.bag import BagPlayer
-from pytest_hricdv.extra.ros2.kit.base import PlanarBase, PlanarPose
-from pytest_hricdv.extra.ros2.kit.laser import Laser
+from pytest_hricdv.extra.ros2.kit.base import Laser, PlanarBase, PlanarPose
 from pytest_hricdv.extra.ros2.kit.managed import ManagedNode
-from pytest_hricdv.extra.ros2.kit.navigation import Navigation
+from pytest_hricdv.extra.ros2.kit.navigation import JointTrajectoryFollower, Navigation
 
 __all__ = ["BagPlayer", "JointTrajectoryFollower", "Laser", "ManagedNode", "Navigation", "PlanarBase", "PlanarPose"]

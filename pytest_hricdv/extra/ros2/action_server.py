@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partialmethod
 from typing import Any
 
 from pytest_hricdv.extra.ros2.actions import NEXT_STATE, GoalEvent, GoalState, part_names
@@ -16,7 +17,7 @@ from pytest_hricdv.extra.ros2.wait_set import WaitSet
 
 _NS_PER_S = 1_000_000_000
 
-_NOTHING_WRONG, _UNKNOWN_GOAL, _GOAL_OVER = 0, 2, 3
+_UNKNOWN_GOAL, _GOAL_OVER = 2, 3
 """Return codes of `action_msgs/srv/CancelGoal`."""
 
 
@@ -39,6 +40,10 @@ class _Goal:
     @property
     def is_active(self) -> bool:
         return self.state <= GoalState.CANCELING
+
+    @property
+    def may_be_canceled(self) -> bool:
+        return (self.state, GoalEvent.CANCEL_GOAL) in NEXT_STATE
 
 
 class ActionServer(Destroyable):
@@ -83,34 +88,22 @@ class ActionServer(Destroyable):
         for entity in (self._goal, self._cancel, self._result, self._feedback, self._status, self._expiry):
             entity.destroy_when_not_in_use()
 
-    def take_goal_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
-        """Whose request is the oldest, and the request; (None, None) if there is none, as of the following ones."""
-        return self._take(self._goal, kind)
-
-    def take_cancel_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
-        """Likewise to cancel goals."""
-        return self._take(self._cancel, kind)
-
-    def take_result_request(self, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
-        """Likewise for a result."""
-        return self._take(self._result, kind)
-
-    @staticmethod
-    def _take(service: Service, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
-        request, info = service.service_take_request(kind)
+    def _take(self, part: str, kind: type[Any]) -> tuple[RequestId, Any] | tuple[None, None]:
+        """Whose request is the oldest, and the request; (None, None) if there is none."""
+        request, info = vars(self)[part].service_take_request(kind)
         return (None, None) if info is None else (info.request_id, request)
 
-    def send_goal_response(self, header: RequestId, response: Any) -> None:
-        """Answer whether a goal is accepted."""
-        self._goal.service_send_response(response, header)
+    take_goal_request = partialmethod(_take, "_goal")
+    take_cancel_request = partialmethod(_take, "_cancel")
+    take_result_request = partialmethod(_take, "_result")
 
-    def send_cancel_response(self, header: RequestId, response: Any) -> None:
-        """Answer which goals are cancelled."""
-        self._cancel.service_send_response(response, header)
+    def _respond(self, part: str, header: RequestId, response: Any) -> None:
+        """Answer a request."""
+        vars(self)[part].service_send_response(response, header)
 
-    def send_result_response(self, header: RequestId, response: Any) -> None:
-        """Answer with the result."""
-        self._result.service_send_response(response, header)
+    send_goal_response = partialmethod(_respond, "_goal")
+    send_cancel_response = partialmethod(_respond, "_cancel")
+    send_result_response = partialmethod(_respond, "_result")
 
     def publish_feedback(self, message: Any) -> None:
         """Publish how far a goal is."""
@@ -119,15 +112,10 @@ class ActionServer(Destroyable):
     def publish_status(self) -> None:
         """Publish the states of all goals."""
         array = self._types.GoalStatusMessage()
-        kind = self._status_kind()
-        array.status_list = [kind(goal_info=goal.info, status=int(goal.state)) for goal in self._goals.values()]
-        self._status.publish(array)
-
-    @staticmethod
-    def _status_kind() -> Any:
         from action_msgs.msg import GoalStatus  # type: ignore[import-not-found, unused-ignore]
 
-        return GoalStatus
+        array.status_list = [GoalStatus(goal_info=goal.info, status=int(goal.state)) for goal in self._goals.values()]
+        self._status.publish(array)
 
     def accept(self, goal_info: Any) -> _Goal:
         """Have a new goal. Raises RCLError for one that is there already."""
@@ -149,26 +137,18 @@ class ActionServer(Destroyable):
         has_key = any(key)
         if has_key and not until_ns:
             goal = self._goals.get(key)
-            response.return_code = self._refusal(goal)
-            response.goals_canceling = [] if goal is None or not self._may_cancel(goal) else [goal.info]
+            if goal is not None and goal.may_be_canceled:
+                response.goals_canceling = [goal.info]
+            else:
+                response.return_code = _UNKNOWN_GOAL if goal is None else _GOAL_OVER
             return response
         every = not has_key and not until_ns
-        meant = [
+        response.goals_canceling = [
             goal.info
             for name, goal in self._goals.items()
-            if self._may_cancel(goal) and (every or name == key or _stamp_ns(goal.info) <= until_ns)
+            if goal.may_be_canceled and (every or name == key or _stamp_ns(goal.info) <= until_ns)
         ]
-        response.goals_canceling = meant
         return response
-
-    @staticmethod
-    def _may_cancel(goal: _Goal) -> bool:
-        return (goal.state, GoalEvent.CANCEL_GOAL) in NEXT_STATE
-
-    def _refusal(self, goal: _Goal | None) -> int:
-        if goal is None:
-            return _UNKNOWN_GOAL
-        return _NOTHING_WRONG if self._may_cancel(goal) else _GOAL_OVER
 
     def notify_goal_done(self) -> None:
         """Note that goals are over: their results are forgotten some time after."""

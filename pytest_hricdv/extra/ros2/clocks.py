@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 from weakref import WeakSet
 
 from pytest_hricdv.extra.ros2.contexts import Context
-from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, running_kernel
+from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, Waitable, running_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, running_node
 from pytest_hricdv.runtime.virtual.clocks import EPOCH
 
@@ -198,7 +197,7 @@ class Clock(Destroyable):
             raise RCLError(f"clock is not of type ROS_TIME, but {self.type.name}")
 
 
-class ClockEvent(Awaited):
+class ClockEvent(Waitable):
     """As of the extension: what sleeping until a time of a clock waits for; set, it ends the sleep at once."""
 
     def __init__(self) -> None:
@@ -238,7 +237,7 @@ class ClockEvent(Awaited):
     wait_until_ros = _wait_until
 
 
-class Timer(Awaited):
+class Timer(Waitable):
     """As `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
 
     Args:
@@ -314,13 +313,8 @@ class Timer(Awaited):
         self._canceled = False
         self._has_new()
 
-    def set_on_reset_callback(self, callback: Callable[[int], None]) -> None:
-        """Call it with 1 each time it is reset; since lyrical."""
-        self._call_on_new(callback, 0)
-
-    def clear_on_reset_callback(self) -> None:
-        """Call nothing any more."""
-        self._call_no_more()
+    set_on_reset_callback = Waitable.set_callback
+    clear_on_reset_callback = Waitable.clear_callback
 
     def cancel_timer(self) -> None:
         """Let it not be due any more."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partialmethod
 from typing import Any
 
 from pytest_hricdv.extra.ros2 import names
@@ -17,8 +18,6 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 DEFAULT_DOMAIN = 2**64 - 1
 """As `RCL_DEFAULT_DOMAIN_ID`: the domain is not said, and is 0; the environment is not asked."""
-
-NamesAndTypes = list[tuple[str, list[str]]]
 
 
 class Context(Destroyable):
@@ -197,28 +196,17 @@ class Node(Destroyable):
                     parameters[name] = parameter_class(name, kind, value)
         return parameters
 
-    def get_count_publishers(self, topic: str) -> int:
-        """How many publish a topic."""
-        return len(self.graph.publishers.get(self._full(topic), ()))
-
-    def get_count_subscribers(self, topic: str) -> int:
-        """How many subscribe to it."""
-        return len(self.graph.subscriptions.get(self._full(topic), ()))
-
-    def get_count_clients(self, service: str) -> int:
-        """How many ask a service."""
-        return len(self.graph.clients.get(self._full(service), ()))
-
-    def get_count_services(self, service: str) -> int:
-        """How many serve it."""
-        return len(self.graph.services.get(self._full(service), ()))
-
-    @staticmethod
-    def _full(name: str) -> str:
+    def _count(self, part: str, name: str) -> int:
+        """How many entities of a part of the graph a topic or service has."""
         fault = names.full_topic_name_fault(name)
         if fault:
             raise RCLError(f"'{name}': {fault[0]}")
-        return name
+        return len(getattr(self.graph, part).get(name, ()))
+
+    get_count_publishers = partialmethod(_count, "publishers")
+    get_count_subscribers = partialmethod(_count, "subscriptions")
+    get_count_clients = partialmethod(_count, "clients")
+    get_count_services = partialmethod(_count, "services")
 
     def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
         """All nodes of the graph."""

@@ -5,13 +5,13 @@ A message that was lost is noticed by the next one of its publisher that arrives
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Protocol
 
-from pytest_hricdv.extra.ros2.handles import Awaited, RCLError
+from pytest_hricdv.extra.ros2.handles import RCLError, Waitable
 from pytest_hricdv.extra.ros2.qos import MANUAL_BY_TOPIC, Profile, QosPolicyKind
 from pytest_hricdv.runtime.kernel import Kernel
 
@@ -42,35 +42,32 @@ class PublisherEventType(IntEnum):
 
 
 @dataclass
-class _Status(ABC):
-    """What happened, and how much of it since it was last taken: in fields that end with `_change`."""
+class EventStatus:
+    """What has happened, and in fields that end with `_change`, how much of it since the status was last taken."""
 
-    @abstractmethod
-    def changed(self) -> bool:
+    def has_changed(self) -> bool:
         """Whether one of these fields is not 0."""
+        return any(vars(self)[name] for name in self._changes())
 
-    def taken(self) -> Any:
-        """A copy; what changes is counted anew."""
+    def take(self) -> Any:
+        """A copy; counting of changes begins again."""
         copy = replace(self)
-        for counter in fields(self):
-            if counter.name.endswith("_change"):
-                setattr(self, counter.name, 0)
+        vars(self).update(dict.fromkeys(self._changes(), 0))
         return copy
+
+    def _changes(self) -> list[str]:
+        return [name for name in vars(self) if name.endswith("_change")]
 
 
 @dataclass
-class CountStatus(_Status):
+class CountStatus(EventStatus):
     """How often it happened."""
 
     total_count: int = 0
     total_count_change: int = 0
 
-    def changed(self) -> bool:
-        """Whether it happened since it was taken."""
-        return self.total_count_change != 0
-
     def count(self, times: int = 1) -> None:
-        """It happened once more, or so often."""
+        """Count some more."""
         self.total_count += times
         self.total_count_change += times
 
@@ -83,7 +80,7 @@ class QosIncompatibleStatus(CountStatus):
 
 
 @dataclass
-class LivelinessChangedStatus(_Status):
+class LivelinessChangedStatus(EventStatus):
     """How many publishers are alive, and how many are not."""
 
     alive_count: int = 0
@@ -92,15 +89,11 @@ class LivelinessChangedStatus(_Status):
     not_alive_count_change: int = 0
 
     def change(self, alive: int, not_alive: int) -> None:
-        """So many more are alive, and are not."""
+        """Count publishers that become alive, or not alive, or leave (negative)."""
         self.alive_count += alive
         self.alive_count_change += alive
         self.not_alive_count += not_alive
         self.not_alive_count_change += not_alive
-
-    def changed(self) -> bool:
-        """Whether one of them has changed since it was taken."""
-        return self.alive_count_change != 0 or self.not_alive_count_change != 0
 
 
 @dataclass
@@ -109,10 +102,6 @@ class MatchedStatus(CountStatus):
 
     current_count: int = 0
     current_count_change: int = 0
-
-    def changed(self) -> bool:
-        """Whether one of them has changed since it was taken."""
-        return self.total_count_change != 0 or self.current_count_change != 0
 
 
 @dataclass
@@ -126,7 +115,7 @@ class EndpointEvents:
     deadline_missed: CountStatus = field(default_factory=CountStatus)
     liveliness_lost: CountStatus = field(default_factory=CountStatus)
     message_lost: CountStatus = field(default_factory=CountStatus)
-    handles: list[Awaited] = field(default_factory=list)
+    handles: list[Waitable] = field(default_factory=list)
     """Who waits for one of them."""
 
     def match(self, change: int, is_alive: bool = True) -> None:
@@ -165,7 +154,7 @@ class EndpointEvents:
             handle.wake()
 
 
-class _Endpoint(Protocol):
+class Endpoint(Protocol):
     """What events need of a publisher or a subscription."""
 
     events: EndpointEvents
@@ -178,14 +167,8 @@ class _Endpoint(Protocol):
     def leases(self) -> list[Lease]: ...
 
 
-class _Publisher(Protocol):
-    """What a lease needs of its publisher."""
-
-    events: EndpointEvents
-    profile: Profile
-
-    @property
-    def kernel(self) -> Kernel: ...
+class _LeaseHolder(Endpoint, Protocol):
+    """A publisher."""
 
     def subscriptions(self) -> Sequence[Any]: ...
 
@@ -193,7 +176,7 @@ class _Publisher(Protocol):
 class Lease:
     """Until when a publisher counts as alive: one that says so itself, for a time. Others are while they exist."""
 
-    def __init__(self, publisher: _Publisher) -> None:
+    def __init__(self, publisher: _LeaseHolder) -> None:
         self._publisher = publisher
         profile = publisher.profile
         self._lease_ns = profile.finite_lease_ns if profile.liveliness == MANUAL_BY_TOPIC else 0
@@ -231,32 +214,27 @@ class Lease:
             subscription.events.revive(1 if is_alive else -1)
 
 
-_STATUS: dict[IntEnum, str] = {
-    SubscriptionEventType.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: "deadline_missed",
-    SubscriptionEventType.RCL_SUBSCRIPTION_LIVELINESS_CHANGED: "liveliness_changed",
-    SubscriptionEventType.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: "incompatible",
-    SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST: "message_lost",
-    SubscriptionEventType.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: "wrong_type",
-    SubscriptionEventType.RCL_SUBSCRIPTION_MATCHED: "matched",
+_STATUS = {
+    "DEADLINE_MISSED": "deadline_missed",
+    "LIVELINESS_CHANGED": "liveliness_changed",
+    "LIVELINESS_LOST": "liveliness_lost",
+    "INCOMPATIBLE_QOS": "incompatible",
+    "MESSAGE_LOST": "message_lost",
+    "INCOMPATIBLE_TYPE": "wrong_type",
+    "MATCHED": "matched",
 }
-_PUBLISHER_STATUS: dict[IntEnum, str] = {
-    PublisherEventType.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: "deadline_missed",
-    PublisherEventType.RCL_PUBLISHER_LIVELINESS_LOST: "liveliness_lost",
-    PublisherEventType.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: "incompatible",
-    PublisherEventType.RCL_PUBLISHER_INCOMPATIBLE_TYPE: "wrong_type",
-    PublisherEventType.RCL_PUBLISHER_MATCHED: "matched",
-}
+"""Name of an event type, without what it is of -> the status among `EndpointEvents`."""
+_PREFIX = re.compile("RCL_(SUBSCRIPTION|PUBLISHER)_(REQUESTED_|OFFERED_)?")
 
 
-class EventHandle(Awaited):
+class EventHandle(Waitable):
     """As `rcl_event_t`."""
 
-    def __init__(self, endpoint: _Endpoint, event_type: SubscriptionEventType | PublisherEventType) -> None:
+    def __init__(self, endpoint: Endpoint, event_type: SubscriptionEventType | PublisherEventType) -> None:
         super().__init__(endpoint.kernel)
-        of_subscription = isinstance(event_type, SubscriptionEventType)
-        name = _STATUS[event_type] if of_subscription else _PUBLISHER_STATUS[event_type]
+        name = _STATUS[_PREFIX.sub("", event_type.name)]
         self._endpoint = endpoint
-        self._status: _Status = getattr(endpoint.events, name)
+        self._status: EventStatus = getattr(endpoint.events, name)
         self._of_liveliness = name in ("liveliness_lost", "liveliness_changed")
         self._limit_ns = endpoint.profile.finite_deadline_ns if name == "deadline_missed" else 0
         self._counted_ns = -1  # up to when delays were counted
@@ -282,7 +260,7 @@ class EventHandle(Awaited):
                 lease.look()
         elif self._limit_ns:
             self._count_delays()
-        return self._status.changed()
+        return self._status.has_changed()
 
     def _count_delays(self) -> None:
         now_ns = self.kernel.now_us * 1000
@@ -294,4 +272,4 @@ class EventHandle(Awaited):
     def take_event(self) -> Any:
         """What has happened."""
         self.is_ready()
-        return self._status.taken()
+        return self._status.take()

@@ -17,16 +17,16 @@ from pytest_hricdv.extra.ros2 import (
     clocks,
     contexts,
     events,
-    graph_queries,
+    graph,
     handles,
     lifecycle,
     logging,
     names,
     qos,
 )
-from pytest_hricdv.extra.ros2.action_client import ActionClient
 from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
-from pytest_hricdv.extra.ros2.events_executor import events_executor
+from pytest_hricdv.extra.ros2.actions import ActionClient
+from pytest_hricdv.extra.ros2.executor import events_executor
 from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, Service, ServiceInfo
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
@@ -85,9 +85,9 @@ class Node(contexts.Node):
     its context say so.
     """
 
-    get_action_names_and_types = graph_queries.actions
-    get_action_client_names_and_types_by_node = graph_queries.action_clients_by_node
-    get_action_server_names_and_types_by_node = graph_queries.action_servers_by_node
+    get_action_names_and_types = graph.actions
+    get_action_client_names_and_types_by_node = graph.action_clients_by_node
+    get_action_server_names_and_types_by_node = graph.action_servers_by_node
 
     def __init__(self, *arguments: Any) -> None:
         *common, profile = arguments if len(arguments) > _ARGUMENTS_OF_JAZZY else (*arguments, None)
@@ -176,7 +176,7 @@ _ERRORS: dict[str, type[Exception]] = {
     "RMWError": RuntimeError,
     "RCLInvalidROSArgsError": arguments.InvalidROSArgsError,
     "UnknownROSArgsError": arguments.UnknownROSArgsError,
-    "NodeNameNonExistentError": graph_queries.NodeNameNonExistentError,
+    "NodeNameNonExistentError": graph.NodeNameNonExistentError,
     "TimerCancelledError": clocks.TimerCancelledError,
     "UnsupportedEventTypeError": events.UnsupportedEventTypeError,
     "NotImplementedError": NotImplementedError,
@@ -224,14 +224,14 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_get_validation_error_for_full_topic_name": names.full_topic_name_fault,
     "rclpy_get_validation_error_for_namespace": names.namespace_fault,
     "rclpy_get_validation_error_for_node_name": names.node_name_fault,
-    "rclpy_get_topic_names_and_types": graph_queries.topic_names_and_types,
-    "rclpy_get_service_names_and_types": graph_queries.service_names_and_types,
-    "rclpy_get_publisher_names_and_types_by_node": graph_queries.publishers_by_node,
-    "rclpy_get_subscriber_names_and_types_by_node": graph_queries.subscribers_by_node,
-    "rclpy_get_service_names_and_types_by_node": graph_queries.services_by_node,
-    "rclpy_get_client_names_and_types_by_node": graph_queries.clients_by_node,
-    "rclpy_get_publishers_info_by_topic": graph_queries.publishers_info,
-    "rclpy_get_subscriptions_info_by_topic": graph_queries.subscriptions_info,
+    "rclpy_get_topic_names_and_types": graph.topic_names_and_types,
+    "rclpy_get_service_names_and_types": graph.service_names_and_types,
+    "rclpy_get_publisher_names_and_types_by_node": graph.publishers_by_node,
+    "rclpy_get_subscriber_names_and_types_by_node": graph.subscribers_by_node,
+    "rclpy_get_service_names_and_types_by_node": graph.services_by_node,
+    "rclpy_get_client_names_and_types_by_node": graph.clients_by_node,
+    "rclpy_get_publishers_info_by_topic": graph.publishers_info,
+    "rclpy_get_subscriptions_info_by_topic": graph.subscriptions_info,
     "rclpy_qos_check_compatible": qos.check_compatible,
     "rclpy_action_get_rmw_qos_profile": lambda name: qos.ACTION_STATUS.to_dict(),
     "rclpy_serialize": cdr.serialize,

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol, cast
 
+from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
+from pytest_hricdv.extra.ros2.messages import type_name
 from pytest_hricdv.runtime.kernel import Kernel
+
+NamesAndTypes = list[tuple[str, list[str]]]
+_Entities = dict[str, list[Any]]
+
+
+class NodeNameNonExistentError(RCLError):
+    """As of the extension."""
 
 
 class Carrier(Protocol):
@@ -26,31 +36,58 @@ class Carrier(Protocol):
     ) -> None: ...
 
 
+class GraphEntity(Destroyable):
+    """A publisher, subscription, service or client. It leaves the graph when it is destroyed, or its context ends."""
+
+    node: Any
+    """Of `contexts.Node`."""
+    kind: type[Any]
+    full_name: str
+    """Of its topic or service."""
+    _group: list[Any]
+
+    def _join(self, entities: _Entities) -> None:
+        """Enter the graph, among the entities of its kind."""
+        self._group = entities.setdefault(self.full_name, [])
+        self._group.append(self)
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        self.leave()
+
+    def leave(self) -> None:
+        """Leave the graph; a second time has no effect."""
+        if self in self._group:
+            self._group.remove(self)
+            self._on_leave()
+
+    def _on_leave(self) -> None:
+        """For subclasses: what they do when they have left."""
+
+    def get_logger_name(self) -> str:
+        """The name of its node's logger."""
+        return str(self.node.logger_name())
+
+
 @dataclass
 class Graph:
-    """All that is there in one domain of a run, each in the order in which it was made.
+    """What there is in one domain of a run, each in the order of creation: full name of a topic or service -> entities.
 
     It is below those whom it lists, so it does not know their classes.
     """
 
     nodes: list[Any] = field(default_factory=list)
-    """Of `contexts.Node`."""
-    publishers: dict[str, list[Any]] = field(default_factory=dict)
-    """Full name of a topic -> its `topics.Publisher`s."""
-    subscriptions: dict[str, list[Any]] = field(default_factory=dict)
-    """Full name of a topic -> its `topics.Subscription`s."""
-    services: dict[str, list[Any]] = field(default_factory=dict)
-    """Full name of a service -> its `services.Service`s."""
-    clients: dict[str, list[Any]] = field(default_factory=dict)
-    """Full name of a service -> its `services.Client`s."""
+    publishers: _Entities = field(default_factory=dict)
+    subscriptions: _Entities = field(default_factory=dict)
+    services: _Entities = field(default_factory=dict)
+    clients: _Entities = field(default_factory=dict)
+    carrier: Carrier | None = None
+    """Carries what is sent; None: it is delivered, and nobody else sees it."""
 
     def entities(self) -> list[Any]:
         """Publishers, subscriptions, services and clients."""
         kinds = (self.publishers, self.subscriptions, self.services, self.clients)
         return [entity for kind in kinds for group in kind.values() for entity in group]
-
-    carrier: Carrier | None = None
-    """Carries what is sent; None: it is delivered, and nobody else sees it."""
 
 
 _GRAPHS, _CARRIER, _NOTES = "ros2 graphs", "ros2 carrier", "ros2 notes"
@@ -58,15 +95,12 @@ _GRAPHS, _CARRIER, _NOTES = "ros2 graphs", "ros2 carrier", "ros2 notes"
 
 def graph_of(kernel: Kernel, domain: int) -> Graph:
     """The graph of a domain of a run."""
-    graphs = kernel.own.setdefault(_GRAPHS, {})
-    assert isinstance(graphs, dict)
-    graph = graphs.setdefault(domain, Graph(carrier=cast("Carrier | None", kernel.own.get(_CARRIER))))
-    assert isinstance(graph, Graph)
-    return graph
+    graphs = cast("dict[int, Graph]", kernel.own.setdefault(_GRAPHS, {}))
+    return graphs.setdefault(domain, Graph(carrier=cast("Carrier | None", kernel.own.get(_CARRIER))))
 
 
 def all_graphs(kernel: Kernel) -> list[Graph]:
-    """Those of all domains of a run."""
+    """The graphs of all domains of a run."""
     return list(cast("dict[int, Graph]", kernel.own.get(_GRAPHS, {})).values())
 
 
@@ -77,13 +111,102 @@ def carry_with(kernel: Kernel, carrier: Carrier) -> None:
 
 def note(kernel: Kernel, sentence: str) -> None:
     """Keep a sentence for the report; it names no time, so that runs say the same of the same."""
-    notes = kernel.own.setdefault(_NOTES, {})
-    assert isinstance(notes, dict)
-    notes.setdefault(sentence)
+    cast("dict[str, None]", kernel.own.setdefault(_NOTES, {})).setdefault(sentence)
 
 
 def notes_of(kernel: Kernel) -> tuple[str, ...]:
     """The notes of a run, in the order in which they were made."""
-    notes = kernel.own.get(_NOTES, {})
-    assert isinstance(notes, dict)
-    return tuple(notes)
+    return tuple(cast("dict[str, None]", kernel.own.get(_NOTES, {})))
+
+
+def _names_and_types(entities: Iterable[Mapping[str, Sequence[Any]]]) -> NamesAndTypes:
+    types: dict[str, set[str]] = {}
+    for groups in entities:
+        for name, group in groups.items():
+            for entity in group:
+                types.setdefault(name, set()).add(type_name(entity.kind))
+    return [(name, sorted(types[name])) for name in sorted(types)]
+
+
+def topic_names_and_types(node: Any, no_demangle: bool) -> NamesAndTypes:
+    """All topics."""
+    return _names_and_types([node.graph.publishers, node.graph.subscriptions])
+
+
+def service_names_and_types(node: Any) -> NamesAndTypes:
+    """All services that are served or asked."""
+    return _names_and_types([node.graph.services, node.graph.clients])
+
+
+def _of_node(part: str, node: Any, *arguments: Any) -> NamesAndTypes:
+    """What a node has of a part of the graph.
+
+    Args:
+        part: attribute of the graph.
+        node: that asks.
+        arguments: for topics whether names are kept as they are; then name and namespace of the other node.
+
+    Raises:
+        NodeNameNonExistentError: there is no such node.
+    """
+    *_, name, namespace = arguments
+
+    def is_meant(other: Any) -> bool:
+        return bool((other.get_node_name(), other.get_namespace()) == (name, namespace))
+
+    if not any(map(is_meant, node.graph.nodes)):
+        raise NodeNameNonExistentError(f"cannot get names and types for nonexistent node {namespace}/{name}")
+    entities = getattr(node.graph, part)
+    return _names_and_types([{key: [own for own in group if is_meant(own.node)] for key, group in entities.items()}])
+
+
+publishers_by_node = partial(_of_node, "publishers")
+subscribers_by_node = partial(_of_node, "subscriptions")
+services_by_node = partial(_of_node, "services")
+clients_by_node = partial(_of_node, "clients")
+
+_FEEDBACK_TOPIC, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
+
+
+def _actions(topics: NamesAndTypes) -> NamesAndTypes:
+    """The actions, known by their topics for feedback."""
+    return [
+        (name.removesuffix(_FEEDBACK_TOPIC), [kind.removesuffix(_FEEDBACK_TYPE) for kind in kinds])
+        for name, kinds in topics
+        if name.endswith(_FEEDBACK_TOPIC)
+    ]
+
+
+def actions(node: Any) -> NamesAndTypes:
+    """All actions."""
+    return _actions(topic_names_and_types(node, False))
+
+
+def action_clients_by_node(node: Any, name: str, namespace: str) -> NamesAndTypes:
+    """The actions that a node asks for. Raises NodeNameNonExistentError, as the following one."""
+    return _actions(subscribers_by_node(node, name, namespace))
+
+
+def action_servers_by_node(node: Any, name: str, namespace: str) -> NamesAndTypes:
+    """The actions that a node serves."""
+    return _actions(publishers_by_node(node, name, namespace))
+
+
+def _info(part: str, endpoint_type: int, node: Any, topic: str, no_mangle: bool) -> list[dict[str, Any]]:
+    """The publishers or subscriptions of a topic, as dictionaries that `rclpy` reads."""
+    return [
+        {
+            "node_name": endpoint.node.get_node_name(),
+            "node_namespace": endpoint.node.get_namespace(),
+            "topic_type": type_name(endpoint.kind),
+            "topic_type_hash": {"version": 1, "value": bytes(32)},
+            "endpoint_type": endpoint_type,
+            "endpoint_gid": list(endpoint.pointer.to_bytes(16, "big")),
+            "qos_profile": endpoint.profile.to_dict(),
+        }
+        for endpoint in getattr(node.graph, part).get(topic, ())
+    ]
+
+
+publishers_info = partial(_info, "publishers", 1)
+subscriptions_info = partial(_info, "subscriptions", 2)

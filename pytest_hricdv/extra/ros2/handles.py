@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import deque
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pytest_hricdv.runtime.kernel import Kernel, Node, running_node
 from pytest_hricdv.runtime.node_error import KernelError
@@ -111,7 +112,7 @@ def arrival(kernel: Kernel) -> tuple[int, int]:
     return kernel.now_us * 1000, next(numbers)
 
 
-class Awaited(Destroyable, ABC):
+class Waitable(Destroyable, ABC):
     """A handle that a wait set can wait for."""
 
     def __init__(self, kernel: Kernel) -> None:
@@ -128,14 +129,18 @@ class Awaited(Destroyable, ABC):
         """Whether it is ready, at the end of a wait; a guard condition is not any more afterwards."""
         return self.is_ready()
 
-    def _call_on_new(self, callback: Callable[[int], None], waiting: int) -> None:
+    def set_callback(self, callback: Callable[[int], None]) -> None:
         """Call it with the number of what comes from now on, and at once with that of what waits already."""
         self._on_new = callback
-        if waiting:
+        if waiting := self._count_waiting():
             callback(waiting)
 
-    def _call_no_more(self) -> None:
+    def clear_callback(self) -> None:
+        """Call nothing any more."""
         self._on_new = None
+
+    def _count_waiting(self) -> int:
+        return 0
 
     def _has_new(self) -> None:
         """One more has come."""
@@ -144,7 +149,7 @@ class Awaited(Destroyable, ABC):
             self._on_new(1)
 
     def came(self) -> tuple[int, int] | None:
-        """When what it is ready for has come, and the how manieth in the run that was; None where that is not known."""
+        """When what it is ready for came (ns), and its number in the run; None where that is not known."""
         return None
 
     def due_ns(self) -> int | None:
@@ -155,3 +160,27 @@ class Awaited(Destroyable, ABC):
         """Let those that wait for it look again."""
         for node in self.waiting:
             node.kernel.wake(node)
+
+
+class QueueHandle(Waitable):
+    """A handle with a queue: it is ready while there is something in it."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        super().__init__(kernel)
+        self._queue: deque[tuple[Any, Any, int, tuple[int, int]]] = deque()
+        """Content, facts about it, a time (ns), and when it came."""
+
+    def is_ready(self) -> bool:
+        """Whether there is something in the queue."""
+        return bool(self._queue)
+
+    def came(self) -> tuple[int, int] | None:
+        """When the oldest came."""
+        return self._queue[0][3] if self._queue else None
+
+    def _count_waiting(self) -> int:
+        return len(self._queue)
+
+    def _enqueue(self, content: Any, facts: Any, time_ns: int) -> None:
+        self._queue.append((content, facts, time_ns, arrival(self.kernel)))
+        self._has_new()

@@ -153,17 +153,9 @@ class RmwProfile(Profile):
         lease: Duration,
         avoid_conventions: bool,
     ) -> None:
-        super().__init__(
-            int(history),
-            depth,
-            int(reliability),
-            int(durability),
-            lifespan.nanoseconds,
-            deadline.nanoseconds,
-            int(liveliness),
-            lease.nanoseconds,
-            avoid_conventions,
-        )
+        policies = int(history), depth, int(reliability), int(durability)
+        durations = lifespan.nanoseconds, deadline.nanoseconds
+        super().__init__(*policies, *durations, int(liveliness), lease.nanoseconds, avoid_conventions)
 
     @staticmethod
     def predefined(name: str) -> Profile:
@@ -188,41 +180,35 @@ def effective(profile: Profile, *, receives: bool = False) -> Profile:
     )
 
 
-_RELIABILITIES = {RELIABLE: "reliable", BEST_EFFORT: "best effort"}
-_DURABILITIES = {TRANSIENT_LOCAL: "transient local", VOLATILE: "volatile"}
-_LIVELINESSES = {AUTOMATIC: "automatic", MANUAL_BY_TOPIC: "manual by topic"}
-
-
-def _duration_text(duration_ns: int) -> str:
-    return "none" if not duration_ns or duration_ns >= BEST_AVAILABLE_NS else f"{duration_ns / _NS_PER_S:g} s"
+_POLICY_TEXTS: dict[QosPolicyKind, tuple[str, str, dict[int, str]]] = {
+    QosPolicyKind.RMW_QOS_POLICY_RELIABILITY: (
+        "reliability", "reliability", {RELIABLE: "reliable", BEST_EFFORT: "best effort"}
+    ),
+    QosPolicyKind.RMW_QOS_POLICY_DURABILITY: (
+        "durability", "durability", {TRANSIENT_LOCAL: "transient local", VOLATILE: "volatile"}
+    ),
+    QosPolicyKind.RMW_QOS_POLICY_DEADLINE: ("deadline", "deadline_ns", {}),
+    QosPolicyKind.RMW_QOS_POLICY_LIVELINESS: (
+        "liveliness", "liveliness", {AUTOMATIC: "automatic", MANUAL_BY_TOPIC: "manual by topic"}
+    ),
+    QosPolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION: ("lease of the liveliness", "lease_ns", {}),
+}  # fmt: skip
+"""Policy -> its name in reports, its attribute of a profile, and names of its values; durations have none."""
 
 
 def policies_text(offered: Profile, requested: Profile) -> str:
     """For a report, the policies by which two profiles do not match: "durability: volatile is offered, ..."."""
-    texts = {
-        QosPolicyKind.RMW_QOS_POLICY_RELIABILITY: (
-            "reliability",
-            *(_RELIABILITIES.get(profile.reliability, "?") for profile in (offered, requested)),
-        ),
-        QosPolicyKind.RMW_QOS_POLICY_DURABILITY: (
-            "durability",
-            *(_DURABILITIES.get(profile.durability, "?") for profile in (offered, requested)),
-        ),
-        QosPolicyKind.RMW_QOS_POLICY_DEADLINE: (
-            "deadline",
-            *(_duration_text(profile.deadline_ns) for profile in (offered, requested)),
-        ),
-        QosPolicyKind.RMW_QOS_POLICY_LIVELINESS: (
-            "liveliness",
-            *(_LIVELINESSES.get(profile.liveliness, "?") for profile in (offered, requested)),
-        ),
-        QosPolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION: (
-            "lease of the liveliness",
-            *(_duration_text(profile.lease_ns) for profile in (offered, requested)),
-        ),
-    }
-    differing = (texts[policy] for policy, _ in mismatches(offered, requested))
-    return "; ".join(f"{name}: {offers} is offered, {requests} requested" for name, offers, requests in differing)
+    parts = []
+    for policy, _ in mismatches(offered, requested):
+        name, attribute, texts = _POLICY_TEXTS[policy]
+        values = (getattr(profile, attribute) for profile in (offered, requested))
+        offer, request = (texts.get(value, "?") if texts else _duration_text(value) for value in values)
+        parts.append(f"{name}: {offer} is offered, {request} requested")
+    return "; ".join(parts)
+
+
+def _duration_text(duration_ns: int) -> str:
+    return "none" if not duration_ns or duration_ns >= BEST_AVAILABLE_NS else f"{duration_ns / _NS_PER_S:g} s"
 
 
 def last_policy(offered: Profile, requested: Profile) -> QosPolicyKind:
@@ -237,32 +223,35 @@ def last_policy(offered: Profile, requested: Profile) -> QosPolicyKind:
 
 def mismatches(offered: Profile, requested: Profile) -> list[tuple[QosPolicyKind, str]]:
     """Policies by which a publisher's and a subscription's profile do not match, and why; empty if they match."""
-    differing = []
-    if offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE:
-        differing.append((QosPolicyKind.RMW_QOS_POLICY_RELIABILITY, "Best effort publisher and reliable subscription"))
-    if offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL:
-        differing.append(
-            (QosPolicyKind.RMW_QOS_POLICY_DURABILITY, "Volatile publisher and transient local subscription")
-        )
-    if _longer(offered.deadline_ns, requested.deadline_ns):
-        differing.append(
-            (QosPolicyKind.RMW_QOS_POLICY_DEADLINE, "Subscription deadline is less than publisher deadline")
-        )
-    if offered.liveliness == AUTOMATIC and requested.liveliness == MANUAL_BY_TOPIC:
-        differing.append(
-            (
-                QosPolicyKind.RMW_QOS_POLICY_LIVELINESS,
-                "Publisher's liveliness is automatic and subscription's is manual by topic",
-            )
-        )
-    if _longer(offered.lease_ns, requested.lease_ns):
-        differing.append(
-            (
-                QosPolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION,
-                "Subscription's liveliness lease duration is less than publisher's",
-            )
-        )
-    return differing
+    kinds = QosPolicyKind
+    checks = (
+        (
+            offered.reliability == BEST_EFFORT and requested.reliability == RELIABLE,
+            kinds.RMW_QOS_POLICY_RELIABILITY,
+            "Best effort publisher and reliable subscription",
+        ),
+        (
+            offered.durability == VOLATILE and requested.durability == TRANSIENT_LOCAL,
+            kinds.RMW_QOS_POLICY_DURABILITY,
+            "Volatile publisher and transient local subscription",
+        ),
+        (
+            _longer(offered.deadline_ns, requested.deadline_ns),
+            kinds.RMW_QOS_POLICY_DEADLINE,
+            "Subscription deadline is less than publisher deadline",
+        ),
+        (
+            offered.liveliness == AUTOMATIC and requested.liveliness == MANUAL_BY_TOPIC,
+            kinds.RMW_QOS_POLICY_LIVELINESS,
+            "Publisher's liveliness is automatic and subscription's is manual by topic",
+        ),
+        (
+            _longer(offered.lease_ns, requested.lease_ns),
+            kinds.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION,
+            "Subscription's liveliness lease duration is less than publisher's",
+        ),
+    )
+    return [(kind, why) for differs, kind, why in checks if differs]
 
 
 def _longer(offered_ns: int, requested_ns: int) -> bool:

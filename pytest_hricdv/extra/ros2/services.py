@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -12,7 +11,8 @@ from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Clock, system_ns
 from pytest_hricdv.extra.ros2.contexts import Node
-from pytest_hricdv.extra.ros2.handles import Awaited, arrival
+from pytest_hricdv.extra.ros2.graph import GraphEntity
+from pytest_hricdv.extra.ros2.handles import QueueHandle
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.qos import Profile, effective
 from pytest_hricdv.extra.ros2.topics import Publisher
@@ -93,32 +93,25 @@ class ServiceInfo:
     received_timestamp: int
 
 
-class _ServiceEndpoint(Awaited):
-    """What services and clients have in common: a name, and introspection."""
-
-    kind: type[Any]
+class _ServiceEndpoint(GraphEntity, QueueHandle):
+    """What services and clients have in common: a name, a queue, and introspection."""
 
     def __init__(self, node: Node, kind: type[Any], name: str) -> None:
         super().__init__(node.kernel)
-        self._node, self.kind, self._full_name = node, kind, node.resolve(name)
+        self.node, self.kind, self.full_name = node, kind, node.resolve(name)
         self._introspection: Introspection | None = None
-        node.admit(self._full_name, kind)
+        node.admit(self.full_name, kind)
 
-    @property
-    def node(self) -> Node:
-        """The node that it is of."""
-        return self._node
-
-    def get_logger_name(self) -> str:
-        """The name of its node's logger."""
-        return self._node.logger_name()
+    def _on_leave(self) -> None:
+        if self._introspection is not None:
+            self._introspection.close()
 
     def configure_introspection(self, clock: Clock, profile: Profile, state: IntrospectionState) -> None:
         """Publish what it sends and receives from now on, or no more."""
         if self._introspection is not None:
             self._introspection.close()
         is_on = state is not IntrospectionState.OFF
-        arguments = (self._node, self.kind, self._full_name, clock, profile, state)
+        arguments = (self.node, self.kind, self.full_name, clock, profile, state)
         self._introspection = Introspection(*arguments) if is_on else None
 
     def _tell(self, event: ServiceEvent, request_id: RequestId, content: Any) -> None:
@@ -127,17 +120,13 @@ class _ServiceEndpoint(Awaited):
 
     def _send(self, direction: str, content: Any, deliver: Callable[[Any], None], is_heard: Callable[[], bool]) -> None:
         """Deliver a request or a response, which nobody changes any more."""
-        sent, carrier = copy_message(content), self._node.graph.carrier
+        sent, carrier = copy_message(content), self.node.graph.carrier
         if carrier is None:
             deliver(sent)
             return
-        sender = self._node.get_fully_qualified_name()
+        sender = self.node.get_fully_qualified_name()
         reliable = "a service or an action is carried reliably"
-        carrier.carry(sender, self._full_name, direction, sent, partial(deliver, sent), is_heard, lambda: reliable)
-
-    def _stop_telling(self) -> None:
-        if self._introspection is not None:
-            self._introspection.close()
+        carrier.carry(sender, self.full_name, direction, sent, partial(deliver, sent), is_heard, lambda: reliable)
 
 
 class Service(_ServiceEndpoint):
@@ -146,56 +135,30 @@ class Service(_ServiceEndpoint):
     def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
         self._profile = effective(profile)
-        self._requests: deque[tuple[Any, RequestId, int, tuple[int, int]]] = deque()
-        node.graph.services.setdefault(self.name, []).append(self)
-
-    def destroy(self) -> None:
-        """Leave the graph; requests that wait are never answered."""
-        self.leave()
-
-    def leave(self) -> None:
-        """Be found in the graph no more; a second time has no effect."""
-        self._stop_telling()
-        services = self._node.graph.services[self.name]
-        if self in services:
-            services.remove(self)
+        self._join(node.graph.services)
 
     @property
     def name(self) -> str:
         """Its full name."""
-        return self._full_name
+        return self.full_name
 
     @property
     def qos(self) -> dict[str, Any]:
         """Its quality of service."""
         return self._profile.to_dict()
 
-    def is_ready(self) -> bool:
-        """Whether there is a request."""
-        return bool(self._requests)
-
-    def came(self) -> tuple[int, int] | None:
-        """When the oldest request did."""
-        return self._requests[0][3] if self._requests else None
-
     def deliver(self, request: Any, request_id: RequestId) -> None:
         """Add a request to the queue."""
-        self._requests.append((request, request_id, system_ns(self.kernel), arrival(self.kernel)))
-        self._has_new()
+        self._enqueue(request, request_id, system_ns(self.kernel))
 
-    def set_on_new_request_callback(self, callback: Callable[[int], None]) -> None:
-        """Call it with the number of requests that have come; since lyrical."""
-        self._call_on_new(callback, len(self._requests))
-
-    def clear_on_new_request_callback(self) -> None:
-        """Call nothing any more."""
-        self._call_no_more()
+    set_on_new_request_callback = QueueHandle.set_callback
+    clear_on_new_request_callback = QueueHandle.clear_callback
 
     def service_take_request(self, kind: type[Any]) -> tuple[Any, ServiceInfo] | tuple[None, None]:
         """The oldest request, and whose it is; (None, None) if there is none."""
-        if not self._requests:
+        if not self._queue:
             return None, None
-        request, request_id, sent_ns, _ = self._requests.popleft()
+        request, request_id, sent_ns, _ = self._queue.popleft()
         self._tell(ServiceEvent.REQUEST_RECEIVED, request_id, request)
         return request, ServiceInfo(request_id, sent_ns, sent_ns)
 
@@ -226,29 +189,20 @@ class Client(_ServiceEndpoint):
         """Number of a request -> where it was sent, of those that no server got."""
         self.missed_since_s: float | None = None
         """Since when a server has been looked for, and not been found (s of simulated time)."""
-        self._responses: deque[tuple[Any, RequestId, int, tuple[int, int]]] = deque()
-        node.graph.clients.setdefault(self.service_name, []).append(self)
+        self._join(node.graph.clients)
 
-    def destroy(self) -> None:
-        """Leave the graph; responses on their way are lost."""
-        self.leave()
-
-    def leave(self) -> None:
-        """Be found in the graph no more; a second time has no effect."""
-        self._stop_telling()
-        clients = self._node.graph.clients[self.service_name]
-        if self in clients:
-            clients.remove(self)
-        self._responses.clear()
+    def _on_leave(self) -> None:
+        super()._on_leave()
+        self._queue.clear()  # responses on their way are lost
 
     @property
     def service_name(self) -> str:
         """The full name of the service."""
-        return self._full_name
+        return self.full_name
 
     def servers(self) -> list[Service]:
         """Its servers."""
-        every = self._node.graph.services.get(self.service_name, ())
+        every = self.node.graph.services.get(self.full_name, ())
         return [service for service in every if type_name(service.kind) == type_name(self.kind)]
 
     def service_server_is_available(self) -> bool:
@@ -279,27 +233,13 @@ class Client(_ServiceEndpoint):
     def _is_served(self) -> bool:
         return bool(self.servers())
 
-    def is_ready(self) -> bool:
-        """Whether there is a response."""
-        return bool(self._responses)
-
-    def came(self) -> tuple[int, int] | None:
-        """When the oldest response did."""
-        return self._responses[0][3] if self._responses else None
-
     def deliver(self, response: Any, request_id: RequestId) -> None:
         """Add a response to the queue."""
         self._answered = request_id.sequence_number
-        self._responses.append((response, request_id, system_ns(self.kernel), arrival(self.kernel)))
-        self._has_new()
+        self._enqueue(response, request_id, system_ns(self.kernel))
 
-    def set_on_new_response_callback(self, callback: Callable[[int], None]) -> None:
-        """Call it with the number of responses that have come; since lyrical."""
-        self._call_on_new(callback, len(self._responses))
-
-    def clear_on_new_response_callback(self) -> None:
-        """Call nothing any more."""
-        self._call_no_more()
+    set_on_new_response_callback = QueueHandle.set_callback
+    clear_on_new_response_callback = QueueHandle.clear_callback
 
     def is_unanswered(self) -> bool:
         """Whether the last request has no response yet."""
@@ -307,12 +247,12 @@ class Client(_ServiceEndpoint):
 
     def was_answered_before(self) -> bool:
         """Whether a response has been there since before the present instant."""
-        return bool(self._responses) and self._responses[0][2] < system_ns(self.kernel)
+        return bool(self._queue) and self._queue[0][2] < system_ns(self.kernel)
 
     def take_response(self, kind: type[Any]) -> tuple[ServiceInfo, Any] | tuple[None, None]:
         """To which request the oldest response is, and the response; (None, None) if there is none."""
-        if not self._responses:
+        if not self._queue:
             return None, None
-        response, request_id, sent_ns, _ = self._responses.popleft()
+        response, request_id, sent_ns, _ = self._queue.popleft()
         self._tell(ServiceEvent.RESPONSE_RECEIVED, request_id, response)
         return ServiceInfo(request_id, sent_ns, sent_ns), response

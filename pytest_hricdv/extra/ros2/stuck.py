@@ -9,7 +9,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, cast
 
-from pytest_hricdv.extra.ros2.action_client import ActionClient
+from pytest_hricdv.extra.ros2.actions import ActionClient
 from pytest_hricdv.extra.ros2.graph import all_graphs
 from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.extra.ros2.services import Client

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -12,20 +12,18 @@ from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.contexts import Node
 from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
-from pytest_hricdv.extra.ros2.graph import note
-from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, RCLError, arrival
+from pytest_hricdv.extra.ros2.graph import GraphEntity, note
+from pytest_hricdv.extra.ros2.handles import QueueHandle, RCLError
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
 from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, Profile, effective, last_policy, mismatches, policies_text
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
-class _Endpoint:
+class _TopicEndpoint(GraphEntity):
     """What publishers and subscriptions have in common."""
 
     node: Node
-    topic: str
-    kind: type[Any]
     profile: Profile
     events: EndpointEvents
     last_ns: int | None = None
@@ -38,22 +36,18 @@ class _Endpoint:
             InputError: the testbench or another node has another type for the topic.
             RCLError: its own process has; between two processes nothing is heard.
         """
-        self.node.admit(self.topic, self.kind)
+        self.node.admit(self.full_name, self.kind)
         graph, own = self.node.graph, type_name(self.kind)
-        for endpoint in (*graph.publishers.get(self.topic, ()), *graph.subscriptions.get(self.topic, ())):
+        for endpoint in (*graph.publishers.get(self.full_name, ()), *graph.subscriptions.get(self.full_name, ())):
             if endpoint.node.context is self.node.context and type_name(endpoint.kind) != own:
                 raise RCLError(
-                    f"Failed to create {type(self).__name__.lower()}: existing topic name {self.topic} with "
+                    f"Failed to create {type(self).__name__.lower()}: existing topic name {self.full_name} with "
                     f"incompatible type {type_name(endpoint.kind)}, not {own}"
                 )
 
     def get_topic_name(self) -> str:
         """The full name of its topic."""
-        return self.topic
-
-    def get_logger_name(self) -> str:
-        """The name of its node's logger."""
-        return self.node.logger_name()
+        return self.full_name
 
     def matches(self, subscription: Subscription) -> bool:
         """Whether messages of this publisher reach it."""
@@ -80,35 +74,27 @@ def _mismatch(publisher: Publisher, subscription: Subscription) -> str:
     """For the report: without it, nobody hears of it who does not wait for the event."""
     ends = f"{publisher.node.get_fully_qualified_name()} to {subscription.node.get_fully_qualified_name()}"
     policies = policies_text(publisher.profile, subscription.profile)
-    return f"{publisher.topic}: no message goes from {ends}, their qualities of service do not match ({policies})"
+    return f"{publisher.full_name}: no message goes from {ends}, their qualities of service do not match ({policies})"
 
 
-class Publisher(_Endpoint, Destroyable):
+class Publisher(_TopicEndpoint):
     """As `rcl_publisher_t`. Raises ValueError for a wrong topic."""
 
     def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
-        self.node, self.kind, self.topic, self.profile = node, kind, node.resolve(topic), effective(profile)
+        self.node, self.kind, self.full_name, self.profile = node, kind, node.resolve(topic), effective(profile)
         self._admit()
         self.events = EndpointEvents()
         self.lease = Lease(self)
         self._published = 0
         self._kept: deque[tuple[Any, dict[str, Any]]] = deque(maxlen=self.profile.queue_length)
-        node.graph.publishers.setdefault(self.topic, []).append(self)
-        for subscription in node.graph.subscriptions.get(self.topic, ()):
+        self._join(node.graph.publishers)
+        for subscription in node.graph.subscriptions.get(self.full_name, ()):
             _match(self, subscription)
 
-    def destroy(self) -> None:
-        """Leave the graph."""
-        self.leave()
-
-    def leave(self) -> None:
-        """Be found in the graph no more; a second time has no effect."""
-        publishers = self.node.graph.publishers[self.topic]
-        if self in publishers:
-            publishers.remove(self)
-            for subscription in self.subscriptions():
-                subscription.events.match(-1, self.lease.is_alive)
+    def _on_leave(self) -> None:
+        for subscription in self.subscriptions():
+            subscription.events.match(-1, self.lease.is_alive)
 
     def leases(self) -> list[Lease]:
         """Its own."""
@@ -120,7 +106,7 @@ class Publisher(_Endpoint, Destroyable):
 
     def subscriptions(self) -> list[Subscription]:
         """Those that it reaches."""
-        subscriptions = self.node.graph.subscriptions.get(self.topic, ())
+        subscriptions = self.node.graph.subscriptions.get(self.full_name, ())
         return [subscription for subscription in subscriptions if self.matches(subscription)]
 
     def get_subscription_count(self) -> int:
@@ -134,9 +120,9 @@ class Publisher(_Endpoint, Destroyable):
             TypeError: a message of another type.
             RCLError: the context is shut down.
         """
-        self.node.context.require_valid(f"publish on {self.topic}")
+        self.node.context.require_valid(f"publish on {self.full_name}")
         if not isinstance(message, self.kind):
-            raise TypeError(f"{self.topic}: expected a {type_name(self.kind)}, not {message!r}")
+            raise TypeError(f"{self.full_name}: expected a {type_name(self.kind)}, not {message!r}")
         self._published += 1
         self.last_ns = self.kernel.now_us * 1000
         self.lease.renew()
@@ -156,7 +142,7 @@ class Publisher(_Endpoint, Destroyable):
         # A copy now, for the record, and one for each subscription: senders and callbacks change what they have.
         sent, sender = copy_message(message), self.node.get_fully_qualified_name()
         deliver = partial(self._deliver, sent, info)
-        carrier.carry(sender, self.topic, "", sent, deliver, self._is_heard, self._reliable)
+        carrier.carry(sender, self.full_name, "", sent, deliver, self._is_heard, self._reliable)
 
     def _reliable(self) -> str:
         """To whom its messages are carried reliably, in words; empty: to nobody."""
@@ -190,7 +176,7 @@ class Publisher(_Endpoint, Destroyable):
         return True
 
 
-class Subscription(_Endpoint, Awaited):
+class Subscription(_TopicEndpoint, QueueHandle):
     """As `rcl_subscription_t`.
 
     Args:
@@ -211,34 +197,21 @@ class Subscription(_Endpoint, Awaited):
     ) -> None:
         super().__init__(node.kernel)
         self.set_content_filter(*(filtered or ("", ())))
-        self.node, self.kind, self.topic, self.profile = (
-            node,
-            kind,
-            node.resolve(topic),
-            effective(profile, receives=True),
-        )
+        self.node, self.kind, self.full_name = node, kind, node.resolve(topic)
+        self.profile = effective(profile, receives=True)
         self._admit()
-        self._queue: deque[tuple[Any, dict[str, Any], int, tuple[int, int]]] = deque(maxlen=self.profile.queue_length)
+        self._queue = deque(maxlen=self.profile.queue_length)
         self.events = EndpointEvents()
         self._received = 0
         self._last_numbers: dict[bytes, int] = {}
         """Publisher -> the number of its last message that came."""
-        node.graph.subscriptions.setdefault(self.topic, []).append(self)
-        for publisher in node.graph.publishers.get(self.topic, ()):
+        self._join(node.graph.subscriptions)
+        for publisher in node.graph.publishers.get(self.full_name, ()):
             _match(publisher, self)
             publisher.send_kept(self)
 
-    def destroy(self) -> None:
-        """Leave the graph."""
-        self.leave()
-
-    def leave(self) -> None:
-        """Be found in the graph no more; a second time has no effect."""
-        subscriptions = self.node.graph.subscriptions[self.topic]
-        if self not in subscriptions:
-            return
-        subscriptions.remove(self)
-        for publisher in self.node.graph.publishers.get(self.topic, ()):
+    def _on_leave(self) -> None:
+        for publisher in self.node.graph.publishers.get(self.full_name, ()):
             if publisher.matches(self):
                 publisher.events.match(-1)
 
@@ -247,10 +220,6 @@ class Subscription(_Endpoint, Awaited):
         while self._queue and self._is_stale(*self._queue[0][1:3]):
             self._queue.popleft()
         return bool(self._queue)
-
-    def came(self) -> tuple[int, int] | None:
-        """When the oldest message did."""
-        return self._queue[0][3] if self._queue else None
 
     def _is_stale(self, info: dict[str, Any], lifespan_ns: int) -> bool:
         """Whether the lifespan of a message is over (DDS 1.4, 2.2.3.16)."""
@@ -261,13 +230,8 @@ class Subscription(_Endpoint, Awaited):
         self._passes = content_filter(expression, parameters) if expression else None
         self._filter = (expression, list(parameters))
 
-    def set_on_new_message_callback(self, callback: Callable[[int], None]) -> None:
-        """Call it with the number of messages that have come; since lyrical."""
-        self._call_on_new(callback, len(self._queue))
-
-    def clear_on_new_message_callback(self) -> None:
-        """Call nothing any more."""
-        self._call_no_more()
+    set_on_new_message_callback = QueueHandle.set_callback
+    clear_on_new_message_callback = QueueHandle.clear_callback
 
     def is_cft_enabled(self) -> bool:
         """Whether it has a filter."""
@@ -292,8 +256,7 @@ class Subscription(_Endpoint, Awaited):
         self.last_ns = self.kernel.now_us * 1000
         stamp_ns = system_ns(self.kernel)
         received = {"received_timestamp": stamp_ns, "reception_sequence_number": self._received}
-        self._queue.append((message, {**info, **received}, lifespan_ns, arrival(self.kernel)))
-        self._has_new()
+        self._enqueue(message, {**info, **received}, lifespan_ns)
 
     def _notice_lost(self, info: dict[str, Any]) -> None:
         """A reader of DDS sees by the numbers of messages that some before this one are missing."""
@@ -312,9 +275,9 @@ class Subscription(_Endpoint, Awaited):
 
     def leases(self) -> list[Lease]:
         """Those of the publishers that reach it."""
-        publishers = self.node.graph.publishers.get(self.topic, ())
+        publishers = self.node.graph.publishers.get(self.full_name, ())
         return [publisher.lease for publisher in publishers if publisher.matches(self)]
 
     def get_publisher_count(self) -> int:
         """How many publishers reach it."""
-        return sum(publisher.matches(self) for publisher in self.node.graph.publishers.get(self.topic, ()))
+        return sum(publisher.matches(self) for publisher in self.node.graph.publishers.get(self.full_name, ()))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partialmethod
 
 from pytest_hricdv.extra.ros2.clocks import Timer
 from pytest_hricdv.extra.ros2.contexts import Context
-from pytest_hricdv.extra.ros2.handles import Awaited, Destroyable, running_kernel
+from pytest_hricdv.extra.ros2.handles import Destroyable, Waitable, running_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -14,7 +15,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 _KINDS = ("subscription", "guard_condition", "timer", "client", "service", "event")
 
 
-class GuardCondition(Awaited):
+class GuardCondition(Waitable):
     """As `rcl_guard_condition_t`: triggered until a wait set takes it. Raises RCLError in a context that is over."""
 
     def __init__(self, context: Context) -> None:
@@ -46,36 +47,20 @@ class WaitSet(Destroyable):
 
     def clear_entities(self) -> None:
         """Wait for nothing."""
-        self._entities: dict[str, list[Awaited]] = {kind: [] for kind in _KINDS}
+        self._entities: dict[str, list[Waitable]] = {kind: [] for kind in _KINDS}
         self._ready: dict[str, list[bool]] = {kind: [] for kind in _KINDS}
 
-    def _add(self, kind: str, entity: Awaited) -> int:
+    def _add(self, kind: str, entity: Waitable) -> int:
+        """Wait for a handle, too; returns its index."""
         self._entities[kind].append(entity)
         return len(self._entities[kind]) - 1
 
-    def add_subscription(self, entity: Awaited) -> int:
-        """Wait for it, too; returns its index."""
-        return self._add("subscription", entity)
-
-    def add_guard_condition(self, entity: Awaited) -> int:
-        """Wait for it, too; returns its index."""
-        return self._add("guard_condition", entity)
-
-    def add_timer(self, entity: Awaited) -> int:
-        """Wait for it, too; returns its index."""
-        return self._add("timer", entity)
-
-    def add_client(self, entity: Awaited) -> int:
-        """Wait for it, too; returns its index."""
-        return self._add("client", entity)
-
-    def add_service(self, entity: Awaited) -> int:
-        """Wait for it, too; returns its index."""
-        return self._add("service", entity)
-
-    def add_event(self, entity: Awaited) -> int:
-        """Wait for it, too; returns its index."""
-        return self._add("event", entity)
+    add_subscription = partialmethod(_add, "subscription")
+    add_guard_condition = partialmethod(_add, "guard_condition")
+    add_timer = partialmethod(_add, "timer")
+    add_client = partialmethod(_add, "client")
+    add_service = partialmethod(_add, "service")
+    add_event = partialmethod(_add, "event")
 
     def is_ready(self, entity_type: str, index: int) -> bool:
         """Whether the handle of that kind and index was ready when the wait ended.
@@ -97,7 +82,7 @@ class WaitSet(Destroyable):
         return [entity.pointer for entity, ready in flags if ready]
 
     @property
-    def entities(self) -> list[Awaited]:
+    def entities(self) -> list[Waitable]:
         """All that it waits for."""
         return [entity for kind in _KINDS for entity in self._entities[kind]]
 
@@ -129,7 +114,7 @@ class WaitSet(Destroyable):
             raise RuntimeError(f"'{kind}' is not a known entity")
 
 
-def block_until_woken(kernel: Kernel, entities: Sequence[Awaited], until_ns: int | None) -> None:
+def block_until_woken(kernel: Kernel, entities: Sequence[Waitable], until_ns: int | None) -> None:
     """Block until a handle is woken, or the kernel's time is `until_ns`, rounded up to its resolution."""
     node = kernel.current()
     queues = [entity.waiting for entity in entities]

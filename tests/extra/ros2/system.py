@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pytest_hricdv.extra.ros2 import contexts
-from pytest_hricdv.extra.ros2.handles import Awaited
+from pytest_hricdv.extra.ros2.handles import Waitable
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 from pytest_hricdv.runtime import Kernel
 
@@ -84,7 +84,7 @@ def node(name: str, *arguments: str, namespace: str = "/", domain: int = context
     return contexts.Node(name, namespace, contexts.Context(list(arguments), domain), None, True, False)
 
 
-def wait(kind: str, entities: Sequence[Awaited], timeout_s: float | None = None) -> list[int]:
+def wait(kind: str, entities: Sequence[Waitable], timeout_s: float | None = None) -> list[int]:
     """Wait for them; the indices of those that are ready."""
     waiting = WaitSet()
     for entity in entities:

@@ -16,7 +16,7 @@ from pytest_hricdv.extra.ros2.events import EventHandle, SubscriptionEventType
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
 from pytest_hricdv.extra.ros2.vocabulary import vocabulary
-from pytest_hricdv.extra.ros2.world_client import wait_for
+from pytest_hricdv.extra.ros2.world import wait_for
 from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.runtime.bus import MessageFault
 from pytest_hricdv.runtime.node_error import NodeError
