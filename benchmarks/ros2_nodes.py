@@ -56,7 +56,7 @@ def times_real(rate_hz: float, simulated_s: float) -> float:
         variables = ModuleVariables(["rclpy"])
         variables.update()
         for name, body in (("talker", lambda: talk(rate_hz)), ("listener", lambda: listen(heard))):
-            kernel.spawn(name, Process(kernel, variables, [name]).running(body))
+            kernel.spawn(name, Process(kernel, variables, [name]).wrap(body))
         kernel.run(1.0)
         begun = time.process_time()
         kernel.run(1.0 + simulated_s)

@@ -129,7 +129,7 @@ class Run:
         if self.middleware is None:
             raise TestbenchError("run.ros2: the testbench declares no ROS 2 system; give it ros2=Ros2(...)")
         try:
-            return self.middleware.started(self.kernel, self.bus, self.measured, nodes, self.test.seed)
+            return self.middleware.start(self.kernel, self.bus, self.measured, nodes, self.test.seed)
         except InputError as error:
             raise TestbenchError(f"run.ros2: {error}") from None
 

@@ -12,14 +12,14 @@ from pytest_hricdv.runtime.virtual import VirtualModules
 Body = Callable[[], None]
 
 
-class Publisher(Protocol):
+class RosPublisher(Protocol):
     """Of a topic."""
 
     def publish(self, message: Any) -> None:
         """Deliver a copy to each subscription that matches. Raises TypeError for a message of another type."""
 
 
-class MessageQueue(Protocol):
+class RosQueue(Protocol):
     """The messages of a topic, as `runtime.Subscription` has those of the bus."""
 
     def poll(self) -> Any | None:
@@ -41,7 +41,7 @@ class Caller(Protocol):
         """
 
 
-class SentGoal(Protocol):
+class RosSentGoal(Protocol):
     """A goal of an action that was sent, and accepted."""
 
     def feedback(self, timeout_s: float) -> Any | None:
@@ -54,14 +54,14 @@ class SentGoal(Protocol):
         """Ask to cancel it; whether the server will. It is over when there is a result."""
 
 
-class ActionCaller(Caller, Protocol):
+class RosActionCaller(Caller, Protocol):
     """A client of an action."""
 
-    def send(self, timeout_s: float, **fields: Any) -> SentGoal | None:
+    def send(self, timeout_s: float, **fields: Any) -> RosSentGoal | None:
         """Send a goal that has these fields, beside others; None if it is not accepted within `timeout_s`."""
 
 
-class ServedGoal(Protocol):
+class RosServedGoal(Protocol):
     """A goal that the world has accepted."""
 
     request: Any
@@ -91,17 +91,17 @@ class ServedGoal(Protocol):
         """End it as cancelled, which a client has asked for, with a result that has these fields."""
 
 
-class WorldNode(Protocol):
+class RosWorldNode(Protocol):
     """A node of the simulated world in the ROS graph. Types are named as "std_msgs/msg/String", or are classes."""
 
-    def publisher(self, topic: str, kind: str | type[Any], depth: int = 10, *, latched: bool = False) -> Publisher:
+    def publisher(self, topic: str, kind: str | type[Any], depth: int = 10, *, latched: bool = False) -> RosPublisher:
         """A publisher: call its `publish(message)`.
 
         Args:
             latched: whether a later subscription gets the last message ("transient local").
         """
 
-    def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> MessageQueue:
+    def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> RosQueue:
         """A queue of the messages of a topic from now on. It takes what any publisher offers."""
 
     def serve(self, name: str, kind: str | type[Any], answer: Callable[[Any, Any], Any]) -> None:
@@ -110,7 +110,7 @@ class WorldNode(Protocol):
     def client(self, name: str, kind: str | type[Any]) -> Caller:
         """A client of a service."""
 
-    def action(self, name: str, kind: str | type[Any]) -> ActionCaller:
+    def action(self, name: str, kind: str | type[Any]) -> RosActionCaller:
         """A client of an action."""
 
     def serve_action(
@@ -125,7 +125,7 @@ class WorldNode(Protocol):
         """Serve an action from now on.
 
         Args:
-            execute: called with each goal that was accepted (`ServedGoal`), in a node of its own; it may block, and
+            execute: called with each goal that was accepted (`RosServedGoal`), in a node of its own; it may block, and
                 ends the goal with `succeed`, `abort` or `cancel`.
             accept: whether a goal is accepted, by its message.
             may_cancel: whether a goal is cancelled when a client asks for it.
@@ -139,7 +139,7 @@ class Ros2System(Protocol):
     def kernel(self) -> Kernel:
         """Of the run: stand-ins wait in its time."""
 
-    def node(self, name: str, namespace: str = "/") -> WorldNode:
+    def node(self, name: str, namespace: str = "/") -> RosWorldNode:
         """A node of the world in the ROS graph, such as a simulated sensor."""
 
 
@@ -162,7 +162,7 @@ class Middleware(Protocol):
     def stuck_nodes(self) -> Sequence[str]:
         """Nodes that waited at the end of the run for what never comes, a sentence each."""
 
-    def started(
+    def start(
         self,
         kernel: Kernel,
         bus: Bus,
@@ -173,7 +173,7 @@ class Middleware(Protocol):
         """Start nodes, each as if in a process of its own; the seed of the test is that of when messages arrive.
 
         Raises:
-            InputError: a node cannot be started.
+            InputError: a node cannot be start.
         """
 
     def notice_stuck_nodes(self, kernel: Kernel, *, is_idle: bool) -> None:

@@ -7,11 +7,11 @@ from functools import partialmethod
 from typing import Any
 
 from pytest_hricdv.extra.ros2.actions import NEXT_STATE, GoalEvent, GoalState, part_names
-from pytest_hricdv.extra.ros2.clocks import Clock, Timer
-from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.clocks import Clock, RosTimer
+from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.services import IntrospectionState, RequestId, Service
+from pytest_hricdv.extra.ros2.services import IntrospectionState, RequestId, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 
@@ -58,7 +58,7 @@ class ActionServer(Destroyable):
 
     def __init__(
         self,
-        node: Node,
+        node: GraphNode,
         clock: Clock,
         kind: Any,
         name: str,
@@ -73,13 +73,13 @@ class ActionServer(Destroyable):
         names, types = part_names(name), kind.Impl
         self._types = types
         self._clock = clock
-        self._goal = Service(node, types.SendGoalService, names["send_goal"], goal)
-        self._cancel = Service(node, types.CancelGoalService, names["cancel_goal"], cancel)
-        self._result = Service(node, types.GetResultService, names["get_result"], result)
+        self._goal = ServiceServer(node, types.SendGoalService, names["send_goal"], goal)
+        self._cancel = ServiceServer(node, types.CancelGoalService, names["cancel_goal"], cancel)
+        self._result = ServiceServer(node, types.GetResultService, names["get_result"], result)
         self._feedback = Publisher(node, types.FeedbackMessage, names["feedback"], feedback)
         self._status = Publisher(node, types.GoalStatusMessage, names["status"], status)
         self._keeps_ns = None if result_timeout < 0 else round(result_timeout * _NS_PER_S)
-        self._expiry = Timer(clock, node.context, self._keeps_ns or 0, autostart=False)
+        self._expiry = RosTimer(clock, node.context, self._keeps_ns or 0, autostart=False)
         self._goals: dict[bytes, _Goal] = {}
         self._indices: tuple[list[int], int] = ([], 0)
 

@@ -7,11 +7,11 @@ from functools import partialmethod
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Clock
-from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.handles import Destroyable
 from pytest_hricdv.extra.ros2.qos import Profile
 from pytest_hricdv.extra.ros2.services import Client, IntrospectionState
-from pytest_hricdv.extra.ros2.topics import Subscription
+from pytest_hricdv.extra.ros2.topics import TopicSubscription
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 
 
@@ -60,7 +60,7 @@ class ActionClient(Destroyable):
 
     def __init__(
         self,
-        node: Node,
+        node: GraphNode,
         kind: Any,
         name: str,
         goal: Profile,
@@ -75,8 +75,8 @@ class ActionClient(Destroyable):
         self.goal = Client(node, types.SendGoalService, names["send_goal"], goal)
         self._cancel = Client(node, types.CancelGoalService, names["cancel_goal"], cancel)
         self._result = Client(node, types.GetResultService, names["get_result"], result)
-        self._feedback = Subscription(node, types.FeedbackMessage, names["feedback"], feedback)
-        self._status = Subscription(node, types.GoalStatusMessage, names["status"], status)
+        self._feedback = TopicSubscription(node, types.FeedbackMessage, names["feedback"], feedback)
+        self._status = TopicSubscription(node, types.GoalStatusMessage, names["status"], status)
         self._indices: tuple[list[int], list[int]] = ([], [])
 
     def destroy(self) -> None:

@@ -88,7 +88,7 @@ class Arguments:
     rosout: bool = True
     """Whether logs are published."""
 
-    def renamed(self, source: str, node: str) -> str | None:
+    def new_name(self, source: str, node: str) -> str | None:
         """The new name of a node (`source` is "__node") or its namespace ("__ns"); None if it keeps its own."""
         for rule in self.remappings:
             if rule.source == source and rule.node in ("", node):

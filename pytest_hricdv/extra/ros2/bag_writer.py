@@ -73,17 +73,17 @@ def _add(kind: Any, definitions: dict[str, str]) -> None:
     if f"{package}/{name}" in definitions:
         return
     fields = kind.get_fields_and_field_types()
-    definitions[f"{package}/{name}"] = "\n".join(f"{_written(type_)} {field}" for field, type_ in fields.items())
+    definitions[f"{package}/{name}"] = "\n".join(f"{_msg_type(type_)} {field}" for field, type_ in fields.items())
     for type_ in kind.SLOT_TYPES:
         of = getattr(type_, "value_type", type_)
         if hasattr(of, "namespaces"):
             _add(class_of(of), definitions)
 
 
-def _written(type_: str) -> str:
+def _msg_type(type_: str) -> str:
     """A type as .msg files write it: `sequence<double, 3>` is `float64[<=3]`."""
     sequence = _SEQUENCE.fullmatch(type_)
     if sequence:
-        return f"{_written(sequence['of'])}[{'<=' + sequence['most'] if sequence['most'] else ''}]"
+        return f"{_msg_type(sequence['of'])}[{'<=' + sequence['most'] if sequence['most'] else ''}]"
     base, bracket, size = type_.partition("[")
     return _NAMES.get(base, _BOUNDED_TEXT.sub(r"\1<=\2", base)) + bracket + size

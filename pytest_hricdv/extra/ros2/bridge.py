@@ -33,7 +33,7 @@ def _result(response: Any) -> Mapping[str, Value]:
     return {"status": response.status, **fields_of(response.result)}
 
 
-def _logged(entry: Any) -> Mapping[str, Value]:
+def _log_fields(entry: Any) -> Mapping[str, Value]:
     """Not where it was logged: files and lines are no behaviour."""
     return {"level": entry.level, "name": entry.name, "msg": entry.msg}
 
@@ -59,7 +59,7 @@ class Bridge:
         self._used: dict[tuple[int, str], tuple[str, str]] = {}
         """Domain and full name -> the node that uses it first, and its type."""
         self._full_names: dict[str, tuple[str, str]] = {}
-        self._routes: dict[tuple[str, str], Route | None] = {(f"/{ROSOUT}", ""): Route(ROSOUT, _logged)}
+        self._routes: dict[tuple[str, str], Route | None] = {(f"/{ROSOUT}", ""): Route(ROSOUT, _log_fields)}
         for full_name, kind in declared.actions.items():
             self._add_action(full_name, kind)
 
@@ -111,7 +111,7 @@ class Bridge:
         """
         key = (full_name, direction)
         if key not in self._routes:
-            self._routes[key] = self._undeclared(full_name, direction)
+            self._routes[key] = self._route_of(full_name, direction)
         route = self._routes[key]
         arrival = AT_ONCE if self.delivery is None else self.delivery.arrival(node, full_name, direction, reliable)
         if route is None:
@@ -134,7 +134,7 @@ class Bridge:
         elif not arrival.is_lost:
             deliver()
 
-    def _undeclared(self, full_name: str, direction: str) -> Route | None:
+    def _route_of(self, full_name: str, direction: str) -> Route | None:
         """Of what is none of an action that the testbench declares."""
         if "/_" in full_name or full_name == _PARAMETER_EVENTS:
             return None

@@ -142,10 +142,6 @@ class Reader:
         self._at += size
         return taken
 
-    def nested(self, type_: Any, default: Any) -> Any:
-        """The next message in a message."""
-        return self.message(type(default) if default is not None else class_of(type_))
-
     def _numbers(self, code: str, count: int) -> list[Any]:
         """So many numbers: those of an image are many."""
         size = struct.calcsize(code)
@@ -164,7 +160,7 @@ class Reader:
         if hasattr(type_, "typename"):
             return self.unpack(_format(type_.typename))
         if hasattr(type_, "namespaces"):
-            return self.nested(type_, default)
+            return self.message(type(default) if default is not None else class_of(type_))
         if _is_wide(type_):
             return self._take(2 * self.unpack("I")).decode("utf-16-le")
         return self._take(self.unpack("I"))[:-1].decode()

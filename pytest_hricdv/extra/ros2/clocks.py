@@ -8,7 +8,7 @@ from typing import Any
 from weakref import WeakSet
 
 from pytest_hricdv.extra.ros2.contexts import Context
-from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, Waitable, running_kernel
+from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, Waitable, current_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, running_node
 from pytest_hricdv.runtime.virtual.clocks import EPOCH
 
@@ -108,7 +108,7 @@ class Clock(Destroyable):
         self._jumps: list[_Jump] = []
         self.waiting: list[Node] = []
         """Those that wait for a timer of this clock."""
-        self.timers: WeakSet[Timer] = WeakSet()
+        self.timers: WeakSet[RosTimer] = WeakSet()
         """Those that go by it."""
 
     def now_ns(self) -> int:
@@ -201,7 +201,7 @@ class ClockEvent(Waitable):
     """As of the extension: what sleeping until a time of a clock waits for; set, it ends the sleep at once."""
 
     def __init__(self) -> None:
-        super().__init__(running_kernel("ClockEvent"))
+        super().__init__(current_kernel("ClockEvent"))
         self._is_set = False
 
     def is_set(self) -> bool:
@@ -237,7 +237,7 @@ class ClockEvent(Waitable):
     wait_until_ros = _wait_until
 
 
-class Timer(Waitable):
+class RosTimer(Waitable):
     """As `rcl_timer_t`: due each period of its clock; what was missed is skipped, and the phase is kept.
 
     Args:

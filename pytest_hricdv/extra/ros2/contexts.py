@@ -9,7 +9,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2 import names
 from pytest_hricdv.extra.ros2.arguments import Arguments, InvalidROSArgsError, matches_node, parse
 from pytest_hricdv.extra.ros2.graph import Graph, graph_of
-from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, running_kernel
+from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, current_kernel
 from pytest_hricdv.extra.ros2.messages import type_name
 from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.runtime.kernel import Kernel, running_node
@@ -30,7 +30,7 @@ class Context(Destroyable):
     """
 
     def __init__(self, arguments: Sequence[str], domain_id: int, kernel: Kernel | None = None) -> None:
-        super().__init__(kernel or running_kernel("rclpy.init"))
+        super().__init__(kernel or current_kernel("rclpy.init"))
         try:
             self.arguments = parse(arguments)
         except InvalidROSArgsError as error:
@@ -88,7 +88,7 @@ class Context(Destroyable):
             raise RCLError(f"failed to {action}: {problem}")
 
 
-class Node(Destroyable):
+class GraphNode(Destroyable):
     """As `rcl_node_t`. Its own arguments come before those of its context.
 
     Raises:
@@ -109,8 +109,8 @@ class Node(Destroyable):
         self.enable_rosout = enable_rosout
         own = parse(pycli_args or ())
         self._arguments: list[Arguments] = [own, context.arguments] if use_global_arguments else [own]
-        self._name = self._renamed("__node", node_name) or self._renamed("__name", node_name) or node_name
-        self._namespace = self._absolute(self._renamed("__ns", node_name) or namespace_)
+        self._name = self._new_name("__node", node_name) or self._new_name("__name", node_name) or node_name
+        self._namespace = self._absolute(self._new_name("__ns", node_name) or namespace_)
         for kind, fault in (
             ("invalid node name", names.node_name_fault(self._name)),
             ("invalid node namespace", names.namespace_fault(self._namespace)),
@@ -119,8 +119,8 @@ class Node(Destroyable):
                 raise ValueError(f"{kind}: {fault[0]}, at index {fault[1]}")
         context.graph.nodes.append(self)
 
-    def _renamed(self, source: str, node_name: str) -> str | None:
-        return next((new for arguments in self._arguments if (new := arguments.renamed(source, node_name))), None)
+    def _new_name(self, source: str, node_name: str) -> str | None:
+        return next((new for arguments in self._arguments if (new := arguments.new_name(source, node_name))), None)
 
     @staticmethod
     def _absolute(namespace: str) -> str:

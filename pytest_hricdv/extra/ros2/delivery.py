@@ -103,7 +103,7 @@ class Delivery:
         number = self._numbers[key] = self._numbers.get(key, 0) + 1
         draw = random.Random(f"{self._seed} {sender} {full_name} {direction} {number}")
         name = full_name.partition("/_action/")[0]
-        delay_s = self._drawn_s(_of(name, self._declared.delay_s, 0.0), draw)
+        delay_s = self._draw_s(_of(name, self._declared.delay_s, 0.0), draw)
         is_lost = draw.random() < self._share(name, reliable)
         arrives_s = self._now_s() + delay_s
         if not self._may_overtake(name, reliable):
@@ -112,7 +112,7 @@ class Delivery:
         return Arrival(arrives_s - self._now_s(), is_lost)
 
     @staticmethod
-    def _drawn_s(delay_s: Uniform | float, draw: random.Random) -> float:
+    def _draw_s(delay_s: Uniform | float, draw: random.Random) -> float:
         low_s, high_s = _bounds_s(delay_s)
         return draw.uniform(low_s, high_s)
 
@@ -142,7 +142,7 @@ class Delivery:
             )
         return bool(between)
 
-    def unused(self, full_names: Iterable[str]) -> list[str]:
+    def find_unused_names(self, full_names: Iterable[str]) -> list[str]:
         """Names in the timing that nobody in the graph has, a sentence each."""
         there_are = sorted({full_name.partition("/_action/")[0] for full_name in full_names})
         declared = self._declared

@@ -58,7 +58,7 @@ class Ros2Tools:
         processes: list[dict[str, Any]] = []
 
         def note(process: LaunchedProcess) -> None:
-            processes.append(_described(process))  # now: files of its parameters go with the launch system
+            processes.append(_describe(process))  # now: files of its parameters go with the launch system
             process.sleep(FOR_EVER_S)
 
         kernel, recorder = Kernel(), Recorder()
@@ -76,7 +76,7 @@ class Ros2Tools:
         return processes
 
 
-def _described(process: LaunchedProcess) -> dict[str, Any]:
+def _describe(process: LaunchedProcess) -> dict[str, Any]:
     wanted, parsed = command(process.argv), parse(process.argv)
     package, slash, executable = wanted.name.partition("/")
     remappings = tuple((f"{rule.node}:{rule.source}" if rule.node else rule.source, rule.target)
@@ -84,8 +84,8 @@ def _described(process: LaunchedProcess) -> dict[str, Any]:
     return {
         "package": package if slash else "",
         "executable": executable if slash else wanted.name,
-        "name": parsed.renamed("__node", "") or "",
-        "namespace": parsed.renamed("__ns", "") or "",
+        "name": parsed.new_name("__node", "") or "",
+        "namespace": parsed.new_name("__ns", "") or "",
         "remappings": remappings,
         "parameters": (dict(process.parameters),) if process.parameters else (),
         "arguments": process.arguments,

@@ -154,7 +154,7 @@ class EndpointEvents:
             handle.wake()
 
 
-class Endpoint(Protocol):
+class EventSource(Protocol):
     """What events need of a publisher or a subscription."""
 
     events: EndpointEvents
@@ -167,7 +167,7 @@ class Endpoint(Protocol):
     def leases(self) -> list[Lease]: ...
 
 
-class _LeaseHolder(Endpoint, Protocol):
+class _LeaseHolder(EventSource, Protocol):
     """A publisher."""
 
     def subscriptions(self) -> Sequence[Any]: ...
@@ -230,7 +230,7 @@ _PREFIX = re.compile("RCL_(SUBSCRIPTION|PUBLISHER)_(REQUESTED_|OFFERED_)?")
 class EventHandle(Waitable):
     """As `rcl_event_t`."""
 
-    def __init__(self, endpoint: Endpoint, event_type: SubscriptionEventType | PublisherEventType) -> None:
+    def __init__(self, endpoint: EventSource, event_type: SubscriptionEventType | PublisherEventType) -> None:
         super().__init__(endpoint.kernel)
         name = _STATUS[_PREFIX.sub("", event_type.name)]
         self._endpoint = endpoint

@@ -12,7 +12,7 @@ from pathlib import Path
 from pytest_hricdv._base.message import MAX_LINE, cut
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import IGNORED, Launch, LaunchError, Process
-from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, installed_executable, is_binary
+from pytest_hricdv.extra.ros2.packages import SourcePackage, console_scripts, find_executable, is_binary
 
 _CONTAINERS = "rclcpp_components/component_container*"
 """Containers of composable nodes: only what is loaded into them is a matter of the testbench."""
@@ -97,7 +97,7 @@ class Executables:
             assert scripts is not None
             self._add_to_path(package)
             return scripts[executable]
-        raise self._missing_error(package, executable, scripts)
+        raise self._executable_error(package, executable, scripts)
 
     def replacement(self, *names: str) -> Process | str | None:
         """What the testbench has in the place of what has one of these names; None if there is nothing."""
@@ -127,8 +127,8 @@ class Executables:
             if str(root) not in sys.path:
                 sys.path.append(str(root))
 
-    def _missing_error(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
-        name, file = f"{package}/{executable}", installed_executable(package, executable)
+    def _executable_error(self, package: str, executable: str, scripts: Mapping[str, str] | None) -> LaunchError:
+        name, file = f"{package}/{executable}", find_executable(package, executable)
         source = self.sources.get(package)
         if file is not None:
             problem = (

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pytest_hricdv.extra.ros2.clocks import Timer, whole_ns
-from pytest_hricdv.extra.ros2.handles import InvalidHandle, Waitable, running_kernel
+from pytest_hricdv.extra.ros2.clocks import RosTimer, whole_ns
+from pytest_hricdv.extra.ros2.handles import InvalidHandle, Waitable, current_kernel
 from pytest_hricdv.extra.ros2.wait_set import WaitSet, block_until_woken
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -46,10 +46,10 @@ def check_entities_when_waiting(executors: Any) -> None:
         and all(hasattr(kind, name) for name in _USED)
         and kind._wait_for_ready_callbacks.__module__ != __name__
     ):
-        kind._wait_for_ready_callbacks = _waiting(executors, kind._wait_for_ready_callbacks)
+        kind._wait_for_ready_callbacks = _replacement(executors, kind._wait_for_ready_callbacks)
 
 
-def _waiting(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]:
+def _replacement(executors: Any, original: Callable[..., Any]) -> Callable[..., Any]:
     """The replacement of the method."""
 
     def wait_for_ready_callbacks(
@@ -91,18 +91,18 @@ def _end_ns(timeout_sec: Any) -> int | None:
     timeout_s = getattr(timeout_sec, "timeout", timeout_sec)
     if timeout_s is None or timeout_s < 0:
         return None
-    return running_kernel("spin").now_us * 1000 + whole_ns(float(timeout_s))
+    return current_kernel("spin").now_us * 1000 + whole_ns(float(timeout_s))
 
 
 def _left_s(end_ns: int | None) -> float | None:
     """How long it is until a time-out is over (s); None: for ever."""
-    return None if end_ns is None else max(end_ns - running_kernel("spin").now_us * 1000, 0) / 1e9
+    return None if end_ns is None else max(end_ns - current_kernel("spin").now_us * 1000, 0) / 1e9
 
 
 def _is_still(entity: Any) -> bool:
     """Whether a timer was not cancelled or reset by a callback that came first; of others, it is so."""
     handle = getattr(entity, "handle", None)
-    return handle.is_ready() if isinstance(handle, Timer) else True
+    return handle.is_ready() if isinstance(handle, RosTimer) else True
 
 
 @dataclass
@@ -144,10 +144,10 @@ class Entities:
             if not entity.handle.is_destroyed
         ]
         self._owners = {waitable: node for node in nodes for waitable in node.waitables}
-        self._waitables = self._kept_waitables()
+        self._waitables = self._reuse_waitables()
         self._guards: list[Waitable] = [guard.handle for guard in (executor._guard, executor._sigint_gc) if guard]
 
-    def _kept_waitables(self) -> _Waitables:
+    def _reuse_waitables(self) -> _Waitables:
         """Those of the last time, if they are the same and none can wait for something else now."""
         every = list(self._owners)
         kept = vars(self._executor).get("_waitables")
@@ -165,7 +165,7 @@ class Entities:
         Returns:
             What is ready, in the order in which it is to be called, and whether it is `end_ns`.
         """
-        kernel = running_kernel("spin")
+        kernel = current_kernel("spin")
         while True:
             ready = self._ready()
             woken = [guard.take_readiness() for guard in self._guards]
@@ -202,9 +202,8 @@ class Entities:
         return [(waitable, self._owners[waitable], self._executor._take_waitable) for waitable in ready]
 
 
-_TASKS_EVERY_NS = 1_000_000
-"""How often tasks that wait are looked at, where nothing else happens. `rclpy` does so all the time, a whole core long;
-chosen: a thousandth of a second is less than what nodes of Python wait for."""
+POLL_NS = 1_000_000
+"""Period (ns) of what `rclpy` polls without a pause: tasks of an `EventsExecutor`, and futures that asyncio awaits."""
 
 
 def events_executor(executors: Any) -> type[Any]:
@@ -241,7 +240,7 @@ def events_executor(executors: Any) -> type[Any]:
             if self._spins:
                 raise RuntimeError("Attempt to spin an already-spinning Executor")
             self._spins = True
-            kernel = running_kernel("spin")
+            kernel = current_kernel("spin")
             lasts = timeout_sec is not None and timeout_sec >= 0
             end_ns = kernel.now_us * 1000 + whole_ns(float(timeout_sec or 0.0)) if lasts else None
             try:
@@ -261,7 +260,7 @@ def events_executor(executors: Any) -> type[Any]:
             if any(True for node in nodes for _ in node.guards):
                 raise RuntimeError("Guard conditions not supported")
             entities = Entities(self, nodes)
-            looks_ns = running_kernel("spin").now_us * 1000 + _TASKS_EVERY_NS if begun else None
+            looks_ns = current_kernel("spin").now_us * 1000 + POLL_NS if begun else None
             until_ns = min((ns for ns in (end_ns, looks_ns) if ns is not None), default=None)
             ready, _ = entities.wait(until_ns)
             if not ready or self._is_shutdown or not self._context.ok():
@@ -304,7 +303,7 @@ def events_executor(executors: Any) -> type[Any]:
 
 
 def _is_past(end_ns: int | None) -> bool:
-    return end_ns is not None and end_ns <= running_kernel("spin").now_us * 1000
+    return end_ns is not None and end_ns <= current_kernel("spin").now_us * 1000
 
 
 def _came(ready: Ready) -> tuple[int, int]:
@@ -312,7 +311,7 @@ def _came(ready: Ready) -> tuple[int, int]:
     entity = ready[0]
     handle = getattr(entity, "handle", None)
     came = None if handle is None else handle.came()
-    return came if came is not None else (running_kernel("spin").now_us * 1000, 0)
+    return came if came is not None else (current_kernel("spin").now_us * 1000, 0)
 
 
 _KINDS = ("timers", "subscriptions", "clients", "services", "waitables")

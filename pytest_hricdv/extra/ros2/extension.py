@@ -27,8 +27,8 @@ from pytest_hricdv.extra.ros2 import (
 from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
 from pytest_hricdv.extra.ros2.actions import ActionClient
 from pytest_hricdv.extra.ros2.executor import events_executor
-from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, Service, ServiceInfo
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, ServiceInfo, ServiceServer
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition, WaitSet
 
 NAME = "rclpy._rclpy_pybind11"
@@ -53,16 +53,16 @@ _NS_PER_S = 1_000_000_000
 class TypeDescriptionService(handles.Destroyable):
     """The service by which a node tells the definitions of its types. There is none: what is loaded are classes."""
 
-    def __init__(self, node: contexts.Node) -> None:
+    def __init__(self, node: contexts.GraphNode) -> None:
         super().__init__(node.kernel)
         from type_description_interfaces.srv import (  # type: ignore[import-not-found, unused-ignore]
             GetTypeDescription,
         )
 
         name = f"{node.get_fully_qualified_name()}/get_type_description"
-        self.impl = Service(node, GetTypeDescription, name, qos.Profile())
+        self.impl = ServiceServer(node, GetTypeDescription, name, qos.Profile())
 
-    def handle_request(self, request: Any, response_type: type[Any], node: contexts.Node) -> Any:
+    def handle_request(self, request: Any, response_type: type[Any], node: contexts.GraphNode) -> Any:
         """Answer that it is not known."""
         response = response_type()
         response.successful = False
@@ -78,7 +78,7 @@ _ARGUMENTS_OF_JAZZY = 6
 """Of a node; since kilted, there is the profile of its log, too."""
 
 
-class Node(contexts.Node):
+class RosoutNode(contexts.GraphNode):
     """A node whose log is published on `/rosout`, and that can be asked for the actions in the graph.
 
     Its log is what its logger, and those below it, log. It is not published where `enable_rosout` or the arguments of
@@ -117,25 +117,25 @@ class Node(contexts.Node):
         super().leave()
 
 
-def _nothing(*_: object) -> None:
+def _no_op(*_: object) -> None:
     """What has no effect in a simulated run."""
 
 
 _CLASSES: dict[str, Any] = {
     "Destroyable": handles.Destroyable,
     "Context": contexts.Context,
-    "Node": Node,
+    "Node": RosoutNode,
     "Publisher": Publisher,
-    "Subscription": Subscription,
+    "Subscription": TopicSubscription,
     "Client": Client,
-    "Service": Service,
+    "Service": ServiceServer,
     "rmw_service_info_t": ServiceInfo,
     "rmw_request_id_t": RequestId,
     "Clock": clocks.Clock,
     "ClockType": clocks.ClockType,
     "ClockChange": clocks.ClockChange,
     "ClockEvent": clocks.ClockEvent,
-    "Timer": clocks.Timer,
+    "Timer": clocks.RosTimer,
     "rcl_time_point_t": clocks.TimePoint,
     "rcl_duration_t": clocks.Duration,
     "GuardCondition": GuardCondition,
@@ -194,7 +194,7 @@ def _expand(name: str, node: str, namespace: str) -> str:
     return names.expand(name, node, namespace)
 
 
-def _resolve(node: contexts.Node, name: str, only_expand: bool, is_service: bool) -> str:
+def _resolve(node: contexts.GraphNode, name: str, only_expand: bool, is_service: bool) -> str:
     try:
         if only_expand:
             return names.expand(name, node.get_node_name(), node.get_namespace())
@@ -204,14 +204,14 @@ def _resolve(node: contexts.Node, name: str, only_expand: bool, is_service: bool
 
 
 def _signal_handlers() -> SignalHandlerOptions:
-    option = handles.running_kernel("rclpy.signals").own.get(_SIGNAL_HANDLERS, SignalHandlerOptions.NO)
+    option = handles.current_kernel("rclpy.signals").own.get(_SIGNAL_HANDLERS, SignalHandlerOptions.NO)
     assert isinstance(option, SignalHandlerOptions)
     return option
 
 
 def _install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.NO) -> None:
     """Note what was asked for: signals are the test runner's, and code under test gets none."""
-    handles.running_kernel("rclpy.signals").own[_SIGNAL_HANDLERS] = options
+    handles.current_kernel("rclpy.signals").own[_SIGNAL_HANDLERS] = options
 
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -219,7 +219,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_get_rmw_implementation_identifier": lambda: "pytest_hricdv",
     "rclpy_expand_topic_name": _expand,
     "rclpy_resolve_name": _resolve,
-    "rclpy_remap_topic_name": contexts.Node.remap,
+    "rclpy_remap_topic_name": contexts.GraphNode.remap,
     "rclpy_get_validation_error_for_topic_name": names.topic_name_fault,
     "rclpy_get_validation_error_for_full_topic_name": names.full_topic_name_fault,
     "rclpy_get_validation_error_for_namespace": names.namespace_fault,
@@ -240,7 +240,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_logging_initialize": logging.reset_levels,
     "rclpy_logging_shutdown": logging.reset_levels,
     "rclpy_logging_configure": logging.configure,
-    "rclpy_logging_fini": _nothing,
+    "rclpy_logging_fini": _no_op,
     "rclpy_logging_get_separator_string": lambda: logging.SEPARATOR,
     "rclpy_logging_set_logger_level": logging.set_logger_level,
     "rclpy_logging_get_logger_level": logging.logger_level,
@@ -251,8 +251,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_logging_rcutils_log": logging.write,
     "rclpy_logging_rosout_add_sublogger": logging.add_sublogger,
     "rclpy_logging_rosout_remove_sublogger": logging.remove_sublogger,
-    "register_sigint_guard_condition": _nothing,
-    "unregister_sigint_guard_condition": _nothing,
+    "register_sigint_guard_condition": _no_op,
+    "unregister_sigint_guard_condition": _no_op,
     "install_signal_handlers": _install_signal_handlers,
     "uninstall_signal_handlers": _install_signal_handlers,
     "get_current_signal_handlers_options": _signal_handlers,
@@ -267,11 +267,11 @@ def extension() -> ModuleType:
     vars(made).update({**_CLASSES, **_ERRORS, **_CONSTANTS, **_FUNCTIONS, "service_introspection": introspection})
 
     # A distribution that is newer than this may use further names: then it says which, when it does.
-    def missing(name: str) -> Any:
+    def find_name(name: str) -> Any:
         if name == _EVENTS_EXECUTOR:  # a class below one of rclpy's, which is imported after its extension
             vars(made)[name] = events_executor(importlib.import_module("rclpy.executors"))
             return vars(made)[name]
         raise AttributeError(f"{name} of rclpy's extension is not simulated yet")
 
-    vars(made)["__getattr__"] = missing
+    vars(made)["__getattr__"] = find_name
     return made

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator
 from pytest_hricdv.extra.ros2.transforms import (
     MovingFrame,
     NoTransformError,
+    StampedTransform,
     StaticFrame,
-    Stored,
     Transform,
     seconds,
 )
@@ -80,7 +80,7 @@ class FrameTree:
             if frame is not None:
                 frame.clear()
 
-    def insert(self, child: str, stored: Stored, authority: str, *, is_static: bool) -> bool:
+    def insert(self, child: str, stored: StampedTransform, authority: str, *, is_static: bool) -> bool:
         """Add a transform of a frame; False if it is older than what is kept."""
         frame = self._frames.get(child)
         if frame is None or frame.is_static != is_static:
@@ -94,7 +94,7 @@ class FrameTree:
     def connects(self, target: str, source: str, time_ns: int) -> tuple[int, str]:
         """Whether there is a transform, as 0 or 1; and why not."""
         try:
-            self._walked(target, source, time_ns)
+            self._walk(target, source, time_ns)
         except TransformException as error:
             return 0, str(error)
         return 1, ""
@@ -133,9 +133,9 @@ class FrameTree:
             return Transform(), frame.latest_ns if frame is not None and time_ns == 0 else time_ns
         self.require(target, "lookupTransform argument target_frame")
         self.require(source, "lookupTransform argument source_frame")
-        return self._walked(target, source, time_ns)
+        return self._walk(target, source, time_ns)
 
-    def _walked(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
+    def _walk(self, target: str, source: str, time_ns: int) -> tuple[Transform, int]:
         """The transform along the tree, and its time. Raises as `lookup`."""
         if target == source:
             return Transform(), time_ns
@@ -167,10 +167,10 @@ class FrameTree:
             down, frame, depth = stored.after(down), stored.parent, depth + 1
             self._check_depth(depth)
         if frame in up:
-            return down.inverted().after(up[frame]), time_ns
+            return down.inverse().after(up[frame]), time_ns
         if missing is not None:
             raise ExtrapolationException(f"{missing}{ending}")
-        raise ConnectivityException(_unconnected(source, target))
+        raise ConnectivityException(_no_connection_text(source, target))
 
     def _check_depth(self, depth: int) -> None:
         if depth > _DEEPEST:
@@ -194,7 +194,7 @@ class FrameTree:
             if parent in chain:
                 upwards = list(chain)
                 return _earliest([*times, *list(chain.values())[: upwards.index(parent) + 1]])
-        raise ConnectivityException(_unconnected(source, target))
+        raise ConnectivityException(_no_connection_text(source, target))
 
     def _latest_upwards(self, frame: str, end: str) -> Iterator[tuple[str, int]]:
         """The parents of a frame up to `end` or the root, each with the latest time of the transform to it (ns)."""
@@ -231,7 +231,7 @@ class FrameTree:
         return text
 
 
-def _unconnected(source: str, target: str) -> str:
+def _no_connection_text(source: str, target: str) -> str:
     # The words, the missing space and the order of the frames are tf2's.
     return (
         f"Could not find a connection between '{target}' and '{source}' because they are not part of the same tree."

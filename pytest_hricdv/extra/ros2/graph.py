@@ -40,7 +40,7 @@ class GraphEntity(Destroyable):
     """A publisher, subscription, service or client. It leaves the graph when it is destroyed, or its context ends."""
 
     node: Any
-    """Of `contexts.Node`."""
+    """Of `contexts.GraphNode`."""
     kind: type[Any]
     full_name: str
     """Of its topic or service."""

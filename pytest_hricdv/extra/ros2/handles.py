@@ -32,7 +32,7 @@ def node_that_runs() -> Node | None:
         return None  # there are no greenlets any more
 
 
-def running_kernel(action: str) -> Kernel:
+def current_kernel(action: str) -> Kernel:
     """The kernel of the running node.
 
     Raises:
@@ -72,7 +72,7 @@ class Destroyable:
     @property
     def kernel(self) -> Kernel:
         """The kernel of its run; of what was made while a module was imported, that of the node that uses it."""
-        return self._kernel if self._kernel is not None else running_kernel("rclpy")
+        return self._kernel if self._kernel is not None else current_kernel("rclpy")
 
     def __enter__(self) -> None:
         if self.is_destroyed and self._is_in_its_run():

@@ -44,7 +44,7 @@ def _parts(made: Any, base: str) -> Iterator[tuple[str, Any]]:
                 yield from _parts(value, value.__name__)
 
 
-class _Finder:
+class _InterfaceFinder:
     """Finds packages of interface files, unless they are installed."""
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class _Finder:
         """Nothing to execute: classes are made when they are asked for."""
 
 
-_FINDER = _Finder()
+_FINDER = _InterfaceFinder()
 
 
 def provide_interfaces(folders: Sequence[str | Path]) -> None:

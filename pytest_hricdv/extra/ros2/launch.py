@@ -13,7 +13,7 @@ from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import LaunchError, Ros2Error, RosNode
-from pytest_hricdv.extra.ros2.packages import console_scripts, installed_executable, is_binary
+from pytest_hricdv.extra.ros2.packages import console_scripts, find_executable, is_binary
 from pytest_hricdv.runtime.source_location import raised_at
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -76,7 +76,7 @@ def entry_point(node: RosNode) -> str:
 
 
 def _not_a_script(node: RosNode, scripts: Sequence[str]) -> LaunchError:
-    file = installed_executable(node.package, node.executable)
+    file = find_executable(node.package, node.executable)
     if file is not None and is_binary(file):
         return LaunchError(
             f"{node}: {file} is a compiled program, as of C++; nodes of rclpy can be run. Simulate what it does, "
@@ -137,19 +137,19 @@ def load_entry(what: str, entry: str, argv: list[str]) -> Callable[[], object]:
         own = isinstance(error, ModuleNotFoundError) and error.name is not None
         if own and f"{module_name}.".startswith(f"{error.name}."):
             raise LaunchError(f"{what}: there is no module {error.name!r}; is its folder on the path?") from None
-        raise LaunchError(f"{what}: {module_name} cannot be imported: {_failed_import(error)}") from error
+        raise LaunchError(f"{what}: {module_name} cannot be imported: {_import_error_text(error)}") from error
     target = vars(module).get(name)
     if not callable(target):
         callables = [member for member, value in vars(module).items() if callable(value) and not member.startswith("_")]
         raise LaunchError(f"{what}: {module_name} has no {name!r}{nearest(name, callables)}")
-    return _spinning(target) if isinstance(target, type) else _with_arguments(target, argv)
+    return _spin_main(target) if isinstance(target, type) else _with_arguments(target, argv)
 
 
 _OF_MESSAGES = ("_msgs", "_interfaces", "_srvs")
 """How names of packages of interfaces end, as a rule."""
 
 
-def _failed_import(error: ImportError) -> str:
+def _import_error_text(error: ImportError) -> str:
     """Which import failed, where, and what to do."""
     where = raised_at(error)
     if isinstance(error, ModuleNotFoundError) and error.name:
@@ -184,7 +184,7 @@ def _with_arguments(main: Callable[..., object], command_line: list[str]) -> Cal
     return partial(main, **arguments)
 
 
-def _spinning(kind: Callable[[], Any]) -> Callable[[], object]:
+def _spin_main(kind: Callable[[], Any]) -> Callable[[], object]:
     """What the main function of a node is, for a class of nodes."""
 
     def main() -> None:

@@ -68,8 +68,8 @@ class LaunchedProcess:
 def describe_process(kernel: Kernel, wanted: Command) -> LaunchedProcess:
     """What a function that stands for a command is told."""
     parsed = parse(wanted.argv)
-    name = parsed.renamed("__node", "") or wanted.name.rpartition("/")[2]
-    namespace = parsed.renamed("__ns", "") or "/"
+    name = parsed.new_name("__node", "") or wanted.name.rpartition("/")[2]
+    namespace = parsed.new_name("__ns", "") or "/"
     parameters = parsed.parameters_of(f"{namespace.rstrip('/')}/{name}")
     return LaunchedProcess(name, namespace, tuple(without_ros(wanted.argv[1:])), parameters, kernel, wanted.argv)
 
@@ -119,9 +119,9 @@ class Processes:
                 container.serve("~/_container/load_node", "composition_interfaces/srv/LoadNode", self._load)
             return transport
         main = self._main(wanted, target)
-        name = parse(wanted.argv).renamed("__node", "") or wanted.name
+        name = parse(wanted.argv).new_name("__node", "") or wanted.name
         process = Process(self.kernel, self.variables, wanted.argv, name, environ)
-        body = process.running(partial(_run_to_its_end, main, transport, process))
+        body = process.wrap(partial(_run_to_its_end, main, transport, process))
         transport.process = process
         transport.node = self.kernel.spawn(name, body if callable(target) else self.measured(body))
         return transport
@@ -155,7 +155,7 @@ class Processes:
         if target != IGNORED:
             wanted = Command(f"{request.package_name}/{request.plugin_name}", tuple(argv))
             main = self._main(wanted, target)
-            body = Process(self.kernel, self.variables, argv, name).running(lambda: void(main()))
+            body = Process(self.kernel, self.variables, argv, name).wrap(lambda: void(main()))
             self.kernel.spawn(name, body if callable(target) else self.measured(body))
         self._started += 1
         response.success, response.unique_id = True, self._started
@@ -231,7 +231,7 @@ class Transport:
 def _run_to_its_end(main: Callable[[], object], transport: Transport, process: Process) -> None:
     """The body of a process: what raises in it fails the run, but for what a signal raised."""
 
-    def ended(code: int) -> None:
+    def end(code: int) -> None:
         process.at_end.append(partial(transport.end, code))  # its threads may go on
 
     try:
@@ -240,17 +240,17 @@ def _run_to_its_end(main: Callable[[], object], transport: Transport, process: P
         code = 0 if error.code is None else error.code if isinstance(error.code, int) else 1
         if code and not transport.is_expected_to_fail:
             raise
-        ended(code)
+        end(code)
     except KeyboardInterrupt:
         if not process.was_interrupted:
             raise
-        ended(-int(signal.SIGINT))
+        end(-int(signal.SIGINT))
     except GreenletExit:
         if process.was_interrupted:
-            ended(-int(process.was_interrupted))
+            end(-int(process.was_interrupted))
         raise
     else:
-        ended(0)
+        end(0)
 
 
 def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport) -> Any:
@@ -258,7 +258,7 @@ def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport
     protocol = made()
     protocol.connection_made(transport)
 
-    def ended(code: int) -> None:
+    def complete_soon(code: int) -> None:
         def complete() -> None:
             if not protocol.complete.done():
                 protocol.complete.set_result(code)
@@ -266,7 +266,7 @@ def protocol_of(loop: asyncio.AbstractEventLoop, made: Any, transport: Transport
         if not loop.is_closed():
             loop.call_soon_threadsafe(complete)
 
-    transport.ended = ended
+    transport.ended = complete_soon
     if transport.code is not None:
-        ended(transport.code)
+        complete_soon(transport.code)
     return protocol

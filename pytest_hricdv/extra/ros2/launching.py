@@ -27,7 +27,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Launch, LaunchError
 from pytest_hricdv.extra.ros2.executables import Executables, RefusedError
 from pytest_hricdv.extra.ros2.launched import Processes, Transport, protocol_of
-from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, installed_share, packages_around
+from pytest_hricdv.extra.ros2.packages import SourcePackage, add_to_index, find_share, packages_around
 from pytest_hricdv.extra.ros2.processes import Process
 from pytest_hricdv.run import TestbenchError
 from pytest_hricdv.runtime.virtual.event_loop import VirtualEventLoop
@@ -102,7 +102,7 @@ def find(launch: Launch) -> LaunchFile:
 
 
 def _in_package(launch: Launch, sources: Mapping[str, SourcePackage]) -> Path:
-    share = sources[launch.package].folder if launch.package in sources else installed_share(launch.package)
+    share = sources[launch.package].folder if launch.package in sources else find_share(launch.package)
     if share is None:
         raise LaunchError(
             f"{launch}: there is no package {launch.package!r}, neither installed nor below {Path().absolute()}"
@@ -317,16 +317,16 @@ def _prepare(
             transport = processes.start(cmd, env)
             transport.is_expected_to_fail = _says_what_follows(made)
         except Exception as error:  # the launch system would log it, and go on
-            failed(error)
+            fail(error)
             transport = Transport(processes.kernel, 0)
         return transport, protocol_of(loop, made, transport)
 
-    def failed(error: Exception) -> None:
+    def fail(error: Exception) -> None:
         errors.append(error)
         # Later, so that what else is started at this instant, and refused, is in the same message.
         loop.call_soon_threadsafe(loop.call_later, _INSTANT_S, loop.stop)
 
-    processes.failed = failed
+    processes.failed = fail
 
     def perform(self: Any, context: Any) -> str:
         package = perform_substitutions(context, self.package)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.services import Service
+from pytest_hricdv.extra.ros2.services import ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher
 
 Transition = tuple[int, str, int, str, int, str]
@@ -90,35 +90,37 @@ class LifecycleStateMachine(Destroyable):
         TypeError: `enable_com_interface` is no bool.
     """
 
-    service_change_state: Service | None = None
-    service_get_state: Service | None = None
-    service_get_available_states: Service | None = None
-    service_get_available_transitions: Service | None = None
-    service_get_transition_graph: Service | None = None
+    service_change_state: ServiceServer | None = None
+    service_get_state: ServiceServer | None = None
+    service_get_available_states: ServiceServer | None = None
+    service_get_available_transitions: ServiceServer | None = None
+    service_get_transition_graph: ServiceServer | None = None
 
-    def __init__(self, node: Node, enable_com_interface: bool) -> None:
+    def __init__(self, node: GraphNode, enable_com_interface: bool) -> None:
         if not isinstance(enable_com_interface, bool):
             raise TypeError(f"enable_com_interface: expected a bool, got {enable_com_interface!r}")
         super().__init__(node.kernel)
         self._state = _NUMBERS["unconfigured"]
         self.initialized = True
         self._publisher: Publisher | None = None
-        self._services: list[Service] = []
+        self._services: list[ServiceServer] = []
         if enable_com_interface:
             self._serve(node)
 
-    def _serve(self, node: Node) -> None:
+    def _serve(self, node: GraphNode) -> None:
         from lifecycle_msgs import msg, srv  # type: ignore[import-not-found, unused-ignore]
 
         self._messages = msg
         self._publisher = Publisher(node, msg.TransitionEvent, "~/transition_event", Profile())
-        self.service_change_state = Service(node, srv.ChangeState, "~/change_state", Profile())
-        self.service_get_state = Service(node, srv.GetState, "~/get_state", Profile())
-        self.service_get_available_states = Service(node, srv.GetAvailableStates, "~/get_available_states", Profile())
+        self.service_change_state = ServiceServer(node, srv.ChangeState, "~/change_state", Profile())
+        self.service_get_state = ServiceServer(node, srv.GetState, "~/get_state", Profile())
+        self.service_get_available_states = ServiceServer(
+            node, srv.GetAvailableStates, "~/get_available_states", Profile()
+        )
         kind = srv.GetAvailableTransitions
-        self.service_get_available_transitions = Service(node, kind, "~/get_available_transitions", Profile())
-        self.service_get_transition_graph = Service(node, kind, "~/get_transition_graph", Profile())
-        self._services = [service for service in vars(self).values() if isinstance(service, Service)]
+        self.service_get_available_transitions = ServiceServer(node, kind, "~/get_available_transitions", Profile())
+        self.service_get_transition_graph = ServiceServer(node, kind, "~/get_transition_graph", Profile())
+        self._services = [service for service in vars(self).values() if isinstance(service, ServiceServer)]
 
     def destroy(self) -> None:
         """Leave the graph."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from pytest_hricdv.extra.ros2.contexts import Context
-from pytest_hricdv.extra.ros2.handles import node_that_runs, running_kernel
+from pytest_hricdv.extra.ros2.handles import current_kernel, node_that_runs
 from pytest_hricdv.extra.ros2.processes import process_of
 from pytest_hricdv.runtime.kernel import Kernel
 
@@ -44,7 +44,7 @@ class LogEntry:
 
 
 @dataclass
-class Log:
+class RosLog:
     """The log of a run, and the levels of its loggers, of each process its own."""
 
     levels: dict[object, dict[str, int]] = field(default_factory=dict)
@@ -63,16 +63,16 @@ class Log:
         return levels.get("", int(Severity.RCUTILS_LOG_SEVERITY_INFO))
 
 
-def log_of(kernel: Kernel) -> Log:
+def log_of(kernel: Kernel) -> RosLog:
     """The log of a run."""
-    log = kernel.own.setdefault("ros2 log", Log())
-    assert isinstance(log, Log)
+    log = kernel.own.setdefault("ros2 log", RosLog())
+    assert isinstance(log, RosLog)
     return log
 
 
 def _levels() -> dict[str, int]:
     """Those of the process that runs."""
-    kernel = running_kernel("a logger of rclpy")
+    kernel = current_kernel("a logger of rclpy")
     return log_of(kernel).levels.setdefault(process_of(kernel.current()), {})
 
 
@@ -103,7 +103,7 @@ def logger_level(name: str) -> int:
 
 def effective_level(name: str) -> int:
     """The level that counts."""
-    kernel = running_kernel("a logger of rclpy")
+    kernel = current_kernel("a logger of rclpy")
     return log_of(kernel).level(name, process_of(kernel.current()))
 
 

@@ -49,7 +49,7 @@ def copy_message(message: Any) -> Any:
     kind: Any = type(message)
     made = kind.__new__(kind)
     for slot in kind.__slots__:
-        setattr_direct(made, slot, _copied(getattr(message, slot)))
+        setattr_direct(made, slot, _copy_value(getattr(message, slot)))
     for slot in _single_slots(kind):
         value = getattr(made, slot)
         if isinstance(value, float):
@@ -67,11 +67,11 @@ setattr_direct: Callable[[Any, str, Any], None] = object.__setattr__
 """Sets a slot without the checks of the field's setter, which it has passed."""
 
 
-def _copied(value: Any) -> Any:
+def _copy_value(value: Any) -> Any:
     if isinstance(value, _IMMUTABLE):
         return value
     if isinstance(value, list):
-        return [_copied(element) for element in value]
+        return [_copy_value(element) for element in value]
     if isinstance(value, array.array):
         return value[:]
     if hasattr(type(value), "__slots__") and hasattr(type(value), "get_fields_and_field_types"):

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from pytest_hricdv.extra.ros2.clocks import whole_ns
-from pytest_hricdv.extra.ros2.executor import check_entities_when_waiting
+from pytest_hricdv.extra.ros2.executor import POLL_NS, check_entities_when_waiting
 from pytest_hricdv.extra.ros2.extension import NAME, extension
 from pytest_hricdv.extra.ros2.tf2 import replace_tf2
 from pytest_hricdv.runtime.node_error import KernelError
@@ -123,14 +123,14 @@ def _round_up() -> None:
             vars(module)[_IN_NS] = _in_ns
     duration = getattr(sys.modules.get("rclpy.duration"), "Duration", None)  # it may be in the middle of its import
     if duration is not None and not hasattr(duration, _ROUNDED_UP):
-        duration.__init__ = _rounding_up(duration.__init__)
+        duration.__init__ = _round_up_init(duration.__init__)
         setattr(duration, _ROUNDED_UP, True)
 
 
 _ROUNDED_UP = "_is_rounded_up"
 
 
-def _rounding_up(original: Callable[..., None]) -> Callable[..., None]:
+def _round_up_init(original: Callable[..., None]) -> Callable[..., None]:
     """The initialization of a duration, which truncates."""
 
     def __init__(self: Any, *, seconds: float = 0, nanoseconds: float = 0) -> None:  # noqa: N807 (it takes its place)
@@ -149,9 +149,6 @@ def _order_sets() -> None:
             vars(sys.modules[name])["set"] = OrderedSet
 
 
-_LOOKS_S = 0.001
-"""How often a task of asyncio looks at what it awaits of `rclpy`: chosen, as `EventsExecutor` looks here."""
-
 _SUSPENDED = inspect.CO_COROUTINE | inspect.CO_GENERATOR | inspect.CO_ITERABLE_COROUTINE | inspect.CO_ASYNC_GENERATOR
 
 
@@ -162,20 +159,20 @@ def _let_asyncio_await() -> None:
     """
     future = getattr(sys.modules.get("rclpy.task"), "Future", None)  # it may be in the middle of its import
     if future is not None and not hasattr(future, _AWAITED):
-        future.__await__ = _awaiting(future.__await__)
+        future.__await__ = _await_method(future.__await__)
         setattr(future, _AWAITED, True)
 
 
 _AWAITED = "_is_awaited_by_asyncio"
 
 
-def _awaiting(original: Callable[..., Generator[Any, Any, Any]]) -> Callable[[Any], Generator[Any, Any, Any]]:
+def _await_method(original: Callable[..., Generator[Any, Any, Any]]) -> Callable[[Any], Generator[Any, Any, Any]]:
     """How a future is awaited by whoever awaits it."""
 
     def __await__(self: Any) -> Generator[Any, Any, Any]:  # noqa: N807 (it takes its place)
         if _is_awaited_by_asyncio():
             while not self.done():
-                yield from asyncio.sleep(_LOOKS_S).__await__()
+                yield from asyncio.sleep(POLL_NS / 1e9).__await__()
         return (yield from original(self))
 
     return __await__

@@ -127,7 +127,7 @@ def _of_setup_cfg(folder: Path) -> dict[str, str]:
         parser.read_string(_text(folder / "setup.cfg"))
     except configparser.Error:
         return {}
-    return _parsed(parser.get("options.entry_points", "console_scripts", fallback="").splitlines())
+    return _parse_entries(parser.get("options.entry_points", "console_scripts", fallback="").splitlines())
 
 
 def _of_setup_py(folder: Path) -> dict[str, str]:
@@ -151,7 +151,7 @@ def _of_setup_py(folder: Path) -> dict[str, str]:
         for keyword in node.keywords if isinstance(node, ast.Call) else ():
             if keyword.arg == "console_scripts":  # dict(console_scripts=[...])
                 lines += _texts(keyword.value, constants)
-    return _parsed(lines)
+    return _parse_entries(lines)
 
 
 def _texts(node: ast.expr, constants: Mapping[str, object]) -> list[str]:
@@ -173,7 +173,7 @@ def _texts(node: ast.expr, constants: Mapping[str, object]) -> list[str]:
 _SCRIPT = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+\s*:\s*[\w.]+)")
 
 
-def _parsed(lines: Iterable[str]) -> dict[str, str]:
+def _parse_entries(lines: Iterable[str]) -> dict[str, str]:
     matches = [match for line in lines if (match := _SCRIPT.match(line))]
     return {match[1]: match[2].replace(" ", "") for match in matches}
 
@@ -189,7 +189,7 @@ def console_scripts(package: str, sources: Mapping[str, SourcePackage]) -> dict[
     return {script.name: script.value for script in scripts}
 
 
-def installed_executable(package: str, executable: str) -> Path | None:
+def find_executable(package: str, executable: str) -> Path | None:
     """The file that `ros2 run` would start; None if there is none, or no ROS installation."""
     try:
         from ament_index_python import get_package_prefix  # type: ignore[import-not-found, unused-ignore]
@@ -200,7 +200,7 @@ def installed_executable(package: str, executable: str) -> Path | None:
     return file if file.is_file() else None
 
 
-def installed_share(package: str) -> Path | None:
+def find_share(package: str) -> Path | None:
     """The share folder of an installed package; None if there is none, or no ROS installation."""
     try:
         from ament_index_python import get_package_share_directory  # type: ignore[import-not-found, unused-ignore]
@@ -224,7 +224,7 @@ def add_to_index(prefix: Path, packages: Iterable[SourcePackage]) -> None:
     """
     (prefix / _MARKERS).mkdir(parents=True, exist_ok=True)
     shares = {package.name: package.folder for package in packages}
-    for name, share in [*shares.items(), *_installed_by_pip()]:
+    for name, share in [*shares.items(), *_pip_packages()]:
         if not (prefix / _MARKERS / name).exists():
             (prefix / _MARKERS / name).touch()
             (prefix / "lib" / name).mkdir(parents=True)
@@ -232,7 +232,7 @@ def add_to_index(prefix: Path, packages: Iterable[SourcePackage]) -> None:
                 (prefix / "share" / name).symlink_to(share, target_is_directory=True)
 
 
-def _installed_by_pip() -> list[tuple[str, Path]]:
+def _pip_packages() -> list[tuple[str, Path]]:
     """Packages of ROS 2 of which AMENT_PREFIX_PATH says nothing, in a virtual environment, with their share folders."""
     share = Path(sys.prefix) / "share"
     markers = share / "ament_index" / "resource_index" / "packages"

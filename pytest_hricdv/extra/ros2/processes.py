@@ -133,7 +133,7 @@ class Process:
         self.was_interrupted: int | None = None
         """The signal that ended what it did; None if none has."""
 
-    def running(self, body: Body, *, daemon: bool = False) -> Body:
+    def wrap(self, body: Body, *, daemon: bool = False) -> Body:
         """A body of a node of the kernel that runs in this process; its threads do, too.
 
         Args:
@@ -148,7 +148,7 @@ class Process:
             if daemon:
                 self._daemons.append(node)
             wrap_thread = node.wrap_thread
-            node.wrap_thread = lambda thread, daemon: wrap_thread(self.running(thread, daemon=daemon), daemon)
+            node.wrap_thread = lambda thread, daemon: wrap_thread(self.wrap(thread, daemon=daemon), daemon)
             # The last to go on: what it raises must not keep the others from it.
             node.leaving.insert(0, self._interruptible)
             node.leaving.append(self._leave)

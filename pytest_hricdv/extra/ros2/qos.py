@@ -158,7 +158,7 @@ class RmwProfile(Profile):
         super().__init__(*policies, *durations, int(liveliness), lease.nanoseconds, avoid_conventions)
 
     @staticmethod
-    def predefined(name: str) -> Profile:
+    def _profile_named(name: str) -> Profile:
         """The profile of that name. Raises ValueError if there is none."""
         if name not in PREDEFINED:
             raise ValueError(f"Requested unknown rmw_qos_profile: {name}")

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import Clock, system_ns
-from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.graph import GraphEntity
 from pytest_hricdv.extra.ros2.handles import QueueHandle
 from pytest_hricdv.extra.ros2.messages import copy_message, type_name
@@ -49,7 +49,7 @@ class Introspection:
     """
 
     def __init__(
-        self, node: Node, kind: type[Any], service: str, clock: Clock, profile: Profile, state: IntrospectionState
+        self, node: GraphNode, kind: type[Any], service: str, clock: Clock, profile: Profile, state: IntrospectionState
     ) -> None:
         self._kind: Any = kind
         self._clock = clock
@@ -96,7 +96,7 @@ class ServiceInfo:
 class _ServiceEndpoint(GraphEntity, QueueHandle):
     """What services and clients have in common: a name, a queue, and introspection."""
 
-    def __init__(self, node: Node, kind: type[Any], name: str) -> None:
+    def __init__(self, node: GraphNode, kind: type[Any], name: str) -> None:
         super().__init__(node.kernel)
         self.node, self.kind, self.full_name = node, kind, node.resolve(name)
         self._introspection: Introspection | None = None
@@ -129,10 +129,10 @@ class _ServiceEndpoint(GraphEntity, QueueHandle):
         carrier.carry(sender, self.full_name, direction, sent, partial(deliver, sent), is_heard, lambda: reliable)
 
 
-class Service(_ServiceEndpoint):
+class ServiceServer(_ServiceEndpoint):
     """As `rcl_service_t`. Raises ValueError for a wrong name."""
 
-    def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
+    def __init__(self, node: GraphNode, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
         self._profile = effective(profile)
         self._join(node.graph.services)
@@ -180,7 +180,7 @@ class LostRequest:
 class Client(_ServiceEndpoint):
     """As `rcl_client_t`. Raises ValueError for a wrong name."""
 
-    def __init__(self, node: Node, kind: type[Any], name: str, profile: Profile) -> None:
+    def __init__(self, node: GraphNode, kind: type[Any], name: str, profile: Profile) -> None:
         super().__init__(node, kind, name)
         self._sent = self._answered = 0
         self.asked_by: KernelNode | None = None
@@ -200,7 +200,7 @@ class Client(_ServiceEndpoint):
         """The full name of the service."""
         return self.full_name
 
-    def servers(self) -> list[Service]:
+    def servers(self) -> list[ServiceServer]:
         """Its servers."""
         every = self.node.graph.services.get(self.full_name, ())
         return [service for service in every if type_name(service.kind) == type_name(self.kind)]

@@ -42,9 +42,9 @@ def stuck_nodes(kernel: Kernel, patience_s: float, *, is_idle: bool) -> list[str
         patience_s: how long a node may wait.
         is_idle: whether no node could go on.
     """
-    nodes = [_Waiting(kernel, node, frames) for node in kernel.nodes if (frames := _frames(node))]
+    nodes = [_Wait(kernel, node, frames) for node in kernel.nodes if (frames := _frames(node))]
     least_s = 0.0 if is_idle else patience_s
-    blocked = [sentence for node in nodes if (sentence := node.blocked(least_s))]
+    blocked = [sentence for node in nodes if (sentence := node.block_reason(least_s))]
     return blocked + [request for node in nodes for request in node.requests_without_server(least_s)]
 
 
@@ -68,7 +68,7 @@ def _line(place: str) -> str:
 
 
 @dataclass
-class _Waiting:
+class _Wait:
     """A node of the kernel that waits."""
 
     kernel: Kernel
@@ -79,7 +79,7 @@ class _Waiting:
     def __post_init__(self) -> None:
         self.functions = {_function(frame) for frame in self.frames}
 
-    def blocked(self, least_s: float) -> str:
+    def block_reason(self, least_s: float) -> str:
         """What it waits for in vain, if it has for at least so long, or if it is certain; empty if it may go on."""
         since_s, why = self._for_server(least_s)
         if not why and self.kernel.waits_for_ever(self.node):
@@ -98,17 +98,17 @@ class _Waiting:
             is_endless = timeout_s is None or math.isinf(timeout_s)
             # At least an instant: whoever looks for the first time now has not looked in vain yet.
             if is_endless or self.kernel.now_s - client.missed_since_s >= max(least_s, 1e-6):
-                return client.missed_since_s, f"for {_named(client)}, which nobody serves"
+                return client.missed_since_s, f"for {_client_text(client)}, which nobody serves"
         return 0.0, ""
 
     def _for_ever(self, least_s: float) -> str:
         """What it waits for without a time-out that cannot come, or does not for so long."""
-        clients = self._asked() if self.functions & _WAITING_FOR_RESPONSES else []
+        clients = self._last_clients() if self.functions & _WAITING_FOR_RESPONSES else []
         for client in clients:
             if not client.servers():
-                return f"for the response of {_named(client)}, which nobody serves"
+                return f"for the response of {_client_text(client)}, which nobody serves"
             if client.was_answered_before():
-                return f"for the response of {_named(client)}, which only the executor that waits here could take"
+                return f"for the response of {_client_text(client)}, which only the executor that waits here could take"
         waited_s = self.kernel.now_s - self.node.blocked_s
         reads_keys = bool(self.functions & _AT_A_TERMINAL)  # a person may take as long as they like
         if waited_s < least_s or reads_keys or not self.functions & _CALLING_BACK:
@@ -117,10 +117,10 @@ class _Waiting:
         for client in clients:
             if client.is_unanswered():
                 server = client.servers()[0].node.get_fully_qualified_name()
-                return f"for the response of {_named(client)} of {server}, {so_far}"
+                return f"for the response of {_client_text(client)} of {server}, {so_far}"
         return so_far
 
-    def _asked(self) -> list[Client]:
+    def _last_clients(self) -> list[Client]:
         """The clients with which it has asked last."""
         graphs = all_graphs(self.kernel)
         clients = [client for graph in graphs for group in graph.clients.values() for client in group]
@@ -130,11 +130,11 @@ class _Waiting:
         """Requests of clients of its executor whose response is still awaited, though nobody serves them."""
         spinning = next((frame for frame in self.frames if _function(frame) in _SPINNING), None)
         nodes = [] if spinning is None else spinning.f_locals["self"].get_nodes()
-        for client, numbers in (pending for node in nodes for pending in _pending(node)):
+        for client, numbers in (pending for node in nodes for pending in _open_requests(node)):
             lost = [client.lost[number] for number in numbers if number in client.lost]
             if lost and not client.servers() and self.kernel.now_s - lost[0].time_s >= least_s:
                 where = f"at {_line(lost[0].place)} at {lost[0].time_s:.3f} s"
-                yield f"{self.node.name} calls {_named(client)} {where}: nobody serves it"
+                yield f"{self.node.name} calls {_client_text(client)} {where}: nobody serves it"
 
 
 def _client_of(owner: Any) -> Client | None:
@@ -145,7 +145,7 @@ def _client_of(owner: Any) -> Client | None:
     return handle if isinstance(handle, Client) else None
 
 
-def _pending(node: Any) -> Iterator[tuple[Client, list[int]]]:
+def _open_requests(node: Any) -> Iterator[tuple[Client, list[int]]]:
     """The clients of a node of `rclpy`, and the numbers of the requests whose responses it still wants."""
     for owner, wanted in (
         *((client, "_pending_requests") for client in node.clients),
@@ -156,7 +156,7 @@ def _pending(node: Any) -> Iterator[tuple[Client, list[int]]]:
             yield client, list(getattr(owner, wanted, ()))
 
 
-def _named(client: Client) -> str:
+def _client_text(client: Client) -> str:
     """What it asks, as its author calls it."""
     name, _, part = client.service_name.partition("/_action/")
     return f"the action {name}" if part else f"the service {name}"

@@ -69,7 +69,7 @@ class Ros2Overlay:
         self.stuck_nodes: list[str] = []
         """Nodes that wait for what never comes, a sentence each."""
 
-    def started(
+    def start(
         self, kernel: Kernel, bus: Bus, measured: Wrapper, nodes: Sequence[RosNode | Launch], seed: int = 0
     ) -> StartedSystem:
         """Start nodes, each in a process of its own.
@@ -91,11 +91,11 @@ class Ros2Overlay:
         self.modules.imported.append(lambda: self._know(variables))
         for node, main in started:
             process = Process(kernel, variables, command_line(node), node.label)
-            kernel.spawn(node.label, measured(process.running(_until_exit(main))))
+            kernel.spawn(node.label, measured(process.wrap(_until_exit(main))))
         for file in files:
             kernel.virtual |= {"asyncio"}  # the launch system is a program of asyncio
             processes = Processes(kernel, variables, self._packages, file.executables, measured)
-            body = launch_process(processes, file).running(launch_body(file, processes))
+            body = launch_process(processes, file).wrap(launch_body(file, processes))
             kernel.spawn(f"launch {file.path.name}", body)
         return StartedSystem(kernel)
 
@@ -107,7 +107,7 @@ class Ros2Overlay:
             graphs = all_graphs(kernel)
             names = [name for graph in graphs for part in (graph.publishers, graph.subscriptions) for name in part]
             names += [name for graph in graphs for part in (graph.services, graph.clients) for name in part]
-            self.stuck_nodes += self._delivery.unused(names)
+            self.stuck_nodes += self._delivery.find_unused_names(names)
 
     @staticmethod
     def _know(variables: ModuleVariables) -> None:

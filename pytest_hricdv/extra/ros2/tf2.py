@@ -17,7 +17,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2.frame_tree import EXCEPTIONS, FrameTree
 from pytest_hricdv.extra.ros2.transforms import (
     NO_WAY,
-    Stored,
+    StampedTransform,
     Transform,
     Vector,
     add,
@@ -81,7 +81,9 @@ class BufferCore:
         if faults:
             return
         stamp_ns = _ns(message.header.stamp)
-        if not self._tree.insert(child, Stored(moved, turned, stamp_ns, parent), authority, is_static=is_static):
+        if not self._tree.insert(
+            child, StampedTransform(moved, turned, stamp_ns, parent), authority, is_static=is_static
+        ):
             _log(
                 "warning",
                 f"TF_OLD_DATA ignoring data from the past for frame {child} at time {seconds(stamp_ns)} according to "

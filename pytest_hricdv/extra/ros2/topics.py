@@ -10,7 +10,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.content_filter import content_filter
-from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
 from pytest_hricdv.extra.ros2.graph import GraphEntity, note
 from pytest_hricdv.extra.ros2.handles import QueueHandle, RCLError
@@ -23,7 +23,7 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 class _TopicEndpoint(GraphEntity):
     """What publishers and subscriptions have in common."""
 
-    node: Node
+    node: GraphNode
     profile: Profile
     events: EndpointEvents
     last_ns: int | None = None
@@ -49,13 +49,13 @@ class _TopicEndpoint(GraphEntity):
         """The full name of its topic."""
         return self.full_name
 
-    def matches(self, subscription: Subscription) -> bool:
+    def matches(self, subscription: TopicSubscription) -> bool:
         """Whether messages of this publisher reach it."""
         same_type = type_name(self.kind) == type_name(subscription.kind)
         return same_type and not mismatches(self.profile, subscription.profile)
 
 
-def _match(publisher: Publisher, subscription: Subscription) -> None:
+def _match(publisher: Publisher, subscription: TopicSubscription) -> None:
     """Count an event at both: that they match, or why they do not; to be called when one of them is new."""
     same_type = type_name(publisher.kind) == type_name(subscription.kind)
     faults = mismatches(publisher.profile, subscription.profile)
@@ -70,7 +70,7 @@ def _match(publisher: Publisher, subscription: Subscription) -> None:
         note(publisher.kernel, _mismatch(publisher, subscription))
 
 
-def _mismatch(publisher: Publisher, subscription: Subscription) -> str:
+def _mismatch(publisher: Publisher, subscription: TopicSubscription) -> str:
     """For the report: without it, nobody hears of it who does not wait for the event."""
     ends = f"{publisher.node.get_fully_qualified_name()} to {subscription.node.get_fully_qualified_name()}"
     policies = policies_text(publisher.profile, subscription.profile)
@@ -80,7 +80,7 @@ def _mismatch(publisher: Publisher, subscription: Subscription) -> str:
 class Publisher(_TopicEndpoint):
     """As `rcl_publisher_t`. Raises ValueError for a wrong topic."""
 
-    def __init__(self, node: Node, kind: type[Any], topic: str, profile: Profile) -> None:
+    def __init__(self, node: GraphNode, kind: type[Any], topic: str, profile: Profile) -> None:
         super().__init__(node.kernel)
         self.node, self.kind, self.full_name, self.profile = node, kind, node.resolve(topic), effective(profile)
         self._admit()
@@ -104,7 +104,7 @@ class Publisher(_TopicEndpoint):
         """Say that it is alive, without a message."""
         self.lease.renew()
 
-    def subscriptions(self) -> list[Subscription]:
+    def subscriptions(self) -> list[TopicSubscription]:
         """Those that it reaches."""
         subscriptions = self.node.graph.subscriptions.get(self.full_name, ())
         return [subscription for subscription in subscriptions if self.matches(subscription)]
@@ -165,7 +165,7 @@ class Publisher(_TopicEndpoint):
         """Publish the message that these bytes are. Raises CdrError if they are none."""
         self.publish(deserialize(data, self.kind))
 
-    def send_kept(self, subscription: Subscription) -> None:
+    def send_kept(self, subscription: TopicSubscription) -> None:
         """Deliver the messages that it has kept to a new subscription."""
         if self.matches(subscription) and subscription.profile.is_transient_local:
             for message, info in self._kept:
@@ -176,7 +176,7 @@ class Publisher(_TopicEndpoint):
         return True
 
 
-class Subscription(_TopicEndpoint, QueueHandle):
+class TopicSubscription(_TopicEndpoint, QueueHandle):
     """As `rcl_subscription_t`.
 
     Args:
@@ -189,7 +189,7 @@ class Subscription(_TopicEndpoint, QueueHandle):
 
     def __init__(
         self,
-        node: Node,
+        node: GraphNode,
         kind: type[Any],
         topic: str,
         profile: Profile,

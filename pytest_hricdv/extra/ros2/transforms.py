@@ -86,14 +86,14 @@ class Transform:
         """Both, `first` first."""
         return Transform(self.of(first.translation), product(self.rotation, first.rotation))
 
-    def inverted(self) -> Transform:
+    def inverse(self) -> Transform:
         """The way back."""
         back = inverse(self.rotation)
         return Transform(rotate(back, negate(self.translation)), back)
 
 
 @dataclass(frozen=True)
-class Stored(Transform):
+class StampedTransform(Transform):
     """What the buffer has of a frame at a time.
 
     Args:
@@ -122,22 +122,22 @@ def seconds(time_ns: int) -> str:
 class StaticFrame:
     """A frame that does not move."""
 
-    stored: Stored | None = None
+    stored: StampedTransform | None = None
     is_static = True
     latest_ns = oldest_ns = 0
 
     def __len__(self) -> int:
         return 1
 
-    def insert(self, stored: Stored) -> bool:
+    def insert(self, stored: StampedTransform) -> bool:
         """Take this one for all times."""
         self.stored = stored
         return True
 
-    def at(self, time_ns: int) -> Stored:
+    def at(self, time_ns: int) -> StampedTransform:
         """The same at each time."""
         assert self.stored is not None
-        return Stored(self.stored.translation, self.stored.rotation, time_ns, self.stored.parent)
+        return StampedTransform(self.stored.translation, self.stored.rotation, time_ns, self.stored.parent)
 
     @property
     def parent(self) -> str:
@@ -157,7 +157,7 @@ class MovingFrame:
     """
 
     keeps_ns: int
-    _stored: list[Stored] = field(default_factory=list)
+    _stored: list[StampedTransform] = field(default_factory=list)
     is_static = False
 
     def __len__(self) -> int:
@@ -182,7 +182,7 @@ class MovingFrame:
         """Forget all."""
         self._stored.clear()
 
-    def insert(self, stored: Stored) -> bool:
+    def insert(self, stored: StampedTransform) -> bool:
         """Add one, and forget those that are too old before the latest of now; False if it is too old itself."""
         latest_ns = self.latest_ns
         while self._stored and self._stored[0].stamp_ns + self.keeps_ns < latest_ns:
@@ -195,7 +195,7 @@ class MovingFrame:
             self._stored.insert(place, stored)
         return True
 
-    def at(self, time_ns: int) -> Stored:
+    def at(self, time_ns: int) -> StampedTransform:
         """The transform of a time, between its neighbours; that of 0 is the latest.
 
         Raises:
@@ -223,9 +223,9 @@ class MovingFrame:
         return _between(self._stored[place - 1], self._stored[place], time_ns)
 
 
-def _between(older: Stored, newer: Stored, time_ns: int) -> Stored:
+def _between(older: StampedTransform, newer: StampedTransform, time_ns: int) -> StampedTransform:
     if older.parent != newer.parent:
         return older
     share = (time_ns - older.stamp_ns) / (newer.stamp_ns - older.stamp_ns)
     x, y, z = ((1.0 - share) * a + share * b for a, b in zip(older.translation, newer.translation, strict=True))
-    return Stored((x, y, z), slerp(older.rotation, newer.rotation, share), older.stamp_ns, older.parent)
+    return StampedTransform((x, y, z), slerp(older.rotation, newer.rotation, share), older.stamp_ns, older.parent)

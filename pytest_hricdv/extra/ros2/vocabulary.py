@@ -43,13 +43,13 @@ def _kinds(declared: Ros2) -> Iterator[tuple[str, dict[str, Kind]]]:
     for full_name, kind in declared.topics.items():
         if full_name == f"/{ROSOUT}":
             raise Ros2Error(f"ros2: requirements know /{ROSOUT} without its being declared; leave it out")
-        yield requirement_name(full_name), kinds_of(loaded(kind, "msg"))
+        yield requirement_name(full_name), kinds_of(import_type(kind, "msg"))
     for full_name, kind in declared.services.items():
-        name, service = requirement_name(full_name), loaded(kind, "srv")
+        name, service = requirement_name(full_name), import_type(kind, "srv")
         yield f"{name}_request", kinds_of(service.Request)
         yield f"{name}_response", kinds_of(service.Response)
     for full_name, kind in declared.actions.items():
-        name, action = requirement_name(full_name), loaded(kind, "action")
+        name, action = requirement_name(full_name), import_type(kind, "action")
         yield f"{name}_goal", kinds_of(action.Goal)
         yield f"{name}_answer", {"accepted": bool}
         yield f"{name}_feedback", kinds_of(action.Feedback)
@@ -76,7 +76,7 @@ _EXAMPLES = {
 """Folder of a package -> what its types are of, and one of them."""
 
 
-def loaded(name: str, folder: str) -> Any:
+def import_type(name: str, folder: str) -> Any:
     """The class of a type such as "std_msgs/msg/String".
 
     Args:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partialmethod
 
-from pytest_hricdv.extra.ros2.clocks import Timer
+from pytest_hricdv.extra.ros2.clocks import RosTimer
 from pytest_hricdv.extra.ros2.contexts import Context
-from pytest_hricdv.extra.ros2.handles import Destroyable, Waitable, running_kernel
+from pytest_hricdv.extra.ros2.handles import Destroyable, Waitable, current_kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Kernel
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -42,7 +42,7 @@ class WaitSet(Destroyable):
     """As `rcl_wait_set_t`. The numbers of handles of each kind, which the extension wants, are not needed."""
 
     def __init__(self, *numbers_and_context: object) -> None:
-        super().__init__(running_kernel("a wait set of rclpy"))
+        super().__init__(current_kernel("a wait set of rclpy"))
         self.clear_entities()
 
     def clear_entities(self) -> None:
@@ -118,7 +118,7 @@ def block_until_woken(kernel: Kernel, entities: Sequence[Waitable], until_ns: in
     """Block until a handle is woken, or the kernel's time is `until_ns`, rounded up to its resolution."""
     node = kernel.current()
     queues = [entity.waiting for entity in entities]
-    queues += [entity.clock.waiting for entity in entities if isinstance(entity, Timer)]
+    queues += [entity.clock.waiting for entity in entities if isinstance(entity, RosTimer)]
     for queue in queues:
         queue.append(node)
     try:

@@ -11,11 +11,11 @@ from typing import Any, Generic, TypeVar
 from pytest_hricdv.extra.ros2 import qos
 from pytest_hricdv.extra.ros2.actions import part_names
 from pytest_hricdv.extra.ros2.clocks import whole_ns
-from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context, Node
+from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context, GraphNode
 from pytest_hricdv.extra.ros2.handles import Waitable
-from pytest_hricdv.extra.ros2.services import Client, Service
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.services import Client, ServiceServer
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 from pytest_hricdv.extra.ros2.world_action_server import Execute, ServedAction, ServedGoal
 from pytest_hricdv.runtime import Kernel
@@ -30,7 +30,7 @@ _LATCHED = qos.Profile(depth=1, durability=qos.TRANSIENT_LOCAL)
 class MessageQueue(Generic[T]):
     """A queue of the messages of a topic, as `runtime.Subscription` is one of the bus."""
 
-    def __init__(self, subscription: Subscription) -> None:
+    def __init__(self, subscription: TopicSubscription) -> None:
         self._subscription = subscription
 
     def poll(self) -> Any | None:
@@ -57,10 +57,10 @@ class WorldNode:
 
     def __init__(self, kernel: Kernel, name: str, namespace: str = "/", context: Context | None = None) -> None:
         self._kernel = kernel
-        self._node = Node(name, namespace, context or Context([], DEFAULT_DOMAIN, kernel), None, True, False)
+        self._node = GraphNode(name, namespace, context or Context([], DEFAULT_DOMAIN, kernel), None, True, False)
 
     @property
-    def graph_node(self) -> Node:
+    def graph_node(self) -> GraphNode:
         """The node that it is in the graph."""
         return self._node
 
@@ -77,21 +77,21 @@ class WorldNode:
     def subscribe(self, topic: str, kind: str | type[Any], depth: int = 1000) -> MessageQueue[Any]:
         """A queue of the messages of a topic from now on. It takes what any publisher offers."""
         profile = qos.Profile(depth=depth, reliability=qos.BEST_EFFORT)
-        return MessageQueue(Subscription(self._node, _class(kind, "msg"), topic, profile))
+        return MessageQueue(TopicSubscription(self._node, _class(kind, "msg"), topic, profile))
 
     def serve(self, name: str, kind: str | type[Any], answer: Callable[[Any, Any], Any]) -> None:
         """Serve from now on: `answer(request, response)` returns the response, and may block."""
         srv = _class(kind, "srv")
-        service = Service(self._node, srv, name, qos.Profile())
+        service = ServiceServer(self._node, srv, name, qos.Profile())
 
-        def serving() -> None:
+        def serve_requests() -> None:
             while True:
                 wait_for("service", service, None)
                 request, info = service.service_take_request(srv.Request)
                 if info is not None:
                     service.service_send_response(answer(request, srv.Response()), info.request_id)
 
-        self._kernel.spawn(f"{self._node.get_node_name()}: {name}", serving)
+        self._kernel.spawn(f"{self._node.get_node_name()}: {name}", serve_requests)
 
     def client(self, name: str, kind: str | type[Any]) -> ServiceClient:
         """A client of a service."""
@@ -134,7 +134,7 @@ class StartedSystem:
 
 
 def _class(kind: str | type[Any], folder: str) -> Any:
-    return loaded(kind, folder) if isinstance(kind, str) else kind
+    return import_type(kind, folder) if isinstance(kind, str) else kind
 
 
 _LOOKS_EVERY_S = 0.01
@@ -186,7 +186,7 @@ class SentGoal:
     """A goal that was sent, and accepted."""
 
     def __init__(
-        self, node: Node, names: Mapping[str, str], types: Any, goal_id: Any, feedback: Subscription | None
+        self, node: GraphNode, names: Mapping[str, str], types: Any, goal_id: Any, feedback: TopicSubscription | None
     ) -> None:
         self._node, self._names, self._types, self._goal_id = node, names, types, goal_id
         self._feedback = feedback
@@ -247,7 +247,7 @@ class SentGoal:
 class ActionCaller:
     """A client of an action."""
 
-    def __init__(self, node: Node, name: str, kind: Any) -> None:
+    def __init__(self, node: GraphNode, name: str, kind: Any) -> None:
         self._types, self._names = kind.Impl, part_names(name)
         self._node = node
         self._goal = Client(node, self._types.SendGoalService, self._names["send_goal"], qos.Profile())
@@ -261,20 +261,22 @@ class ActionCaller:
         """
         kernel = self._node.kernel
         end_s = kernel.now_s + timeout_s
-        goal = self._accepted(timeout_s, fields, None)
+        goal = self._send_goal(timeout_s, fields, None)
         return None if goal is None else goal.result(max(end_s - kernel.now_s, 0.0))
 
     def send(self, timeout_s: float, **fields: Any) -> SentGoal | None:
         """Send a goal that has these fields, beside others; None if it is not accepted within `timeout_s`."""
         # Before the goal is sent, so that no feedback is missed.
         profile = qos.Profile(depth=_FEEDBACK_DEPTH)
-        feedback = Subscription(self._node, self._types.FeedbackMessage, self._names["feedback"], profile)
-        goal = self._accepted(timeout_s, fields, feedback)
+        feedback = TopicSubscription(self._node, self._types.FeedbackMessage, self._names["feedback"], profile)
+        goal = self._send_goal(timeout_s, fields, feedback)
         if goal is None:
             feedback.destroy_when_not_in_use()
         return goal
 
-    def _accepted(self, timeout_s: float, fields: Mapping[str, Any], feedback: Subscription | None) -> SentGoal | None:
+    def _send_goal(
+        self, timeout_s: float, fields: Mapping[str, Any], feedback: TopicSubscription | None
+    ) -> SentGoal | None:
         request = self._types.SendGoalService.Request()
         request.goal_id.uuid = list(uuid4().bytes)
         for name, value in fields.items():

@@ -12,7 +12,7 @@ from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
 from pytest_hricdv.extra.ros2.actions import GoalEvent, GoalState
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
-from pytest_hricdv.extra.ros2.contexts import Node
+from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.qos import ACTION_STATUS, Profile
 from pytest_hricdv.extra.ros2.services import RequestId
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
@@ -99,7 +99,7 @@ class ServedGoal:
         self._end(GoalEvent.CANCELED, fields)
 
     def _end(self, event: GoalEvent, fields: dict[str, Any]) -> None:
-        result = _filled(self.empty_result(), fields)
+        result = _fill(self.empty_result(), fields)
         self.change(event)
         self.result = result
         self._action.is_done(self)
@@ -112,7 +112,7 @@ class ServedGoal:
             node.kernel.wake(node)
 
 
-def _filled(message: Any, fields: dict[str, Any]) -> Any:
+def _fill(message: Any, fields: dict[str, Any]) -> Any:
     """A message with these fields set. Raises AttributeError for a name that is none of them."""
     for name, value in fields.items():
         if name not in message.get_fields_and_field_types():
@@ -136,7 +136,7 @@ class ServedAction:
 
     def __init__(
         self,
-        node: Node,
+        node: GraphNode,
         name: str,
         kind: Any,
         execute: Execute,
@@ -177,14 +177,14 @@ class ServedAction:
         response = self._impl.SendGoalService.Response()
         key = bytes(request.goal_id.uuid)
         response.accepted = key not in self._goals and bool(self._accept(request.goal))
-        goal = self._accepted(request) if response.accepted else None
+        goal = self._accept_goal(request) if response.accepted else None
         self.server.send_goal_response(header, response)
         if goal is not None:
             self._goals[key] = goal
             self.server.publish_status()
             self.kernel.spawn(f"{self._node_name}: a goal of {self._name}", lambda: self._run(goal))
 
-    def _accepted(self, request: Any) -> ServedGoal:
+    def _accept_goal(self, request: Any) -> ServedGoal:
         info = self._impl.CancelGoalService.Request().goal_info
         info.goal_id = request.goal_id
         info.stamp.sec, rest_us = divmod(self.kernel.now_us, US_PER_S)
@@ -243,5 +243,5 @@ class ServedAction:
         """Publish feedback of a goal that has these fields."""
         message = self._impl.FeedbackMessage()
         message.goal_id = goal.goal_id
-        _filled(message.feedback, fields)
+        _fill(message.feedback, fields)
         self.server.publish_feedback(message)

@@ -79,9 +79,9 @@ def run(*bodies: Callable[[Kernel], None], limit_s: float = 100.0) -> tuple[Kern
         kernel.close()
 
 
-def node(name: str, *arguments: str, namespace: str = "/", domain: int = contexts.DEFAULT_DOMAIN) -> contexts.Node:
+def node(name: str, *arguments: str, namespace: str = "/", domain: int = contexts.DEFAULT_DOMAIN) -> contexts.GraphNode:
     """A node in a context of its own, as in a process of its own."""
-    return contexts.Node(name, namespace, contexts.Context(list(arguments), domain), None, True, False)
+    return contexts.GraphNode(name, namespace, contexts.Context(list(arguments), domain), None, True, False)
 
 
 def wait(kind: str, entities: Sequence[Waitable], timeout_s: float | None = None) -> list[int]:

@@ -14,7 +14,7 @@ from mcap.writer import Writer
 from pytest_hricdv.extra.ros2.cdr import serialize
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
 from pytest_hricdv.extra.ros2.kit.bag import BagError, read_bag
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.ros2 import BagPlayer
 from tests.extra.ros2.test_kit import World
 
@@ -61,12 +61,12 @@ def world(ros_messages: None) -> World:
 
 
 def _text(data: str) -> bytes:
-    kind = loaded("std_msgs/msg/String", "msg")
+    kind = import_type("std_msgs/msg/String", "msg")
     return serialize(kind(data=data), kind)
 
 
 def _scan(at_s: float) -> bytes:
-    kind = loaded("sensor_msgs/msg/LaserScan", "msg")
+    kind = import_type("sensor_msgs/msg/LaserScan", "msg")
     scan = kind()
     scan.header.stamp.sec, scan.header.stamp.nanosec = divmod(_RECORDED_NS + round(at_s * 1e9), 10**9)
     return serialize(scan, kind)

@@ -9,7 +9,7 @@ import pytest
 from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import Reading, node, reading, run
 
@@ -75,7 +75,7 @@ def test_a_subscription_takes_what_passes_its_filter() -> None:
 
     def robot(kernel: Kernel) -> None:
         publisher = Publisher(node("scanner"), Reading, "/scan", Profile())
-        subscription = Subscription(node("arm"), Reading, "/scan", Profile(), ("_range > %0", ["1"]))
+        subscription = TopicSubscription(node("arm"), Reading, "/scan", Profile(), ("_range > %0", ["1"]))
         assert subscription.is_cft_enabled()
 
         def taken() -> None:

@@ -14,7 +14,7 @@ from pytest_hricdv.extra.ros2.bridge import Bridge
 from pytest_hricdv.extra.ros2.delivery import Delivery
 from pytest_hricdv.extra.ros2.events import EventHandle, SubscriptionEventType
 from pytest_hricdv.extra.ros2.graph import carry_with
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.extra.ros2.world import wait_for
 from pytest_hricdv.generate.sampler import Uniform
@@ -41,7 +41,7 @@ def arrivals(run: Cell, count: int = 20, *, is_reliable: bool = False) -> list[t
 
     profile = qos.Profile(depth=1000) if is_reliable else qos.Profile(depth=1000, reliability=qos.BEST_EFFORT)
     publisher = Publisher(run.node("lidar")._node, Scan, SCAN, qos.Profile())
-    hearing = Subscription(run.node("robot")._node, Scan, SCAN, profile)
+    hearing = TopicSubscription(run.node("robot")._node, Scan, SCAN, profile)
     came: list[tuple[int, float]] = []
 
     def hear() -> None:
@@ -176,7 +176,7 @@ def test_a_mistake_is_said_before_anything_runs(timing: dict[str, Any], problem:
 
 def test_a_name_that_nobody_has_is_said() -> None:
     delivery = Delivery(Ros2(delay_s={"/scna": 0.1, "/camera/*": 0.1, "/fetch": 0.1}), 1, lambda: 0.0)
-    assert delivery.unused(["/scan", "/fetch/_action/send_goal"]) == [
+    assert delivery.find_unused_names(["/scan", "/fetch/_action/send_goal"]) == [
         "Ros2 has a timing for '/scna', but no topic, service or action has this name; nearest: /scan"
     ]
 
@@ -193,7 +193,7 @@ def test_a_subscription_hears_by_the_next_message_of_how_many_were_lost() -> Non
     run = timed(drop={SCAN: 0.5})
     best_effort = qos.Profile(depth=1000, reliability=qos.BEST_EFFORT)
     publisher = Publisher(run.node("lidar")._node, Scan, SCAN, best_effort)
-    hearing = Subscription(run.node("robot")._node, Scan, SCAN, best_effort)
+    hearing = TopicSubscription(run.node("robot")._node, Scan, SCAN, best_effort)
     lost = EventHandle(hearing, SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST)
     came: list[int] = []
 

@@ -99,7 +99,7 @@ def _virtual(name: str) -> tuple[Logs, str]:
                 if not left:
                     kernel.stop("all have ended")
 
-            kernel.spawn(process, Process(kernel, variables, [process]).running(main))
+            kernel.spawn(process, Process(kernel, variables, [process]).wrap(main))
 
         for process, body in {**chosen.servers, **chosen.ending}.items():
             enter(process, body)

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.extra.ros2 import contexts
-from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, Timer
+from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, RosTimer
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.processes import ModuleVariables, Process
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.services import Client, Service
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.services import Client, ServiceServer
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.extra.ros2.wait_set import GuardCondition
 from pytest_hricdv.runtime import Kernel, NodeError
 from pytest_hricdv.runtime.virtual import VirtualModules
@@ -23,16 +23,16 @@ from tests.extra.ros2.system import Grasp, Reading, node, run
 Entities = dict[str, Any]
 
 
-def _entities(made: contexts.Node) -> Entities:
+def _entities(made: contexts.GraphNode) -> Entities:
     return {
-        "service": Service(made, Grasp, "/grasp", Profile()),
+        "service": ServiceServer(made, Grasp, "/grasp", Profile()),
         "client": Client(made, Grasp, "/other", Profile()),
         "publisher": Publisher(made, Reading, "/scan", Profile()),
-        "subscription": Subscription(made, Reading, "/goal", Profile()),
+        "subscription": TopicSubscription(made, Reading, "/goal", Profile()),
     }
 
 
-def _visible(observer: contexts.Node) -> list[int]:
+def _visible(observer: contexts.GraphNode) -> list[int]:
     return [
         observer.get_count_services("/grasp"),
         observer.get_count_clients("/other"),
@@ -46,7 +46,7 @@ def test_the_others_hear_that_a_publisher_is_gone_once() -> None:
     def robot(kernel: Kernel) -> None:
         arm, observer = node("arm"), node("observer")
         publisher = Publisher(arm, Reading, "/scan", Profile())
-        heard = Subscription(observer, Reading, "/scan", Profile()).events
+        heard = TopicSubscription(observer, Reading, "/scan", Profile()).events
         arm.context.shutdown()
         publisher.destroy_when_not_in_use()
         assert (heard.matched.current_count, heard.liveliness_changed.alive_count) == (0, 0)
@@ -57,15 +57,17 @@ def test_the_others_hear_that_a_publisher_is_gone_once() -> None:
 @pytest.mark.parametrize(
     ("use", "action"),
     [
-        (lambda arm: Timer(Clock(ClockType.STEADY_TIME), arm.context, 1000), "create timer"),
+        (lambda arm: RosTimer(Clock(ClockType.STEADY_TIME), arm.context, 1000), "create timer"),
         (lambda arm: GuardCondition(arm.context), "create guard condition"),
         (lambda arm: Publisher(arm, Reading, "/scan", Profile()), "use /scan"),
-        (lambda arm: Subscription(arm, Reading, "/scan", Profile()), "use /scan"),
-        (lambda arm: Service(arm, Grasp, "/grasp", Profile()), "use /grasp"),
+        (lambda arm: TopicSubscription(arm, Reading, "/scan", Profile()), "use /scan"),
+        (lambda arm: ServiceServer(arm, Grasp, "/grasp", Profile()), "use /grasp"),
         (lambda arm: Client(arm, Grasp, "/grasp", Profile()), "use /grasp"),
     ],
 )
-def test_nothing_can_be_made_in_a_context_that_is_shut_down(use: Callable[[contexts.Node], Any], action: str) -> None:
+def test_nothing_can_be_made_in_a_context_that_is_shut_down(
+    use: Callable[[contexts.GraphNode], Any], action: str
+) -> None:
     def robot(kernel: Kernel) -> None:
         arm = node("arm")
         arm.context.shutdown()
@@ -93,7 +95,7 @@ def _observed(main: Callable[[Kernel], None], at_s: float) -> list[int]:
         kernel.sleep(at_s)
         seen.append(_visible(observer))
 
-    kernel.spawn("arm", Process(kernel, ModuleVariables([]), ["arm"]).running(lambda: main(kernel)))
+    kernel.spawn("arm", Process(kernel, ModuleVariables([]), ["arm"]).wrap(lambda: main(kernel)))
     kernel.spawn("observer", observe)
     try:
         kernel.run(10.0)
@@ -166,7 +168,7 @@ def test_a_process_that_fails_ends_too() -> None:
 
     process = Process(kernel, ModuleVariables([]), ["arm"])
     process.at_end.append(lambda: left.append("ended"))
-    kernel.spawn("arm", process.running(main))
+    kernel.spawn("arm", process.wrap(main))
     with pytest.raises(NodeError, match="a fault"):
         kernel.run(1.0)
     assert left == ["ended"]

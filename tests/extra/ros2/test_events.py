@@ -13,7 +13,7 @@ from pytest_hricdv.extra.ros2.events import (
 )
 from pytest_hricdv.extra.ros2.graph import notes_of
 from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, KEEP_ALL, MANUAL_BY_TOPIC, TRANSIENT_LOCAL, Profile
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import Reading, node, reading, run, wait
 
@@ -77,8 +77,8 @@ def test_each_policy_that_does_not_match_is_told_by_events_and_noted_with_both_e
     def robot(kernel: Kernel) -> None:
         camera, planner = node("camera", namespace="/left"), node("planner")
         publisher = Publisher(camera, Reading, "scan", Profile(**offered))
-        subscription = Subscription(planner, Reading, "/left/scan", Profile(**requested))
-        Subscription(planner, Reading, "/left/scan", Profile(**requested))
+        subscription = TopicSubscription(planner, Reading, "/left/scan", Profile(**requested))
+        TopicSubscription(planner, Reading, "/left/scan", Profile(**requested))
         for endpoint, count in ((publisher, 2), (subscription, 1)):
             assert astuple(endpoint.events.incompatible) == (count, count, policy)
 
@@ -101,7 +101,7 @@ def test_what_matches_is_not_noted(offered: dict[str, Any], requested: dict[str,
     def robot(kernel: Kernel) -> None:
         made = node("robot")
         publisher = Publisher(made, Reading, "scan", Profile(**offered))
-        Subscription(made, Reading, "scan", Profile(**requested))
+        TopicSubscription(made, Reading, "scan", Profile(**requested))
         assert publisher.get_subscription_count() == 1
 
     assert notes_of(run(robot)[0]) == ()
@@ -111,7 +111,7 @@ def test_who_comes_later_and_takes_nothing_has_lost_nothing() -> None:
     def robot(kernel: Kernel) -> None:
         publisher = Publisher(node("lidar"), Reading, "scan", Profile())
         publisher.publish(reading(1.0))
-        subscription = Subscription(node("robot"), Reading, "scan", Profile(depth=1))
+        subscription = TopicSubscription(node("robot"), Reading, "scan", Profile(depth=1))
         lost = EventHandle(subscription, SubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST)
         for value in (2.0, 3.0, 4.0):  # the queue has one place: what it pushes out had arrived
             publisher.publish(reading(value))

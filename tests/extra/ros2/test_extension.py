@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, Timer
+from pytest_hricdv.extra.ros2.clocks import Clock, ClockType, RosTimer
 from pytest_hricdv.extra.ros2.extension import extension
 from pytest_hricdv.extra.ros2.qos import Profile
-from pytest_hricdv.extra.ros2.services import Client, Service
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.services import Client, ServiceServer
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import Grasp, Reading, node, reading, run
 
@@ -65,9 +65,9 @@ def test_callbacks_are_told_how_much_has_come() -> None:
     def robot(kernel: Kernel) -> None:
         made = node("robot")
         publisher = Publisher(made, Reading, "scan", Profile())
-        subscription = Subscription(made, Reading, "scan", Profile())
-        service, client = (Service(made, Grasp, "grasp", Profile()), Client(made, Grasp, "grasp", Profile()))
-        timer = Timer(Clock(ClockType.STEADY_TIME), made.context, 1000)
+        subscription = TopicSubscription(made, Reading, "scan", Profile())
+        service, client = (ServiceServer(made, Grasp, "grasp", Profile()), Client(made, Grasp, "grasp", Profile()))
+        timer = RosTimer(Clock(ClockType.STEADY_TIME), made.context, 1000)
         for _ in range(2):
             publisher.publish(reading(1.0))
         subscription.set_on_new_message_callback(lambda number: counts.append(("message", number)))

@@ -12,7 +12,7 @@ from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
 from pytest_hricdv.extra.ros2.interface_text import parts_of
 from pytest_hricdv.extra.ros2.messages import copy_message, kinds_of, type_name
-from pytest_hricdv.extra.ros2.vocabulary import loaded, vocabulary
+from pytest_hricdv.extra.ros2.vocabulary import import_type, vocabulary
 
 MESSAGE = r"""
 # Everything that a field can be: "quoted", it's said.
@@ -58,7 +58,7 @@ def made(interfaces: Any) -> Any:
 
 
 def test_fields_have_the_defaults_and_containers_of_generated_classes(made: None) -> None:
-    message = loaded("cell_io/msg/Everything", "msg")()
+    message = import_type("cell_io/msg/Everything", "msg")()
     assert (message.is_on, message.flags, message.letter, message.ratio, message.below) == (True, b"\x00", 0, 0.5, -3)
     assert (message.name, message.short, message.wide, message.pair) == ("a, b", "hello", "", ["", ""])
     assert message.position.tolist() == [0.0, 0.0, 0.0]
@@ -71,8 +71,10 @@ def test_fields_have_the_defaults_and_containers_of_generated_classes(made: None
 
 
 def test_a_message_is_copied_compared_and_sent_as_bytes(made: None) -> None:
-    kind = loaded("cell_io/msg/Everything", "msg")
-    message = kind(points=[loaded("cell_io/msg/Point", "msg")(x=4.0)], data=[1, 2], wide="é", position=[1.0, 2.0, 3.0])
+    kind = import_type("cell_io/msg/Everything", "msg")
+    message = kind(
+        points=[import_type("cell_io/msg/Point", "msg")(x=4.0)], data=[1, 2], wide="é", position=[1.0, 2.0, 3.0]
+    )
     copied = copy_message(message)
     assert copied == message
     assert copied.points is not message.points
@@ -100,7 +102,7 @@ def test_a_message_is_copied_compared_and_sent_as_bytes(made: None) -> None:
 )
 def test_a_wrong_value_fails_at_its_line(made: None, field: str, value: Any, problem: str) -> None:
     with pytest.raises(AssertionError, match=problem):
-        loaded("cell_io/msg/Everything", "msg")(**{field: value})
+        import_type("cell_io/msg/Everything", "msg")(**{field: value})
 
 
 def test_services_and_actions_have_their_parts(made: None) -> None:
@@ -129,12 +131,12 @@ def test_services_and_actions_have_their_parts(made: None) -> None:
 )
 def test_a_mistake_in_a_file_is_said_with_its_line(made: None, name: str, folder: str, problem: str) -> None:
     with pytest.raises(Ros2Error, match=problem):
-        loaded(f"cell_io/{folder}/{name}", folder)
+        import_type(f"cell_io/{folder}/{name}", folder)
 
 
 def test_a_message_of_a_package_that_is_missing_names_it(made: None) -> None:
     with pytest.raises(Ros2Error, match="there is no Python package 'absent_msgs': install it, or add the folder"):
-        loaded("cell_io/msg/Lacking", "msg")()
+        import_type("cell_io/msg/Lacking", "msg")()
 
 
 @pytest.mark.parametrize("is_installed", [False, True])
@@ -146,7 +148,7 @@ def test_an_installed_package_wins_and_a_folder_on_the_path_is_none(
     for folder in ("bay_io", "bay_io/msg") if is_installed else ():
         (tmp_path / "elsewhere" / folder / "__init__.py").write_text("Point = 'installed'\n")
     monkeypatch.syspath_prepend(tmp_path / "elsewhere")
-    assert (loaded("bay_io/msg/Point", "msg") == "installed") is is_installed
+    assert (import_type("bay_io/msg/Point", "msg") == "installed") is is_installed
 
 
 def test_a_folder_that_is_no_package_of_interfaces_is_refused(tmp_path: Path) -> None:

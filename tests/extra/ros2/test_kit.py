@@ -13,7 +13,7 @@ import pytest
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2 import interface_packages
 from pytest_hricdv.extra.ros2.kit.base import distance_m
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.ros2 import JointTrajectoryFollower, Laser, ManagedNode, Navigation, PlanarBase, PlanarPose
 from tests.docs.page import blocks
@@ -45,7 +45,7 @@ def world(ros_messages: None) -> World:
 
 
 def message(kind: str, **fields: Any) -> Any:
-    return loaded(kind, kind.split("/")[1])(**fields)
+    return import_type(kind, kind.split("/")[1])(**fields)
 
 
 def about(x_m: float, y_m: float, heading_rad: float) -> Any:

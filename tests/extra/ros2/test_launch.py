@@ -149,7 +149,7 @@ def test_another_executable_is_said_to_be_one(
 ) -> None:
     file = tmp_path / "driver"
     file.write_bytes(content)
-    monkeypatch.setattr(launch, "installed_executable", lambda package, executable: file)
+    monkeypatch.setattr(launch, "find_executable", lambda package, executable: file)
     with pytest.raises(LaunchError, match=message):
         load(RosNode(package="cell_driver", executable="driver"))
 
@@ -207,7 +207,7 @@ def _log_of_two(module: Any, variables: ModuleVariables) -> list[Any]:
     log: list[Any] = []
     with VirtualModules(["one_context"]).installed():
         for name in ("left", "right"):
-            body = Process(kernel, variables, [name]).running(partial(module.init, log, kernel.sleep))
+            body = Process(kernel, variables, [name]).wrap(partial(module.init, log, kernel.sleep))
             kernel.spawn(name, body)
 
         def world() -> None:
@@ -225,7 +225,7 @@ def test_a_process_that_the_run_ends_in_the_middle_leaves_nothing(
 ) -> None:
     module, variables = _processes(tmp_path, monkeypatch)
     kernel = Kernel()
-    kernel.spawn("left", Process(kernel, variables, ["left"]).running(lambda: module.init([], kernel.sleep)))
+    kernel.spawn("left", Process(kernel, variables, ["left"]).wrap(lambda: module.init([], kernel.sleep)))
     assert kernel.run(0.5) == "limit"
     assert module.context is None
     kernel.close()

@@ -8,13 +8,13 @@ from pytest_hricdv.extra.ros2.messages import copy_message
 from pytest_hricdv.extra.ros2.qos import (
     Profile,
 )
-from pytest_hricdv.extra.ros2.services import Client, Service
-from pytest_hricdv.extra.ros2.topics import Publisher, Subscription
+from pytest_hricdv.extra.ros2.services import Client, ServiceServer
+from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
 from pytest_hricdv.runtime import Kernel
 from tests.extra.ros2.system import Grasp, Reading, node, reading, run, wait
 
 
-def _values(subscription: Subscription) -> list[float]:
+def _values(subscription: TopicSubscription) -> list[float]:
     found = []
     while (taken := subscription.take_message(Reading, False)) is not None:
         found.append(taken[0]._range)
@@ -32,7 +32,7 @@ def test_a_message_arrives_at_its_instant_as_a_copy() -> None:
         message._range, message._points[0]._x, message._ranges[0], message._seen._x = 2.0, 2.0, 2.0, 2.0
 
     def robot(kernel: Kernel) -> None:
-        subscription = Subscription(node("robot"), Reading, "/scan", Profile())
+        subscription = TopicSubscription(node("robot"), Reading, "/scan", Profile())
         assert wait("subscription", [subscription]) == [0]
         taken = subscription.take_message(Reading, False)
         assert taken is not None
@@ -50,7 +50,7 @@ def test_without_a_server_a_request_is_lost_and_who_waits_for_it_waits() -> None
         client = Client(node("robot"), Grasp, "grasp", Profile())
         assert not client.service_server_is_available()
         client.send_request(Grasp.Request(force=1.0))
-        Service(node("late"), Grasp, "grasp", Profile())
+        ServiceServer(node("late"), Grasp, "grasp", Profile())
         assert client.service_server_is_available()
         assert wait("client", [client], timeout_s=5.0) == []
         assert client.take_response(Grasp.Response) == (None, None)

@@ -190,7 +190,7 @@ _VECTORS = st.tuples(*[st.floats(-100.0, 100.0)] * 3)
 def test_transforms_compose_and_invert(a: Any, moved_a: Any, b: Any, moved_b: Any, point: Any) -> None:
     first, second = Transform(moved_a, a), Transform(moved_b, b)
     assert second.after(first).of(point) == pytest.approx(second.of(first.of(point)), abs=1e-9)
-    assert first.inverted().of(first.of(point)) == pytest.approx(point, abs=1e-9)
+    assert first.inverse().of(first.of(point)) == pytest.approx(point, abs=1e-9)
     assert rotate(product(a, inverse(a)), point) == pytest.approx(point, abs=1e-9)
 
 

@@ -12,8 +12,8 @@ from pytest_hricdv.extra.ros2.clocks import (
     Clock,
     ClockEvent,
     ClockType,
+    RosTimer,
     TimePoint,
-    Timer,
     need_no_clock_topic,
     whole_ns,
 )
@@ -28,7 +28,7 @@ _MS = 1_000_000
 
 def test_a_period_of_less_than_the_kernels_resolution_lets_time_pass() -> None:
     def robot(kernel: Kernel) -> None:
-        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 300)
+        timer = RosTimer(Clock(ClockType.STEADY_TIME), node("robot").context, 300)
         for _ in range(1000):
             wait("timer", [timer])
             timer.call_timer()
@@ -42,7 +42,7 @@ def test_a_timer_without_a_period_lets_time_pass() -> None:
     """It is due as often as the machine can call it; here as often as time passes."""
 
     def robot(kernel: Kernel) -> None:
-        timer = Timer(Clock(ClockType.STEADY_TIME), node("robot").context, 0)
+        timer = RosTimer(Clock(ClockType.STEADY_TIME), node("robot").context, 0)
         for _ in range(100):
             assert wait("timer", [timer]) == [0]
             timer.call_timer()
@@ -79,7 +79,7 @@ def test_a_timer_of_an_overridden_clock_waits_until_the_clock_is_set() -> None:
         clock = Clock(ClockType.ROS_TIME)
         clock.set_ros_time_override(TimePoint(0, ClockType.ROS_TIME))
         clock.set_ros_time_override_is_enabled(True)
-        timer = Timer(clock, node("robot").context, 1000 * _MS)
+        timer = RosTimer(clock, node("robot").context, 1000 * _MS)
 
         def simulator() -> None:
             for second in (1, 2):
@@ -109,7 +109,7 @@ def test_until_it_is_set_an_overridden_clock_reads_the_kernel_if_it_may(
         clock = Clock(ClockType.ROS_TIME)
         clock.set_ros_time_override(TimePoint(0, ClockType.ROS_TIME))
         clock.set_ros_time_override_is_enabled(True)
-        timer = Timer(clock, node("robot").context, 10 * _MS)
+        timer = RosTimer(clock, node("robot").context, 10 * _MS)
         seen.append((wait("timer", [timer], timeout_s=1.0), kernel.now_s))
         kernel.sleep(1.5 - kernel.now_s)
         clock.set_ros_time_override(TimePoint(2**62, ClockType.ROS_TIME))

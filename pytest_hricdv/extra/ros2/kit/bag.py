@@ -16,7 +16,7 @@ from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.extra.ros2.cdr import CdrError, class_of, deserialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.run import TestbenchError
 
@@ -73,7 +73,7 @@ class BagPlayer:
         }
         self._kernel.spawn(f"{node}: {Path(path).name}", self._play)
 
-    def _from(self, content: BagContent, start_s: float) -> list[RecordedMessage]:
+    def _from(self, content: BagContent, start_s: float) -> list[BagEntry]:
         bag = f"bag {content.path}"
         for name, value, is_right in (
             ("rate", self._rate, math.isfinite(self._rate) and self._rate > 0),
@@ -109,7 +109,7 @@ class BagPlayer:
             begins_s += (self._messages[-1].time_ns - self._from_ns) / _NS_PER_S / self._rate
         self.is_over = True
 
-    def _message(self, number: int, recorded: RecordedMessage, begins_ns: int) -> Any:
+    def _message(self, number: int, recorded: BagEntry, begins_ns: int) -> Any:
         kind = self._kinds[recorded.topic]
         try:
             message = deserialize(recorded.data, kind)
@@ -129,7 +129,7 @@ def _classes(content: BagContent, topics: set[str]) -> dict[str, Any]:
     classes, missing = {}, []
     for name in sorted(topics):
         try:
-            classes[name] = loaded(content.topics[name].type, "msg")
+            classes[name] = import_type(content.topics[name].type, "msg")
         except Ros2Error:
             missing.append(f"{name} ({content.topics[name].type})")
     if missing:
@@ -189,7 +189,7 @@ class BagTopic:
     latched: bool
 
 
-class RecordedMessage(NamedTuple):
+class BagEntry(NamedTuple):
     """A message of a bag: when it was recorded, on which topic, and its bytes (CDR)."""
 
     time_ns: int
@@ -209,7 +209,7 @@ class BagContent:
 
     path: Path
     topics: dict[str, BagTopic] = field(default_factory=dict)
-    messages: list[RecordedMessage] = field(default_factory=list)
+    messages: list[BagEntry] = field(default_factory=list)
 
 
 def read_bag(path: Path, topics: Collection[str] | None = None) -> BagContent:
@@ -271,7 +271,7 @@ def _read(path: Path, content: BagContent, topics: Collection[str] | None) -> No
             for connection in reader.connections:
                 content.topics[connection.topic] = BagTopic(connection.msgtype, _is_latched(connection.ext))
             for connection, time_ns, data in reader.messages(wanted) if wanted else ():
-                content.messages.append(RecordedMessage(time_ns, connection.topic, bytes(data)))
+                content.messages.append(BagEntry(time_ns, connection.topic, bytes(data)))
     except Exception as error:  # its own, and those of `struct`, of SQLite and of decompression
         raise BagError(
             f"bag {path}: cannot be read, perhaps cut off: {error_text(error)}; `ros2 bag reindex` writes its "

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 
 _NS_PER_S = 1_000_000_000
@@ -23,7 +23,7 @@ class PlanarPose:
     y_m: float = 0.0
     heading_rad: float = 0.0
 
-    def moved(self, forward_m_s: float, left_m_s: float, turn_rad_s: float, duration_s: float) -> PlanarPose:
+    def move(self, forward_m_s: float, left_m_s: float, turn_rad_s: float, duration_s: float) -> PlanarPose:
         """Where it is after it has moved for some time with a constant velocity of its own frame: on an arc."""
         turned_rad = turn_rad_s * duration_s
         # The integral of a rotating velocity; the limit of sin(x) / x and (1 - cos(x)) / x where it does not turn.
@@ -41,7 +41,7 @@ class PlanarPose:
 
 def quaternion(heading_rad: float) -> Any:
     """A `geometry_msgs/msg/Quaternion` that turns about the z axis."""
-    made = loaded("geometry_msgs/msg/Quaternion", "msg")()
+    made = import_type("geometry_msgs/msg/Quaternion", "msg")()
     made.z, made.w = math.sin(heading_rad / 2), math.cos(heading_rad / 2)
     return made
 
@@ -102,7 +102,7 @@ class PlanarBase:
     def pose(self) -> PlanarPose:
         """Where it is now."""
         gone_s = self._system.kernel.now_s - self._posed_s
-        return self._pose.moved(self.forward_m_s, self.left_m_s, self.turn_rad_s, gone_s)
+        return self._pose.move(self.forward_m_s, self.left_m_s, self.turn_rad_s, gone_s)
 
     @pose.setter
     def pose(self, pose: PlanarPose) -> None:
@@ -132,7 +132,7 @@ class PlanarBase:
         pose = self.pose
         rotation = quaternion(pose.heading_rad)
         if self._odom is not None:
-            odometry = loaded("nav_msgs/msg/Odometry", "msg")()
+            odometry = import_type("nav_msgs/msg/Odometry", "msg")()
             stamp(odometry.header, self._system, parent)
             odometry.child_frame_id = child
             odometry.pose.pose.position.x, odometry.pose.pose.position.y = pose.x_m, pose.y_m
@@ -141,12 +141,12 @@ class PlanarBase:
             twist.linear.x, twist.linear.y, twist.angular.z = self.forward_m_s, self.left_m_s, self.turn_rad_s
             self._odom.publish(odometry)
         if self._tf is not None:
-            transform = loaded("geometry_msgs/msg/TransformStamped", "msg")()
+            transform = import_type("geometry_msgs/msg/TransformStamped", "msg")()
             stamp(transform.header, self._system, parent)
             transform.child_frame_id = child
             transform.transform.translation.x, transform.transform.translation.y = pose.x_m, pose.y_m
             transform.transform.rotation = rotation
-            self._tf.publish(loaded("tf2_msgs/msg/TFMessage", "msg")(transforms=[transform]))
+            self._tf.publish(import_type("tf2_msgs/msg/TFMessage", "msg")(transforms=[transform]))
 
 
 Point = tuple[float, float]
@@ -227,17 +227,17 @@ class Laser:
 
     def scan(self) -> Any:
         """A `sensor_msgs/msg/LaserScan` of the present instant."""
-        scan, pose, polygons = loaded("sensor_msgs/msg/LaserScan", "msg")(), self._pose(), self._polygons()
+        scan, pose, polygons = import_type("sensor_msgs/msg/LaserScan", "msg")(), self._pose(), self._polygons()
         stamp(scan.header, self._system, self._frame_id)
         scan.angle_min, scan.angle_increment = self._first_rad, self._step_rad
         scan.angle_max = self._first_rad + self._step_rad * (self._samples - 1)
         scan.scan_time = self._period_s
         scan.range_min, scan.range_max = self._range_m
         angles = (pose.heading_rad + self._first_rad + self._step_rad * index for index in range(self._samples))
-        scan.ranges = [self._measured(distance_m(pose.x_m, pose.y_m, angle, polygons)) for angle in angles]
+        scan.ranges = [self._measure(distance_m(pose.x_m, pose.y_m, angle, polygons)) for angle in angles]
         return scan
 
-    def _measured(self, exact_m: float) -> float:
+    def _measure(self, exact_m: float) -> float:
         measured_m = exact_m + self._random.gauss(0.0, self._noise_m) if self._noise_m else exact_m
         nearest_m, farthest_m = self._range_m
         return math.inf if measured_m > farthest_m else -math.inf if measured_m < nearest_m else measured_m

@@ -8,7 +8,7 @@ from typing import Any
 from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.handles import RCLError
 from pytest_hricdv.extra.ros2.lifecycle import LifecycleStateMachine, Transition
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 
 
@@ -40,9 +40,9 @@ class ManagedNode:
             (
                 "get_available_transitions",
                 "GetAvailableTransitions",
-                self._telling(lambda: self._machine.available_transitions),
+                self._answer_with(lambda: self._machine.available_transitions),
             ),
-            ("get_transition_graph", "GetAvailableTransitions", self._telling(lambda: graph)),
+            ("get_transition_graph", "GetAvailableTransitions", self._answer_with(lambda: graph)),
         ):
             world.serve(f"/{name}/{service}", f"lifecycle_msgs/srv/{kind}", answer)
 
@@ -68,7 +68,7 @@ class ManagedNode:
         before = self._machine.current_state
         number = self._machine.get_transition_by_label(label)
         self._machine.trigger_transition_by_label(label, False)
-        event = loaded("lifecycle_msgs/msg/TransitionEvent", "msg")(timestamp=system_ns(self._system.kernel))
+        event = import_type("lifecycle_msgs/msg/TransitionEvent", "msg")(timestamp=system_ns(self._system.kernel))
         event.transition.id, event.transition.label = number, label
         event.start_state.id, event.start_state.label = before
         event.goal_state.id, event.goal_state.label = self._machine.current_state
@@ -79,11 +79,11 @@ class ManagedNode:
         return response
 
     def _tell_states(self, request: Any, response: Any) -> Any:
-        kind = loaded("lifecycle_msgs/msg/State", "msg")
+        kind = import_type("lifecycle_msgs/msg/State", "msg")
         response.available_states = [kind(id=number, label=label) for number, label in self._machine.available_states]
         return response
 
-    def _telling(self, transitions: Callable[[], Iterable[Transition]]) -> Callable[[Any, Any], Any]:
+    def _answer_with(self, transitions: Callable[[], Iterable[Transition]]) -> Callable[[Any, Any], Any]:
         def tell(request: Any, response: Any) -> Any:
             response.available_transitions = [_description(transition) for transition in transitions()]
             return response
@@ -92,7 +92,7 @@ class ManagedNode:
 
 
 def _description(transition: Transition) -> Any:
-    described = loaded("lifecycle_msgs/msg/TransitionDescription", "msg")()
+    described = import_type("lifecycle_msgs/msg/TransitionDescription", "msg")()
     described.transition.id, described.transition.label = transition[:2]
     described.start_state.id, described.start_state.label = transition[2:4]
     described.goal_state.id, described.goal_state.label = transition[4:]

@@ -9,12 +9,12 @@ from itertools import pairwise
 from typing import Any
 
 from pytest_hricdv.extra.ros2.kit.base import PlanarBase, PlanarPose, heading_rad, quaternion, stamp
-from pytest_hricdv.extra.ros2.vocabulary import loaded
+from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.extra.ros2.world_action_server import ServedGoal
 
 _STEP_S = 0.1
-"""Between two feedbacks: Nav2's behaviour tree ticks each 10 ms, and gives feedback at 10 Hz here (chosen)."""
+"""Period of feedback. Nav2 gives it every 10 ms, as its behaviour tree ticks; less often keeps records short."""
 
 _WAYPOINT_FAILED = 3
 """`FAILED` of `nav2_msgs/msg/WaypointStatus`."""
@@ -99,7 +99,7 @@ class Navigation:
                     break
                 missed.append((index, stamped))
         end = goal.cancel if goal.is_canceling else goal.succeed
-        end(missed_waypoints=_missed(goal, missed))
+        end(missed_waypoints=_misses(goal, missed))
 
     def _take_over(self, goal: ServedGoal) -> None:
         former, self._going = self._going, goal
@@ -119,13 +119,13 @@ class Navigation:
                 return False
             bearing_rad = math.atan2(target.y_m - self.pose.y_m, target.x_m - self.pose.x_m)
             ahead = PlanarPose(self.pose.x_m, self.pose.y_m, bearing_rad)
-            self._go(ahead.moved(self._speed_m_s, 0.0, 0.0, step_s))
+            self._go(ahead.move(self._speed_m_s, 0.0, 0.0, step_s))
         if reaches:
             self._go(target)
         return reaches
 
     def _tell_distance(self, goal: ServedGoal, left_m: float, gone_s: float) -> None:
-        pose = loaded("geometry_msgs/msg/PoseStamped", "msg")()
+        pose = import_type("geometry_msgs/msg/PoseStamped", "msg")()
         stamp(pose.header, self._system, "map")
         pose.pose.position.x, pose.pose.position.y = self.pose.x_m, self.pose.y_m
         pose.pose.orientation = quaternion(self.pose.heading_rad)
@@ -137,7 +137,7 @@ class Navigation:
         )
 
 
-def _missed(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
+def _misses(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
     """As the version of the message has it: indices in humble, messages since."""
     result = goal.empty_result()
     if isinstance(result.missed_waypoints, array.array):
@@ -146,7 +146,7 @@ def _missed(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
     package, _, name = kind.partition("/")
     entries = []
     for index, stamped in missed:
-        entry = loaded(f"{package}/msg/{name}", "msg")()
+        entry = import_type(f"{package}/msg/{name}", "msg")()
         set_those_there_are(entry, index=index, goal=stamped, waypoint_index=index, waypoint_pose=stamped)
         set_those_there_are(entry, waypoint_status=_WAYPOINT_FAILED)
         entries.append(entry)
@@ -155,7 +155,7 @@ def _missed(goal: ServedGoal, missed: list[tuple[int, Any]]) -> Any:
 
 def duration(seconds: float) -> Any:
     """A `builtin_interfaces/msg/Duration`."""
-    made = loaded("builtin_interfaces/msg/Duration", "msg")()
+    made = import_type("builtin_interfaces/msg/Duration", "msg")()
     made.sec, made.nanosec = divmod(round(seconds * 1e9), 1_000_000_000)
     return made
 
@@ -226,7 +226,7 @@ class JointTrajectoryFollower:
         self.positions.update(zip(names, positions, strict=True))
 
     def _tell(self, goal: ServedGoal, names: Sequence[str]) -> None:
-        actual = loaded("trajectory_msgs/msg/JointTrajectoryPoint", "msg")()
+        actual = import_type("trajectory_msgs/msg/JointTrajectoryPoint", "msg")()
         set_those_there_are(actual, positions=[self.positions[name] for name in names])
         goal.feedback(joint_names=[*names], actual=actual, desired=actual)
 
