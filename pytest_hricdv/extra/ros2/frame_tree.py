@@ -101,21 +101,13 @@ class FrameTree:
 
     def invalid(self, frame: str, where: str) -> str:
         """What is wrong with the name of a frame that was passed somewhere; empty if nothing is."""
-        rationale = "" if frame in self._frames else "frame does not exist"
-        if not frame:
-            rationale = "in tf2 frame_ids cannot be empty"
-        elif frame.startswith("/"):
-            rationale = "in tf2 frame_ids cannot start with a '/'"
+        rationale = _name_fault(frame) or ("" if frame in self._frames else "frame does not exist")
         return f'Invalid frame ID "{frame}" passed to {where} - {rationale}' if rationale else ""
 
     def require(self, frame: str, where: str) -> None:
         """Raises InvalidArgumentException or LookupException if there is no frame of this name."""
-        for is_wrong, rationale in (
-            (not frame, "in tf2 frame_ids cannot be empty"),
-            (frame.startswith("/"), "in tf2 frame_ids cannot start with a '/'"),
-        ):
-            if is_wrong:
-                raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {where} - {rationale}')
+        if rationale := _name_fault(frame):
+            raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {where} - {rationale}')
         if frame not in self._frames:
             raise LookupException(f'"{frame}" passed to {where} does not exist. ')
 
@@ -229,6 +221,12 @@ class FrameTree:
                 f"  oldest_transform: {seconds(frame.oldest_ns)}\n  buffer_length: {length_ns / 1e9:.3f}\n"
             )
         return text
+
+
+def _name_fault(frame: str) -> str:
+    if not frame:
+        return "in tf2 frame_ids cannot be empty"
+    return "in tf2 frame_ids cannot start with a '/'" if frame.startswith("/") else ""
 
 
 def _no_connection_text(source: str, target: str) -> str:

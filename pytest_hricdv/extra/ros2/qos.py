@@ -138,6 +138,13 @@ ACTION_STATUS = Profile(depth=1, durability=TRANSIENT_LOCAL)
 """Of an action's status topic."""
 
 
+def _profile_named(name: str) -> Profile:
+    """A profile of rmw. Raises ValueError if there is none of this name."""
+    if name not in PREDEFINED:
+        raise ValueError(f"Requested unknown rmw_qos_profile: {name}")
+    return PREDEFINED[name]
+
+
 class RmwProfile(Profile):
     """As `rmw_qos_profile_t`: `rclpy` makes it of numbers and durations."""
 
@@ -157,12 +164,7 @@ class RmwProfile(Profile):
         durations = lifespan.nanoseconds, deadline.nanoseconds
         super().__init__(*policies, *durations, int(liveliness), lease.nanoseconds, avoid_conventions)
 
-    @staticmethod
-    def _profile_named(name: str) -> Profile:
-        """The profile of that name. Raises ValueError if there is none."""
-        if name not in PREDEFINED:
-            raise ValueError(f"Requested unknown rmw_qos_profile: {name}")
-        return PREDEFINED[name]
+    predefined = staticmethod(_profile_named)
 
 
 def effective(profile: Profile, *, receives: bool = False) -> Profile:

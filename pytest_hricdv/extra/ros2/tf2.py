@@ -16,16 +16,9 @@ from typing import Any
 
 from pytest_hricdv.extra.ros2.frame_tree import EXCEPTIONS, FrameTree
 from pytest_hricdv.extra.ros2.transforms import (
-    NO_WAY,
     StampedTransform,
     Transform,
     Vector,
-    add,
-    cross,
-    inverse,
-    negate,
-    product,
-    rotate,
     seconds,
 )
 
@@ -59,10 +52,9 @@ class BufferCore:
             importlib.import_module("rclpy.time")
             importlib.import_module("rclpy.duration")
         self._tree = FrameTree(_CACHE_NS if cache_time is None else _ns(cache_time))
-
-    def clear(self) -> None:
-        """Forget all transforms but static ones; names of frames stay."""
-        self._tree.clear()
+        self.clear = self._tree.clear
+        self.all_frames_as_string = self._tree.all_frames_as_string
+        self.all_frames_as_yaml = self._tree.all_frames_as_yaml
 
     def set_transform(self, transform: Any, authority: str) -> None:
         """Add a `geometry_msgs/msg/TransformStamped`. A wrong one is logged, and left out."""
@@ -94,19 +86,21 @@ class BufferCore:
         """Whether there is a transform, as 0 or 1; and why not."""
         if target_frame == source_frame:
             return 1, ""
-        for frame, argument in ((target_frame, "target_frame"), (source_frame, "source_frame")):
-            if fault := self._tree.invalid(frame, f"canTransform argument {argument}"):
-                return 0, fault
-        return self._tree.connects(target_frame, source_frame, _ns(time))
+        fault = self._invalid(target_frame=target_frame, source_frame=source_frame)
+        return (0, fault) if fault else self._tree.connects(target_frame, source_frame, _ns(time))
+
+    def _invalid(self, **frames: str) -> str:
+        """What is wrong with the name of the first wrong frame; empty if nothing is."""
+        faults = (self._tree.invalid(frame, f"canTransform argument {name}") for name, frame in frames.items())
+        return next(filter(None, faults), "")
 
     def can_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[int, str]:
         """Whether there is a transform between two times, by a frame that does not move in between; and why not."""
-        named = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
-        for argument, frame in named.items():
-            if fault := self._tree.invalid(frame, f"canTransform argument {argument}"):
-                return 0, fault
+        fault = self._invalid(target_frame=target_frame, source_frame=source_frame, fixed_frame=fixed_frame)
+        if fault:
+            return 0, fault
         result = self._tree.connects(target_frame, fixed_frame, _ns(target_time))
         return self._tree.connects(fixed_frame, source_frame, _ns(source_time)) if result[0] else result
 
@@ -126,8 +120,8 @@ class BufferCore:
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
         """From where the source frame was at its time, to the target frame at its time. Raises as the other one."""
-        named = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
-        for argument, frame in named.items():
+        frames = {"target_frame": target_frame, "source_frame": source_frame, "fixed_frame": fixed_frame}
+        for argument, frame in frames.items():
             self._tree.require(frame, f"lookupTransform argument {argument}")
         first, _ = self._tree.lookup(fixed_frame, source_frame, _ns(source_time))
         second, time_ns = self._tree.lookup(target_frame, fixed_frame, _ns(target_time))
@@ -141,76 +135,11 @@ class BufferCore:
         self._tree.require(source_frame, "get_latest_common_time")
         return Time(nanoseconds=self._tree.common_ns(target_frame, source_frame))
 
-    def lookupVelocityCore(  # noqa: N802 (the name is tf2's)
-        self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
-    ) -> tuple[Vector, Vector]:
-        """The velocity of a frame, linear (m/s) and angular (rad/s), over an interval around a time."""
-        return self.lookupVelocityFullCore(
-            tracking_frame, observation_frame, observation_frame, NO_WAY, tracking_frame, time, averaging_interval
-        )
-
-    def lookupVelocityFullCore(  # noqa: N802 (name and arguments are tf2's)
-        self,
-        tracking_frame: str,
-        observation_frame: str,
-        reference_frame: str,
-        reference_point: Vector,
-        reference_point_frame: str,
-        time: Any,
-        averaging_interval: Any,
-    ) -> tuple[Vector, Vector]:
-        """The same, of a point, in a frame of reference. Raises as `lookup_transform_core`."""
-        latest_s = 0.0
-        if {observation_frame, tracking_frame} <= set(self._tree.names):
-            latest_s = self._tree.common_ns(observation_frame, tracking_frame) / 1e9
-        time_ns, interval_s = _ns(time), _ns(averaging_interval) / 1e9
-        end_s = min(time_ns / 1e9 + interval_s * 0.5, latest_s)
-        start_s = max(0.00001 + interval_s, end_s) - interval_s  # as tf2: 0 would be the latest time
-        took_s = end_s - start_s
-        start, _ = self._tree.lookup(observation_frame, tracking_frame, round(start_s * 1e9))
-        end, _ = self._tree.lookup(observation_frame, tracking_frame, round(end_s * 1e9))
-        turned = product(inverse(start.rotation), end.rotation)
-        moved = add(end.translation, negate(start.translation))
-        twist = rotate(start.rotation, _scale(_axis(turned), _angle(turned) / took_s))
-        to_reference, _ = self._tree.lookup(reference_frame, tracking_frame, time_ns)
-        angular = rotate(to_reference.rotation, twist)
-        linear = add(
-            rotate(to_reference.rotation, _scale(moved, 1.0 / took_s)), cross(to_reference.translation, angular)
-        )
-        point_to_reference, _ = self._tree.lookup(reference_frame, reference_point_frame, time_ns)
-        delta = add(point_to_reference.of(reference_point), negate(to_reference.of(NO_WAY)))
-        # As tf2 has it: the product of the components, where a cross product was meant.
-        further = (angular[0] * delta[0], angular[1] * delta[1], angular[2] * delta[2])
-        return add(linear, further), angular
-
-    def all_frames_as_string(self) -> str:
-        """A sentence for each frame that has a parent."""
-        return self._tree.all_frames_as_string()
-
-    def all_frames_as_yaml(self) -> str:
-        """The frames that have a parent, with how often and how lately they came."""
-        return self._tree.all_frames_as_yaml()
-
     def _frameExists(self, frame_id: str) -> bool:  # noqa: N802 (the name is tf2's)
         return frame_id in self._tree.names
 
     def _getFrameStrings(self) -> list[str]:  # noqa: N802 (the name is tf2's)
         return self._tree.names
-
-
-def _scale(v: Vector, by: float) -> Vector:
-    return (v[0] * by, v[1] * by, v[2] * by)
-
-
-def _axis(q: tuple[float, float, float, float]) -> Vector:
-    length_squared = 1.0 - min(1.0, q[3] * q[3])
-    if length_squared < sys.float_info.epsilon * 10:
-        return (1.0, 0.0, 0.0)  # of no rotation: any
-    return _scale((q[0], q[1], q[2]), 1.0 / math.sqrt(length_squared))
-
-
-def _angle(q: tuple[float, float, float, float]) -> float:
-    return 2.0 * math.acos(max(-1.0, min(1.0, q[3])))
 
 
 def _parts(transform: Any) -> tuple[Vector, tuple[float, float, float, float]]:
@@ -222,18 +151,15 @@ def _faults(
     parent: str, child: str, authority: str, moved: Vector, turned: tuple[float, float, float, float]
 ) -> Iterator[str]:
     """What is wrong with a transform, in the words of tf2."""
+    ignoring = f'Ignoring transform from authority "{authority}"'
     if child == parent:
-        yield (
-            f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with frame_id and  child_frame_id '
-            f'"{child}" because they are the same'
-        )
+        text = f'{ignoring} with frame_id and  child_frame_id "{child}" because they are the same'
+        yield f"TF_SELF_TRANSFORM: {text}"
     if not child:
-        yield f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because child_frame_id not set '
+        yield f"TF_NO_CHILD_FRAME_ID: {ignoring} because child_frame_id not set "
     if not parent:
-        yield (
-            f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}"  from authority "{authority}" because '
-            "frame_id not set"
-        )
+        text = f'with child_frame_id "{child}"  from authority "{authority}" because frame_id not set'
+        yield f"TF_NO_FRAME_ID: Ignoring transform {text}"
     of = f'Ignoring transform for child_frame_id "{child}" from authority "{authority}" because of'
     values = [" ".join(f"{value:f}" for value in part) for part in (moved, turned)]
     if any(math.isnan(value) for value in (*moved, *turned)):

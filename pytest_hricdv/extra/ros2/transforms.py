@@ -50,11 +50,6 @@ def negate(v: Vector) -> Vector:
     return (-v[0], -v[1], -v[2])
 
 
-def cross(a: Vector, b: Vector) -> Vector:
-    """The cross product of two vectors."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
 def slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
     """The rotation between two, on the shorter arc (Shoemake 1985).
 

@@ -174,13 +174,6 @@ def test_a_loop_of_frames_is_an_error_and_no_endless_one() -> None:
         _looked_up(buffer, "c", "a", 1.0)
 
 
-def test_a_velocity_is_averaged_over_an_interval() -> None:
-    buffer = _buffer(*[_moved("map", "base", time_s, 3.0 * time_s) for time_s in (0.0, 1.0, 2.0, 3.0, 4.0)])
-    linear, angular = buffer.lookupVelocityCore("base", "map", _time(2.0), _time(1.0))
-    assert linear == pytest.approx((3.0, 0.0, 0.0))
-    assert angular == pytest.approx((0.0, 0.0, 0.0))
-
-
 _UNIT = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
 _ROTATIONS = _UNIT.map(lambda q: tuple(value / math.hypot(*q) for value in q))
 _VECTORS = st.tuples(*[st.floats(-100.0, 100.0)] * 3)
