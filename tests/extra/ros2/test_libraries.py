@@ -22,7 +22,7 @@ from rclpy.time import Time
 from tf2_ros import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformException, TransformListener
 
 
-def move(parent, child, x):
+def moved(parent, child, x):
     transform = TransformStamped(child_frame_id=child)
     transform.header.frame_id, transform.transform.translation.x = parent, x
     return transform
