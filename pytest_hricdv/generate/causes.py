@@ -21,7 +21,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from pytest_hricdv.bdi import Structure
 from pytest_hricdv.bdi.language.syntax import Program
-from pytest_hricdv.bdi.language.syntax_tree import children
+from pytest_hricdv.bdi.language.syntax_tree import functors_of
 from pytest_hricdv.bdi.run.tracing import Step, Trace, place_of_plan
 
 Past = frozenset[int]
@@ -137,12 +137,12 @@ def _names_of_plans(program: Program) -> dict[str, set[str]]:
     derived: dict[str, set[str]] = defaultdict(set)
     for belief in program.beliefs:
         if not isinstance(belief, Structure):  # a rule: its head holds if its body does
-            functors = _functors(belief)
+            functors = functors_of(belief)
             for functor in functors:
                 derived[functor] |= set(functors)
     names: dict[str, set[str]] = defaultdict(set)
     for plan in program.plans:  # several may be at one place: a place is a line
-        names[place_of_plan(plan)] |= _close(_functors(plan), derived.get)
+        names[place_of_plan(plan)] |= _close(functors_of(plan), derived.get)
     return dict(names)
 
 
@@ -155,14 +155,3 @@ def _close(names: Collection[str], derived: Callable[[str], Collection[str] | No
             closed.add(name)
             pending += derived(name) or ()
     return closed
-
-
-def _functors(part: object) -> list[str]:
-    names: dict[str, None] = {}
-    pending: list[object] = [part]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, Structure):
-            names[part.functor] = None
-        pending.extend(children(part))
-    return list(names)

@@ -8,8 +8,8 @@ from itertools import combinations
 from pathlib import Path
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, Structure, TooLargeError
-from pytest_hricdv.bdi.language.syntax_tree import children
+from pytest_hricdv.bdi import BdiError, Environment, MultiAgentSystem, TooLargeError
+from pytest_hricdv.bdi.language.syntax_tree import functors_of
 from pytest_hricdv.bdi.memo import Memo
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import Plans, command_from_action
@@ -69,7 +69,7 @@ class ModelRunner:
 
     def _check_beliefs(self) -> None:
         actors = self.model.who_acts
-        mentioned = [name for actor in actors for name in _mentions(self._system, actor)]
+        mentioned = [name for actor in actors for name in functors_of(self._system.program(actor))]
         where = f"agent {actors[0]!r}" if len(actors) == 1 else f"the actors {', '.join(actors)}"
         for belief in self.space.beliefs:
             if belief not in mentioned and belief not in self.space.default_beliefs:
@@ -202,19 +202,6 @@ def _load(path: Path, sha256: str) -> Memo:
 def _command(action: str, actor: str = "") -> str:
     """As `command_from_action`; a model has few different actions, and every run has some of them."""
     return command_from_action(action, actor)
-
-
-def _mentions(system: MultiAgentSystem, actor: str) -> list[str]:
-    """Every name that the actor's program uses for a belief, a goal, an action or an argument."""
-    program = system.program(actor)
-    names: dict[str, None] = {}
-    pending: list[object] = [*program.beliefs, *program.goals, *program.plans]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, Structure):
-            names[part.functor] = None
-        pending.extend(children(part))
-    return list(names)
 
 
 def explore_exhaustively(runner: ModelRunner) -> Exploration:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # Each of these modules defines its actions in the registry.
-from pytest_hricdv.bdi.actions import agents, collections, goals, knowledge, lists, messages, terms, time  # noqa: F401
+from pytest_hricdv.bdi.actions import collections, goals, knowledge, lists, messages, terms, time  # noqa: F401
 from pytest_hricdv.bdi.actions.functions import function_value
 from pytest_hricdv.bdi.actions.registry import (
     Invocation,

@@ -90,7 +90,7 @@ def _declarative(directive: Structure, inside: PlanPattern, at: Location) -> Pla
 def _with_backtracking(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``bdg(g)``: as dg; after a failure, g is tried again."""
     goal = _argument(directive, 0)
-    again = _plan(Trigger("-!", goal), None, (AchievementGoal(goal, False, at),), at)
+    again = _plan(Trigger("-!", goal), None, _pursue(goal, at), at)
     return _and(_declarative(directive, inside, at), again)
 
 
@@ -120,10 +120,18 @@ def _exclusive(directive: Structure, inside: PlanPattern, at: Location) -> PlanP
 def _blind(directive: Structure, inside: PlanPattern, at: Location, inner: int = 1) -> PlanPattern:
     """``bc(g)``: blind commitment, g is pursued until it is achieved; ``bc(g, dg)`` is made of another pattern."""
     goal = _argument(directive, 0)
-    kind = directive.args[inner] if len(directive.args) > inner else Structure("bdg")
+    return _and(_inner(directive, inside, at, inner), _plan(Trigger("+!", goal), None, _pursue(goal, at), at))
+
+
+def _inner(directive: Structure, inside: PlanPattern, at: Location, index: int) -> PlanPattern:
+    """The pattern that the argument at this index names, ``bdg`` by default, for the goal of a directive."""
+    kind = directive.args[index] if len(directive.args) > index else Structure("bdg")
     name = kind.functor if isinstance(kind, Structure) else str(kind)
-    expanded = expand_pattern(Structure(name, (goal,)), inside, at)
-    return _and(expanded, _plan(Trigger("+!", goal), None, (AchievementGoal(goal, False, at),), at))
+    return expand_pattern(Structure(name, (_argument(directive, 0),)), inside, at)
+
+
+def _pursue(goal: Structure, at: Location) -> Body:
+    return (AchievementGoal(goal, False, at),)
 
 
 def _single_minded(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
@@ -145,10 +153,8 @@ def _open_minded(directive: Structure, inside: PlanPattern, at: Location) -> Pla
 def _maintenance(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``mg(g)``: g, which is perceived at first, is achieved again whenever it ends."""
     goal = _argument(directive, 0)
-    kind = directive.args[1] if len(directive.args) > 1 else Structure("bdg")
-    name = kind.functor if isinstance(kind, Structure) else str(kind)
-    expanded = expand_pattern(Structure(name, (goal,)), inside, at)
-    again = _plan(Trigger("-", goal), None, (AchievementGoal(goal, False, at),), at)
+    expanded = _inner(directive, inside, at, 1)
+    again = _plan(Trigger("-", goal), None, _pursue(goal, at), at)
     perceived = goal.with_annotations((*goal.annots, source("percept")))
     return PlanPattern((*expanded.plans, again), (*expanded.beliefs, perceived))
 
@@ -193,7 +199,7 @@ def _argument(directive: Structure, index: int) -> Structure:
 def _give_up(pattern: PlanPattern, directive: Structure, at: Location) -> PlanPattern:
     """The pattern, with the goal given up once the second argument is believed: then it is not tried again either."""
     goal, hopeless = _argument(directive, 0), _argument(directive, 1)
-    again = _plan(Trigger("-!", goal), None, (AchievementGoal(goal, False, at),), at)
+    again = _plan(Trigger("-!", goal), None, _pursue(goal, at), at)
     plans = (replace(plan, context=Not(hopeless)) if plan == again else plan for plan in pattern.plans)
     fails = _plan(Trigger("+", hopeless), None, (_call(".fail_goal", goal, at),), at)
     return PlanPattern((*plans, fails), pattern.beliefs)

@@ -89,6 +89,11 @@ def variables_of(node: object) -> set[Variable]:
     return {part for part in parts_of(node) if isinstance(part, Variable)}
 
 
+def functors_of(node: object) -> dict[str, None]:
+    """The names of all literals and structures in a part of a program, in the order of the text, each once."""
+    return {part.functor: None for part in parts_of(node) if isinstance(part, Structure)}
+
+
 def parts_of(node: object) -> Iterator[object]:
     """A term, formula, statement or plan, or a tuple of them, and all its parts, in the order of the text."""
     pending = [node]

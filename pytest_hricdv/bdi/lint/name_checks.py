@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from pytest_hricdv.bdi.language.syntax_tree import parts_of
+from pytest_hricdv.bdi.language.syntax_tree import functors_of
 from pytest_hricdv.bdi.language.terms import Structure, Term, Variable, is_evaluable
 from pytest_hricdv.bdi.lint.model import (
     SELF,
@@ -109,7 +109,9 @@ def find_untested_percepts(system: System) -> Iterator[Problem]:
         if any(map(_tests_any_belief, agents)):
             continue
         used = {mention.literal.functor for agent in agents for mention in (*agent.tests, *agent.deletions)}
-        if agents and percept not in used and not any(percept in _names_in_calls(agent) for agent in agents):
+        # Messages and other calls may be questions about beliefs.
+        plans = tuple((plan.context, plan.body) for agent in agents for plan in agent.plans)
+        if agents and percept not in used and percept not in functors_of(plans):
             near = one_letter_away(percept, used)
             hint = f"; did you mean {near}?" if near else ""
             place = declaration_of(percept, agents[0].file if file is None else file)
@@ -122,12 +124,6 @@ def _tests_any_belief(agent: AgentModel) -> bool:
     if any(not isinstance(plan.trigger.literal, Structure) for plan in agent.plans if len(plan.trigger.sign) == 1):
         return True
     return ".add_plan" in agent.actions or ".belief" in agent.actions
-
-
-def _names_in_calls(agent: AgentModel) -> set[str]:
-    """The names in messages and other calls, which may be questions about beliefs."""
-    parts = parts_of(tuple((plan.context, plan.body) for plan in agent.plans))
-    return {part.functor for part in parts if isinstance(part, Structure)}
 
 
 @check("goal-without-plan", "The goal always fails, and with it the plan that pursues it.")

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from pytest_hricdv.bdi.agent.plan_library import PlanLibrary
 from pytest_hricdv.bdi.language.syntax import For, InternalActionCall, Plan, Statement
-from pytest_hricdv.bdi.language.syntax_tree import parts_of
+from pytest_hricdv.bdi.language.syntax_tree import parts_of, variables_of
 from pytest_hricdv.bdi.language.terms import SOURCE_PERCEPT, Key, Structure, Term, Variable, source
 from pytest_hricdv.bdi.logic.beliefs import BeliefBase, Content, Entry, TrackedBuckets
 from pytest_hricdv.bdi.run.environment import percept_of
@@ -100,7 +100,7 @@ def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | No
     receivers: set[str] = set()
     loops = [loop for plan in plans for loop in _statements(plan.body) if isinstance(loop, For) and _asks(loop, key)]
     for loop in loops:
-        (variable,) = _variables_in(loop.condition)
+        (variable,) = variables_of(loop.condition)
         sends = [statement for statement in _statements(loop.body) if _forwards(statement, variable)]
         if _count(loop.body, variable) != len(sends):
             return None
@@ -118,7 +118,7 @@ def _asks(loop: For, key: Key) -> bool:
     """Whether a loop is over the beliefs of a key, whatever they are about."""
     asked = loop.condition
     plain = isinstance(asked, Structure) and asked.key == key and not asked.annots and asked.annots_tail is None
-    return plain and len(_variables_in(asked)) == 1
+    return plain and len(variables_of(asked)) == 1
 
 
 def _forwards(statement: Statement, variable: Term) -> bool:
@@ -127,10 +127,6 @@ def _forwards(statement: Statement, variable: Term) -> bool:
         return False
     receiver, force, content = statement.call.args
     return isinstance(receiver, Structure) and str(force) == "tell" and content == variable
-
-
-def _variables_in(node: object) -> set[Variable]:
-    return {part for part in parts_of(node) if isinstance(part, Variable)}
 
 
 def _statements(body: object) -> list[Statement]:
