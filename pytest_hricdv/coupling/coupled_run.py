@@ -96,6 +96,13 @@ class CoupledRun(SystemRun):
             self._end_waits()
             self.settle()
 
+    def advance_to(self, time_s: float) -> None:
+        """Let the agents live up to `time_s`: their waits end at their times. Raises BdiError: as `wait_until`."""
+        while self.due_s <= time_s:
+            self.wait_until(max(self.due_s, self.now_s))
+        if time_s > self.now_s:
+            self.wait_until(time_s)
+
     def settle(self) -> None:
         """Let the agents do all that they can do now. Raises BdiError: one cannot go on, or never comes to rest."""
         with count_work(self):

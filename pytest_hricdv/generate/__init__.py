@@ -14,6 +14,9 @@
 Nothing of these is imported here, so that a process that only replays a suite loads no BDI engine.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from pytest_hricdv._base.message import InputError
 
 
@@ -22,3 +25,12 @@ class GenerateError(InputError):
 
     The message says what was expected, what was found and, if there is one, the place as `file:line:column`.
     """
+
+
+@contextmanager
+def name_place(where: str) -> Iterator[None]:
+    """Within, a GenerateError gets the place where it is, before its text."""
+    try:
+        yield
+    except GenerateError as error:
+        raise GenerateError(f"{where}: {error}") from None

@@ -35,13 +35,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 from msgspec import Struct, ValidationError, convert
 
 from pytest_hricdv._base.message import quoted
-from pytest_hricdv.generate import GenerateError, chosen_values
+from pytest_hricdv.generate import GenerateError, chosen_values, name_place
 from pytest_hricdv.generate.actors import After, after_from_data, after_to_data, check_after
 from pytest_hricdv.generate.chosen_values import Values
 from pytest_hricdv.generate.rng import canonical_json, derive_seed, digest
@@ -128,11 +128,9 @@ class AbstractTest:
         for line in self.lines:
             if (spelling := canonical_command(line)) != line:
                 raise GenerateError(f"test {self.id}: command {line!r}: expected the spelling {spelling!r}")
-        try:
+        with name_place(f"test {self.id}"):
             chosen_values.check(self.values, len(self.lines))
             check_after(self.after, self.lines)
-        except GenerateError as error:
-            raise GenerateError(f"test {self.id}: {error}") from None
 
     def to_data(self) -> dict[str, Any]:
         """Plain data for JSON, with the keys of replay files; `values` and `after` only if there are any."""
@@ -246,6 +244,11 @@ class Draft:
     seed: int | None = None
     after: After = field(default_factory=dict, hash=False)
 
+    def as_test(self, test_id: str, suite: str, seed: int) -> AbstractTest:
+        """The test with these contents."""
+        content = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return AbstractTest(**{**content, "id": test_id, "suite": suite, "seed": seed})
+
 
 def check_suite_name(name: str) -> None:
     """Raises GenerateError for a name that is none: files are named after suites."""
@@ -302,18 +305,7 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
     short_ids = [id_of_test(suite, draft.target, code[:8]) for draft, _, code in numbered]
     uses = Counter(short_ids)
     return tuple(
-        AbstractTest(
-            id=short if uses[short] == 1 else id_of_test(suite, draft.target, code[:16]),
-            suite=suite,
-            target=draft.target,
-            beliefs=draft.beliefs,
-            lines=draft.lines,
-            plans=draft.plans,
-            seed=seed,
-            name=draft.name,
-            values=draft.values,
-            after=draft.after,
-        )
+        draft.as_test(short if uses[short] == 1 else id_of_test(suite, draft.target, code[:16]), suite, seed)
         for short, (draft, seed, code) in zip(short_ids, numbered, strict=True)
     )
 

@@ -25,7 +25,7 @@ from typing import Any
 from pytest_hricdv._base.input_file import MAX_TOML_BYTES, MalformedError, from_toml, read_text
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.generate import GenerateError
+from pytest_hricdv.generate import GenerateError, name_place
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
 START = "start"
@@ -211,10 +211,8 @@ class _Reader:
             where = self._where(number, "beliefs")
             raise GenerateError(f"{where}: {quoted(count)} subsets in one entry; expected at most {MAX_TESTS}")
         for combination in product(*choices):
-            try:
+            with name_place(self._where(number, "beliefs")):
                 subset = self.space.subset(combination)
-            except GenerateError as error:
-                raise GenerateError(f"{self._where(number, 'beliefs')}: {error}") from None
             first = self.seen.setdefault(subset, number)
             if first != number:
                 raise GenerateError(

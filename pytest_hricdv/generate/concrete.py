@@ -190,14 +190,14 @@ class ConcreteTest:
     def from_json(cls, text: str) -> ConcreteTest:
         """The test that `to_json` wrote. Raises GenerateError: the text is not such a test."""
         try:
-            fields = from_json(text, _Text)
+            fields = from_json(text, _TestText)
         except MalformedError as error:
             raise GenerateError(f"not a concrete test{error}; expected what ConcreteTest.to_json writes") from None
         actions = tuple(ConcreteAction(command, parameters) for command, parameters in fields.actions)
         return cls(fields.id, fields.suite, fields.seed, actions, fields.run, after_from_data(fields.after))
 
 
-class _Text(Struct):
+class _TestText(Struct):
     """The JSON text of a concrete test."""
 
     id: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
@@ -223,21 +223,29 @@ def explore_exhaustively(runner: ModelRunner) -> Exploration:
     if runs is None:
         if len(runner.space.others) > MAX_OTHERS:
             return Exploration(plans, beliefs, reason=runner.not_enumerable())
-        runs = list(_set_by_set(runner, plans))
-    # The order is part of the cache and of what is chosen from it, so it has to be the same on every machine.
-    runs.sort(key=lambda run: (run.beliefs.bit_count(), run.beliefs, run))
-    return Exploration(plans, beliefs, tuple(runs))
+        runs = _set_by_set(runner, plans)
+    return Exploration(plans, beliefs, tuple(sorted(runs, key=order_of_run)))
 
 
-def _set_by_set(runner: ModelRunner, plans: tuple[tuple[str, str], ...]) -> Iterator[ExploredRun]:
+def _set_by_set(runner: ModelRunner, plans: Sequence[tuple[str, str]]) -> list[ExploredRun]:
     """Each distinct run once, by running all belief sets, the smallest first."""
-    seen: set[tuple[tuple[str, ...], int]] = set()
-    others, bits = runner.space.others, runner.space.bits
-    for size in range(len(others) + 1):
-        for start in runner.space.start:
-            for chosen in combinations(others, size):
-                run = runner.run((start, *chosen))
-                mask = sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent])
-                if (run.lines, mask) not in seen:
-                    seen.add((run.lines, mask))
-                    yield ExploredRun(run.lines, mask, sum(bits[belief] for belief in run.beliefs))
+    others, starts = runner.space.others, runner.space.start
+    subsets = (
+        (start, *chosen) for size in range(len(others) + 1) for start in starts for chosen in combinations(others, size)
+    )
+    return distinct_runs(map(runner.run, subsets), runner.space, plans)
+
+
+def distinct_runs(runs: Iterable[ModelRun], space: BeliefSpace, plans: Sequence[tuple[str, str]]) -> list[ExploredRun]:
+    """The runs, each once; the first of those with the same test and the same plans."""
+    distinct: dict[tuple[tuple[str, ...], int], ExploredRun] = {}
+    for run in runs:
+        mask = sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent])
+        beliefs = sum(space.bits[belief] for belief in run.beliefs)
+        distinct.setdefault((run.lines, mask), ExploredRun(run.lines, mask, beliefs))
+    return list(distinct.values())
+
+
+def order_of_run(run: ExploredRun) -> tuple[int, int, ExploredRun]:
+    """Sort key: part of the cache and of what is chosen from it, so it is the same on every machine."""
+    return run.beliefs.bit_count(), run.beliefs, run

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from random import Random
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.model import Exploration, ExploredRun
-from pytest_hricdv.generate.model_runner import MAX_OTHERS, ModelRunner
+from pytest_hricdv.generate.model import Exploration, ModelRun
+from pytest_hricdv.generate.model_runner import MAX_OTHERS, ModelRunner, distinct_runs, order_of_run
 from pytest_hricdv.generate.rng import make_rng, pick
 
 SAMPLES = 2**MAX_OTHERS
@@ -31,27 +31,21 @@ def explore_by_sampling(runner: ModelRunner, reason: str) -> Exploration:
         GenerateError: the model fails with each set.
     """
     plans = tuple((agent, label) for agent, labels in runner.plan_labels.items() for label in labels)
-    seen: set[tuple[tuple[str, ...], int]] = set()
-    runs: list[ExploredRun] = []
+    executed: list[ModelRun] = []
     failures: list[GenerateError] = []
     sets = [*_sets(runner, make_rng("sampled exploration", list(runner.space.beliefs)))]
     for beliefs in sets:
         try:
-            run = runner.run(beliefs)
+            executed.append(runner.run(beliefs))
         except GenerateError as error:
             failures.append(error)
-            continue
-        mask = sum(1 << place for place, (agent, label) in enumerate(plans) if label in run.plans[agent])
-        if (run.lines, mask) not in seen:
-            seen.add((run.lines, mask))
-            runs.append(ExploredRun(run.lines, mask, sum(runner.space.bits[belief] for belief in run.beliefs)))
-    if len(failures) == len(sets):
+    if not executed:
         raise failures[0]
-    runs.sort(key=lambda run: (run.beliefs.bit_count(), run.beliefs, run))
-    said = f"{reason}; so {len(sets)} sets of beliefs were drawn, which gave {len(runs)} different runs"
+    runs = sorted(distinct_runs(executed, runner.space, plans), key=order_of_run)
+    text = f"{reason}; so {len(sets)} sets of beliefs were drawn, which gave {len(runs)} different runs"
     if failures:
-        said += f"; with {len(failures)} of them the model failed; the first: {failures[0]}"
-    return Exploration(plans, runner.space.beliefs, tuple(runs), said)
+        text += f"; with {len(failures)} of them the model failed; the first: {failures[0]}"
+    return Exploration(plans, runner.space.beliefs, tuple(runs), text)
 
 
 def _sets(runner: ModelRunner, rng: Random) -> Iterator[tuple[str, ...]]:

@@ -7,8 +7,6 @@ from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
-from msgspec import Struct
-
 from pytest_hricdv._base import atomic_file
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.input_file import MalformedError, from_json, read_text
@@ -19,12 +17,9 @@ from pytest_hricdv.generate.learner import LearningResult
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.generate.qlearning import QLearning, QTable, WarmStart
 from pytest_hricdv.generate.rng import canonical_json, digest
+from pytest_hricdv.generate.suite import schema_of
 
 SCHEMA = "hricdv-qtable/1"
-
-
-class _Head(Struct):
-    schema: str | int | None = None
 
 
 @dataclass(frozen=True)
@@ -75,8 +70,7 @@ class SavedTable:
         """
         expected = "expected what --hri-rl-save writes, with this version of the plugin"
         try:
-            # First the schema alone: what another version wrote should be called that, and not malformed.
-            schema = from_json(text, _Head).schema
+            schema = schema_of(text)
             if schema != SCHEMA:
                 raise GenerateError(f"{where}: expected schema {SCHEMA!r}, found {quoted(schema)}; {expected}")
             return from_json(text, cls)

@@ -119,27 +119,31 @@ class Suite:
             GenerateError: the text is not such a suite, or one of another version.
         """
         try:
-            # First the schema alone: what another version wrote should be called that, and not malformed.
-            schema = from_json(text, _Head).schema
+            schema = schema_of(text)
             if schema != SCHEMA:
                 raise GenerateError(f"a suite of schema {quoted(schema)}; expected {SCHEMA!r}: generate it again")
-            data = from_json(text, _Text)
+            data = from_json(text, _SuiteData)
         except MalformedError as error:
             raise GenerateError(f"not a suite{error}; expected what Suite.to_json writes") from None
         return cls(data.name, data.seed, tuple(map(AbstractTest.from_data, data.tests)), data.generation)
 
 
-class _Head(Struct):
-    schema: str | int | None = None
-
-
-class _Text(Struct):
+class _SuiteData(Struct):
     """The JSON text of a suite."""
 
     name: str
     seed: int
     tests: tuple[TestData, ...]
     generation: Generation
+
+
+class _Head(Struct):
+    schema: str | int | None = None
+
+
+def schema_of(text: str) -> str | int | None:
+    """The schema of a JSON text, whatever else it has: what another version wrote should not be called malformed."""
+    return from_json(text, _Head).schema
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from msgspec import Raw, Struct
 from pytest_hricdv._base.input_file import MAX_DIGITS, MalformedError, from_json, read_text
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.generate import GenerateError, chosen_values
+from pytest_hricdv.generate import GenerateError, chosen_values, name_place
 from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
 from pytest_hricdv.generate.actors import after_from_text, after_to_data, check_after
 from pytest_hricdv.generate.beliefs import MAX_TESTS
@@ -145,19 +145,15 @@ def _read_comment(block: _Block, comment: str, where: str) -> None:
 
 
 def _read_values(block: _Block, key: str, text: str, where: str) -> None:
-    try:
+    with name_place(where):
         number = chosen_values.read_key(key.split()[1])
         block.values[number], block.value_places[number] = chosen_values.read_text(text), where
-    except GenerateError as error:
-        raise GenerateError(f"{where}: {error}") from None
 
 
 def _read_after(block: _Block, key: str, text: str, where: str) -> None:
-    try:
+    with name_place(where):
         (number,) = after_from_text(key.split()[1])
         block.after[number], block.after_places[number] = after_from_text(text), where
-    except GenerateError as error:
-        raise GenerateError(f"{where}: {error}") from None
 
 
 def _read_command(text: str, where: str, commands: Collection[str]) -> str:
@@ -176,29 +172,17 @@ def _plans(block: _Block) -> dict[str, tuple[str, ...]]:
 
 def _draft_of_block(block: _Block) -> Draft:
     headers = block.headers
-    _check_values(block)
-    _check_after(block)
+    for number, values in block.values.items():
+        with name_place(block.value_places[number]):
+            chosen_values.check({number: values}, len(block.commands))
+    for number, causes in block.after.items():
+        with name_place(block.after_places[number]):
+            check_after({number: causes}, block.commands)
     name = headers.get("name", "")
     # 40 characters: the id of a named test, with its suite and eight digits, still fits a line of a terminal.
     target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
     beliefs = tuple(headers.get("beliefs", "").split())
     return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values, after=block.after)
-
-
-def _check_after(block: _Block) -> None:
-    for number, causes in block.after.items():
-        try:
-            check_after({number: causes}, block.commands)
-        except GenerateError as error:
-            raise GenerateError(f"{block.after_places[number]}: {error}") from None
-
-
-def _check_values(block: _Block) -> None:
-    for number, values in block.values.items():
-        try:
-            chosen_values.check({number: values}, len(block.commands))
-        except GenerateError as error:
-            raise GenerateError(f"{block.value_places[number]}: {error}") from None
 
 
 def _complete_test(block: _Block) -> AbstractTest:
@@ -209,21 +193,8 @@ def _complete_test(block: _Block) -> AbstractTest:
             f"expected '# {missing[0]}: ...' beside it, or no id at all"
         )
     draft = _draft_of_block(block)
-    try:
-        return AbstractTest(
-            id=block.headers["id"],
-            suite=block.headers["suite"],
-            target=draft.target,
-            beliefs=draft.beliefs,
-            lines=draft.lines,
-            plans=draft.plans,
-            seed=int(block.headers["seed"]),
-            name=draft.name,
-            values=draft.values,
-            after=draft.after,
-        )
-    except GenerateError as error:
-        raise GenerateError(f"{block.where}: {error}") from None
+    with name_place(block.where):
+        return draft.as_test(block.headers["id"], block.headers["suite"], int(block.headers["seed"]))
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from pytest_hricdv.bdi.agent.agent import Agent
+from pytest_hricdv.coupling.coupled_run import CoupledRun
+from pytest_hricdv.coupling.ready_acts import ReadyAct, ReadyActs
+from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import DISTURBANCE, GOAL, NONE, Choice, Chooser, Decision, Situation
+from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Chooser, Decision, Situation
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.role import Role
 
@@ -67,6 +71,21 @@ class Decisions:
         goal = self.choose(GOAL, (NONE, *goals), now_s)
         self._goals_left -= goal != NONE
         return goal
+
+    def act(self, ready: ReadyActs, now_s: float) -> ReadyAct:
+        """One of the acts that an agent is ready for; of equal ones the first."""
+        acts: dict[str, ReadyAct] = {}
+        for act in ready:
+            acts.setdefault(act.text, act)
+        options = tuple(acts)
+        return acts[options[0] if len(options) == 1 else self.choose(ACT, options, now_s)]
+
+    def begin(self, run: CoupledRun, steering: Agent) -> None:
+        """Let the steering agent begin, with one start belief chosen."""
+        model = self._role.model
+        chosen = self.choose(START, self._role.space.start, run.now_s)
+        run.environment.show(model.steering_agent, [f"{model.chosen}({chosen})"])
+        steering.awake = True
 
     def _situation(self, now_s: float) -> Situation:
         commands = [line for line in self.taken if line not in self._role.disturbances]

@@ -15,10 +15,9 @@ from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
-from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.concrete import ConcreteAction, Concretization, draw_action
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import ACT, NONE, Choice, Chooser
+from pytest_hricdv.online.chooser import NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.hearing import Hearing
@@ -136,7 +135,9 @@ class OnlineAgent:
         """The agent goes on after its command, and hears what has happened until now."""
         if not self._begun:
             self._begun = True
-            self._steer(time_s)
+            self._decisions.begin(self._run, self._steering)
+            self._run.settle()
+            self._run.advance_to(time_s)
         elif self._doing is not None:
             done, self._doing = self._doing, None
             self._late.reopen()
@@ -146,25 +147,9 @@ class OnlineAgent:
         for happened_s, literal, source, goal in heard:
             # Its waits end at their times between what it hears: one may be over before the answer comes.
             self.heard += 1
-            self._advance(happened_s)
+            self._run.advance_to(happened_s)
             self._run.tell(self._agent, literal, source, goal)
-        self._advance(time_s)
-
-    def _steer(self, time_s: float) -> None:
-        """Let the steering agent begin, with one start belief chosen."""
-        chosen = self._choose(START, self._role.space.start)
-        model = self._role.model
-        self._run.environment.show(model.steering_agent, [f"{model.chosen}({chosen})"])
-        self._steering.awake = True
-        self._run.settle()
-        self._advance(time_s)
-
-    def _advance(self, time_s: float) -> None:
-        run = self._run
-        while run.due_s <= time_s:
-            run.wait_until(max(run.due_s, run.now_s))
-        if time_s > run.now_s:
-            run.wait_until(time_s)
+        self._run.advance_to(time_s)
 
     def _post_goal(self) -> None:
         goal = self._decisions.goal(self._role.goals, self._run.now_s)
@@ -175,12 +160,8 @@ class OnlineAgent:
         ready = self._agent.ready_acts
         if not ready:
             return None
-        # Of equal acts the first one is done: the last entry of a dictionary wins, so it is filled from behind.
-        by_text = {act.text: act for act in reversed([*ready])}
-        options = tuple(dict.fromkeys(act.text for act in ready))
-        chosen = options[0] if len(options) == 1 else self._choose(ACT, options)
-        self._doing = by_text[chosen]
-        command = command_from_action(chosen)
+        self._doing = self._decisions.act(ready, self._run.now_s)
+        command = command_from_action(self._doing.text)
         self._decisions.taken.append(command)
         return command
 
@@ -190,8 +171,7 @@ class OnlineAgent:
     @property
     def plans(self) -> tuple[str, ...]:
         """The labels of the plans that it has executed, sorted, each once."""
-        labelled = {plan.label for plan in self._role.agent.program.plans if plan.has_label}
-        return tuple(sorted(labelled.intersection(self._agent.executed)))
+        return self._role.executed_plans(self._agent)
 
 
 class OnlineActions:

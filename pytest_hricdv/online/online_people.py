@@ -27,10 +27,9 @@ from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.coupling.ready_acts import ReadyAct
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.abstract import command_from_action
-from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, draw_action
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import ACT, NONE, Choice, Chooser
+from pytest_hricdv.online.chooser import NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.enacted_lanes import Begun, LaneRecord
@@ -195,7 +194,8 @@ class OnlinePeople:
         self._advance()
         if not self._begun:
             self._begun = True
-            self._steer()
+            self._decisions.begin(self._run, self._steering)
+            self._settle()
         if person.activity is not None:
             self._record.done(person.activity[0], self._here.now_us)
             self._late.reopen()
@@ -255,26 +255,14 @@ class OnlinePeople:
         return due_us if person.due_ticks < math.inf else min(due_us, patient_us)
 
     def _take(self, person: _Person, number: int) -> str:
-        ready = person.agent.ready_acts
-        # Of equal acts the first one is done: the last entry of a dictionary wins, so it is filled from behind.
-        by_text = {act.text: act for act in reversed([*ready])}
-        options = tuple(dict.fromkeys(act.text for act in ready))
-        chosen = options[0] if len(options) == 1 else self._choose(ACT, options)
-        command = command_from_action(chosen, person.name)
-        person.activity = number, by_text[chosen]
+        act = self._decisions.act(person.agent.ready_acts, self._run.now_s)
+        command = command_from_action(act.text, person.name)
+        person.activity = number, act
         self._record.begun(Begun(number, person.name, person.free_us, self._here.now_us))
         self._decisions.taken.append(command)
         return command
 
     # --- the agents
-
-    def _steer(self) -> None:
-        """Let the steering agent begin, with one start belief chosen."""
-        model = self._roles[0].model
-        chosen = self._choose(START, self._roles[0].space.start)
-        self._run.environment.show(model.steering_agent, [f"{model.chosen}({chosen})"])
-        self._steering.awake = True
-        self._settle()
 
     def _listen(self, person: _Person) -> None:
         for heard in person.hearing.listen():
@@ -290,11 +278,7 @@ class OnlinePeople:
 
     def _advance(self) -> None:
         """The agents' clock is that of the run: waits end at their times."""
-        run, now_s = self._run, self._here.now_s
-        while run.due_s <= now_s:
-            run.wait_until(max(run.due_s, run.now_s))
-        if now_s > run.now_s:
-            run.wait_until(now_s)
+        self._run.advance_to(self._here.now_s)
         self._wake()
 
     def _choose(self, about: str, options: tuple[str, ...]) -> str:
@@ -337,8 +321,7 @@ class OnlinePeople:
     def plans(self, actor: str) -> tuple[str, ...]:
         """The labels of the plans that an actor's agent has executed, sorted, each once."""
         person = self._people[actor]
-        labelled = {plan.label for plan in person.role.agent.program.plans if plan.has_label}
-        return tuple(sorted(labelled.intersection(person.agent.executed)))
+        return person.role.executed_plans(person.agent)
 
 
 def _note(template: AgentTemplate, run: _RunNotes, kind: type[TracedAgent]) -> TracedAgent:

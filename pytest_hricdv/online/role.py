@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.run.system import AgentTemplate
 from pytest_hricdv.coupling.agent_names import AgentNames, read_agents
 from pytest_hricdv.coupling.event_pattern import EventPattern, parse_heard
@@ -47,6 +48,11 @@ class Role:
     disturbances: tuple[str, ...] = ()
     state: str = ""
     planned: tuple[Planned, ...] = ()
+
+    def executed_plans(self, agent: Agent) -> tuple[str, ...]:
+        """The labels of the plans that the agent has executed in a run, sorted, each once."""
+        labels = {plan.label for plan in self.agent.program.plans if plan.has_label}
+        return tuple(sorted(labels.intersection(agent.executed)))
 
 
 def load_role(
