@@ -28,7 +28,7 @@ read.
 # - `operators` and `number_operators` (operators with memory)
 # - `terms`, `past_formula`, `formula` (formulas as data: their text, analysis and compilation)
 # - `units`, `vocabulary` (signals, messages, types), `requirement` (requirement, errors in a text)
-# - `analysis` (what a formula reads, its limits), `compiler` (what formulas are compiled with)
+# - `compiler` (what formulas are compiled with), `analysis` (what a formula reads, its limits)
 # - `syntax_tree`, `term_parser`, `number_parser`, `parser` (text to formula); `dsl` and `build` (formulas written in
 #   Python); `patterns` (formulas by name), `pattern_parser` (their text); `loading` (TOML files)
 # - `verdict` (the result as data), `program` (what monitors execute)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from pytest_hricdv.monitor.compiler import ExpressionCompiler, function_of
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.names import Kind, field_of, last_of
 from pytest_hricdv.monitor.node import PastFormula, Term
 from pytest_hricdv.monitor.past_formula import FLIPPED, Comparison, Conjunction, Disjunction, On, Relation
-from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number
+from pytest_hricdv.monitor.terms import FloatName
 
 
 @dataclass(frozen=True)
@@ -118,27 +119,8 @@ def _name_shown(name: str) -> str:
 
 
 def _constant(term: Term) -> float | None:
-    """The value of a term that reads nothing; None for others, and for what cannot be divided."""
-    match term:
-        case Number():
-            return term.value
-        case Negative():
-            value = _constant(term.operand)
-            return None if value is None else -value
-        case Arithmetic():
-            left, right = _constant(term.left), _constant(term.right)
-            return None if left is None or right is None else _compute(term, left, right)
-        case _:
-            return None
-
-
-def _compute(term: Arithmetic, left: float, right: float) -> float | None:
-    match term.operator:
-        case "+":
-            return left + right
-        case "-":
-            return left - right
-        case "*":
-            return left * right
-        case "/":
-            return left / right if right else None
+    """The value of a term that reads nothing; None for others, and for what has no value."""
+    try:
+        return float(function_of(term.expression(ExpressionCompiler()))({}, {}, {}))
+    except (LookupError, ArithmeticError, TypeError):
+        return None

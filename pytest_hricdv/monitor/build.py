@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence
 from typing import overload
 
+from pytest_hricdv.monitor import past_formula
 from pytest_hricdv.monitor.dsl import (
     ComparisonValue,
     Implication,
@@ -32,18 +33,6 @@ from pytest_hricdv.monitor.dsl import (
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, HoldsUntil
 from pytest_hricdv.monitor.names import IDENTIFIER, last_of
 from pytest_hricdv.monitor.node import PastFormula
-from pytest_hricdv.monitor.past_formula import (
-    Comparison,
-    Equality,
-    Fall,
-    Historically,
-    On,
-    Once,
-    Previously,
-    Rise,
-    Since,
-    TextComparison,
-)
 from pytest_hricdv.monitor.requirement import Requirement
 from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince
 from pytest_hricdv.monitor.units import MAX_TIME_S
@@ -97,7 +86,7 @@ def string(name: str) -> TextValue:
 
 def on(topic: str) -> TruthValue:
     """True at the instant at which a message of the topic arrives. Raises ValueError for an invalid name."""
-    return TruthValue(On(_identifier(topic)))
+    return TruthValue(past_formula.On(_identifier(topic)))
 
 
 # --- conditions
@@ -118,32 +107,32 @@ def unequal(left: Operand, right: Operand) -> ComparisonValue:
 
 def rise(condition: TruthValue) -> TruthValue:
     """True at the instant at which `condition` becomes true."""
-    return TruthValue(Rise(as_past(condition)))
+    return TruthValue(past_formula.Rise(as_past(condition)))
 
 
 def fall(condition: TruthValue) -> TruthValue:
     """True at the instant at which `condition` becomes false."""
-    return TruthValue(Fall(as_past(condition)))
+    return TruthValue(past_formula.Fall(as_past(condition)))
 
 
 def previously(condition: TruthValue) -> TruthValue:
     """`condition` just before the instant."""
-    return TruthValue(Previously(as_past(condition)))
+    return TruthValue(past_formula.Previously(as_past(condition)))
 
 
 def once(condition: TruthValue, start_s: float = 0.0, end_s: float = math.inf) -> TruthValue:
     """`condition` was true at some time between `end_s` and `start_s` seconds ago; without a window: ever."""
-    return TruthValue(Once(as_past(condition), *_window(start_s, end_s)))
+    return TruthValue(past_formula.Once(as_past(condition), *_window(start_s, end_s)))
 
 
 def historically(condition: TruthValue, start_s: float = 0.0, end_s: float = math.inf) -> TruthValue:
     """`condition` was true at all times between `end_s` and `start_s` seconds ago; without a window: always."""
-    return TruthValue(Historically(as_past(condition), *_window(start_s, end_s)))
+    return TruthValue(past_formula.Historically(as_past(condition), *_window(start_s, end_s)))
 
 
 def since(condition: TruthValue, start: TruthValue) -> TruthValue:
     """`condition since start`: `start` was true, and `condition` has been true since then."""
-    return TruthValue(Since(as_past(condition), as_past(start)))
+    return TruthValue(past_formula.Since(as_past(condition), as_past(start)))
 
 
 # --- numbers over the past
@@ -237,10 +226,10 @@ def requirement(
     return Requirement(id, title, source, str(formula), formula, tuple(shows), group)
 
 
-def _equality(relation: Equality, left: Operand, right: Operand) -> ComparisonValue:
+def _equality(relation: past_formula.Equality, left: Operand, right: Operand) -> ComparisonValue:
     if isinstance(left, str | TextValue) or isinstance(right, str | TextValue):
-        return ComparisonValue(TextComparison(relation, as_text(left), as_text(right)))
-    return ComparisonValue(Comparison(relation, as_term(left), as_term(right)))
+        return ComparisonValue(past_formula.TextComparison(relation, as_text(left), as_text(right)))
+    return ComparisonValue(past_formula.Comparison(relation, as_term(left), as_term(right)))
 
 
 def _field_name(name: str) -> str:

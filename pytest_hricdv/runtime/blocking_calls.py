@@ -27,6 +27,14 @@ KINDS = {
 HAS_TERMINALS = all(find_spec(name) is not None for name in ("fcntl", "termios"))
 """This system has POSIX terminals, which nodes can be given; Windows has none."""
 
+
+def virtual_time(needed: Collection[str], virtual: Collection[str]) -> str:
+    """The argument of a testbench that makes these types of waiting virtual, with those that are already."""
+    kinds = [kind for kind in KINDS if kind in virtual or kind in needed]
+    apis = ", ".join(f'"{kind}"' for kind in kinds) + ("," if len(kinds) == 1 else "")
+    return f"time=VirtualTime(apis=({apis}))"
+
+
 _KIND_OF = {
     "time": TIME,
     "threading": THREADING,
@@ -127,9 +135,8 @@ def _remedy(module: str, who: str, library: str, code: Collection[str], virtual:
     is_outside = root in sys.stdlib_module_names and root not in _KIND_OF
     if is_outside or any(module == package or module.startswith(f"{package}.") for package in code):
         return "nothing outside of a run can be waited for: let a port give the code what it needs, in virtual time"
-    kinds = [kind for kind in KINDS if kind in virtual or kind == _KIND_OF.get(root, kind)]
-    apis = ", ".join(f'"{kind}"' for kind in kinds) + ("," if len(kinds) == 1 else "")
+    needed = [_KIND_OF[root]] if root in _KIND_OF else list(KINDS)
     return (
-        f"list module {module} in the testbench's code, with time=VirtualTime(apis=({apis})), so "
+        f"list module {module} in the testbench's code, with {virtual_time(needed, virtual)}, so "
         "that it waits in virtual time; or let it use the clock of its port. A socket or a process cannot be waited for"
     )

@@ -42,7 +42,7 @@ class _NodeGreenlet(greenlet):
     node: Node
 
 
-def running_node() -> Node | None:
+def current_node() -> Node | None:
     """The node, of whichever kernel, that runs in this thread; None outside of a node."""
     here = greenlet.getcurrent()
     return here.node if isinstance(here, _NodeGreenlet) else None
@@ -177,7 +177,7 @@ class Kernel:
 
     def block(self, timeout_s: float | None = None) -> bool:
         """Block the calling node until `wake`, at most `timeout_s`; True when it was woken, False on time-out."""
-        node = self._running()
+        node = self.current()
         node.wait += 1
         node.woken = False
         if timeout_s is not None:
@@ -231,11 +231,14 @@ class Kernel:
 
     def current(self) -> Node:
         """The running node. Raises KernelError outside of a node."""
-        return self._running()
+        node = self.running()
+        if node is None:
+            raise KernelError("only a node may block: start the activity with Kernel.spawn")
+        return node
 
     def running(self) -> Node | None:
         """The running node; None outside of a node."""
-        node = running_node()
+        node = current_node()
         return node if node is not None and node.kernel is self else None
 
     def stop(self, reason: str) -> None:
@@ -338,7 +341,7 @@ class Kernel:
         Raises:
             KernelError: no node runs.
         """
-        node = self._running()
+        node = self.current()
         node.leave_for_ever()
         assert self._hub is not None
         self._hub.throw(error)
@@ -351,12 +354,6 @@ class Kernel:
             return ""
         last = self.last_messages.get(node.name)
         return f"; {node.name} last sent {cut(repr(last), MAX_LINE)}" if last is not None else f"; in {node.name}"
-
-    def _running(self) -> Node:
-        node = self.running()
-        if node is None:
-            raise KernelError("only a node may block: start the activity with Kernel.spawn")
-        return node
 
     def _run_ready(self) -> None:
         while self._ready:

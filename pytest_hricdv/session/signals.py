@@ -19,7 +19,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, suppre
 from types import FrameType
 from typing import Any
 
-from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.kernel import current_node
 
 LETS_GO_WITHIN_S = 2.0
 """How long code may go on after SIGTERM (s): two of the five seconds within which a session ends. The rest is for the
@@ -157,7 +157,7 @@ class Signals:
         went_on, self._raised_s = self._raised_s > 0, now_s
         if number != signal.SIGTERM:
             raise KeyboardInterrupt
-        node = running_node()
+        node = current_node()
         if node is not None and went_on:
             node.kernel.abandon(Termination("SIGTERM"))
         raise Termination("SIGTERM")

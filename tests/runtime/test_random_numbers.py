@@ -27,7 +27,7 @@ from numpy.random import mtrand
 
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.random_numbers import find_names, in_runs, seeded_by
-from pytest_hricdv.runtime.virtual import identifiers
+from pytest_hricdv.runtime.virtual import clocks
 
 ROOT = Path(__file__).parents[2]
 
@@ -244,7 +244,7 @@ def test_identifiers_with_a_time_have_that_of_the_run() -> None:
 
         def node() -> None:
             for _ in range(50):
-                numbers.extend([identifiers.uuid7(), identifiers.uuid7()])
+                numbers.extend([clocks.uuid7(), clocks.uuid7()])
                 kernel.sleep(0.01)
 
         kernel.spawn("node", node)

@@ -9,7 +9,7 @@ from weakref import WeakSet
 
 from pytest_hricdv.extra.ros2.contexts import Context
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, Waitable, current_kernel
-from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, running_node
+from pytest_hricdv.runtime.kernel import US_PER_S, Kernel, Node, current_node
 from pytest_hricdv.runtime.virtual.clocks import EPOCH
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -99,7 +99,7 @@ class Clock(Destroyable):
     """As `rcl_clock_t`. A ROS clock that is overridden stands still between two settings (design of ROS time)."""
 
     def __init__(self, clock_type: int, kernel: Kernel | None = None) -> None:
-        node = running_node()
+        node = current_node()
         # Without any: rclpy has one in a class.
         super().__init__(kernel if kernel is not None or node is None else node.kernel)
         self.type = ClockType(clock_type)

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.ros2.graph import Graph, graph_of
 from pytest_hricdv.extra.ros2.handles import Destroyable, RCLError, current_kernel
 from pytest_hricdv.extra.ros2.messages import type_name
 from pytest_hricdv.extra.ros2.processes import process_of
-from pytest_hricdv.runtime.kernel import Kernel, running_node
+from pytest_hricdv.runtime.kernel import Kernel, current_node
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -38,7 +38,7 @@ class Context(Destroyable):
         self._domain = 0 if domain_id == DEFAULT_DOMAIN else domain_id
         self.is_valid = True
         """Whether it is not shut down."""
-        process = process_of(running_node())
+        process = process_of(current_node())
         if process is not None:
             process.at_end.append(self._end)
 

@@ -7,7 +7,7 @@ from collections import deque
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from pytest_hricdv.runtime.kernel import Kernel, Node, running_node
+from pytest_hricdv.runtime.kernel import Kernel, Node, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class InvalidHandle(RuntimeError):  # noqa: N818 (the name is the extension's)
 def node_that_runs() -> Node | None:
     """The running node; None outside of one, also while Python ends and finalizers of `rclpy` are called."""
     try:
-        return running_node()
+        return current_node()
     except RuntimeError:
         return None  # there are no greenlets any more
 
@@ -38,7 +38,7 @@ def current_kernel(action: str) -> Kernel:
     Raises:
         KernelError: outside of a node, where there is no virtual time to do it in.
     """
-    node = running_node()
+    node = current_node()
     if node is None:
         raise KernelError(f"{action}: only a node of a simulated run may do so")
     return node.kernel

@@ -19,7 +19,7 @@ from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 from pytest_hricdv.extra.ros2.world_action_server import Execute, ServedAction, ServedGoal
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.virtual.identifiers import uuid4
+from pytest_hricdv.runtime.virtual.clocks import uuid4
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 

@@ -1,14 +1,20 @@
-"""`time` and `datetime` in virtual time. Outside of a node each function is the real one."""
+"""`time`, `datetime` and `uuid` in virtual time. Outside of a node each function is the real one.
+
+Identifiers are the same in each repeat of a run, and no two of a run are equal.
+"""
 
 from __future__ import annotations
 
 import datetime as real_datetime
 import time as real_time
+import uuid
 from collections.abc import Callable
-from typing import Any
+from hashlib import sha256
+from itertools import count
+from typing import Any, cast
 
 from pytest_hricdv.runtime.blocking_calls import TIME
-from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.kernel import current_node
 from pytest_hricdv.runtime.virtual.copies import stand_in
 from pytest_hricdv.runtime.virtual.real_time import check
 
@@ -23,13 +29,13 @@ _NS_PER_S = 1_000_000_000
 
 def monotonic() -> float:
     """The time of the run (s), whatever the testbench says: what waits in virtual time measures its time-outs so."""
-    node = running_node()
+    node = current_node()
     return real_time.monotonic() if node is None else node.kernel.now_s
 
 
 def sleep(duration_s: float) -> None:
     """As `time.sleep`."""
-    node = running_node()
+    node = current_node()
     if node is None:
         real_time.sleep(duration_s)  # outside of a run, time is real
         return
@@ -39,7 +45,7 @@ def sleep(duration_s: float) -> None:
 
 def _now_us(name: str) -> int | None:
     """The time of the run; None outside of a node."""
-    node = running_node()
+    node = current_node()
     if node is None:
         return None
     check(node, TIME, name)
@@ -124,12 +130,53 @@ def _named(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
+def uuid4() -> uuid.UUID:
+    """As of `uuid`, but in a run it is made of how many there were before."""
+    node = current_node()
+    if node is None:
+        return uuid.uuid4()
+    numbers: Any = node.kernel.own.setdefault("identifiers", count())
+    # Hashed, so that they look as random as real ones: code may use the first digits only. A UUID has 16 bytes.
+    return uuid.UUID(bytes=sha256(b"%d" % next(numbers)).digest()[:16], version=4)
+
+
+def uuid1(node: int | None = None, clock_seq: int | None = None) -> uuid.UUID:
+    """As of `uuid`; in a run it names no machine and no time, but is one of `uuid4`."""
+    return uuid.uuid1(node, clock_seq) if current_node() is None else uuid4()
+
+
+def uuid6(node: int | None = None, clock_seq: int | None = None) -> uuid.UUID:
+    """As of `uuid` from Python 3.14 on; see `uuid1`."""
+    return _real("uuid6")(node, clock_seq) if current_node() is None else uuid4()
+
+
+def uuid7() -> uuid.UUID:
+    """As of `uuid` from Python 3.14 on; in a run it has the time of the run, and later ones are larger."""
+    node = current_node()
+    if node is None:
+        return _real("uuid7")()
+    numbers: Any = node.kernel.own.setdefault("timed identifiers", count())
+    number = next(numbers)
+    # RFC 9562: 48 bits of milliseconds, 4 of version, 12 and (after 2 of variant) 62 bits, here a count and its hash.
+    hashed = int.from_bytes(sha256(b"timed %d" % number).digest()[:4], "big")
+    high, low = divmod(number << 32 | hashed, 1 << 62)
+    now_ms = round(EPOCH.timestamp()) * 1000 + node.kernel.now_us // 1000
+    return uuid.UUID(int=now_ms << 80 | 7 << 76 | high << 64 | 2 << 62 | low)
+
+
+def _real(name: str) -> Callable[..., uuid.UUID]:
+    return cast(Callable[..., uuid.UUID], getattr(uuid, name))
+
+
 _TIME = {"sleep": sleep}
 _TIME |= {name: _named(name, _clock(name)) for name in _CLOCKS if hasattr(real_time, name)}
 _TIME |= {f"{name}_ns": _named(f"{name}_ns", _clock_ns(name)) for name in _CLOCKS if hasattr(real_time, name)}
 
+_IDENTIFIERS = {"uuid1": uuid1, "uuid4": uuid4, "uuid6": uuid6, "uuid7": uuid7}
+
 MODULES = (
     stand_in(real_time, _TIME),
     stand_in(real_datetime, {"datetime": VirtualDatetime, "date": VirtualDate}),
+    stand_in(uuid, {name: function for name, function in _IDENTIFIERS.items() if hasattr(uuid, name)}),
 )
 """What the modules under test see."""

@@ -22,7 +22,7 @@ from greenlet import GreenletExit
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.blocking_calls import ASYNCIO, HAS_TERMINALS
-from pytest_hricdv.runtime.kernel import US_PER_S, running_node
+from pytest_hricdv.runtime.kernel import US_PER_S, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import raised_at
 from pytest_hricdv.runtime.virtual.clocks import monotonic
@@ -72,7 +72,7 @@ class _Selector(selectors.SelectSelector):
 
     def _terminal(self) -> Terminal | None:
         """The terminal of the running node, if somebody has asked for its keys (`loop.add_reader`)."""
-        node = running_node()
+        node = current_node()
         terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
         return terminal if terminal is not None and terminal.fd in self.get_map() else None
 
@@ -151,7 +151,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
 
     def default_exception_handler(self, context: dict[str, Any]) -> None:
         """As of asyncio's loops; what a callback raised, which goes on without it, is lost in a run."""
-        error, node = context.get("exception"), running_node()
+        error, node = context.get("exception"), current_node()
         if node is not None and isinstance(error, Exception) and "handle" in context:
             node.kernel.lost_errors.append(
                 f"a callback of asyncio raised {error_text(error)} at {raised_at(error)}, and the event loop went on: "
@@ -176,7 +176,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             waiting: tasks that the end of the run has cut off: perhaps they would have taken an error.
         """
         failed, self._failed = self._failed, []
-        node = running_node()
+        node = current_node()
         for task in failed:
             if not getattr(task, "_log_traceback", False) or any(_may_take(other, task) for other in waiting):
                 continue
@@ -255,7 +255,7 @@ def _leave() -> Callable[[], None]:
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
     """As of asyncio."""
-    if running_node() is None:
+    if current_node() is None:
         return _NEW_EVENT_LOOP()
     waiting_node(ASYNCIO, _WHAT)
     return VirtualEventLoop()
@@ -263,7 +263,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
 
 def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
     """As of asyncio, for the running node."""
-    node = running_node()
+    node = current_node()
     if node is None:
         asyncio.set_event_loop(loop)
     else:
@@ -272,7 +272,7 @@ def set_event_loop(loop: asyncio.AbstractEventLoop | None) -> None:
 
 def get_event_loop() -> asyncio.AbstractEventLoop:
     """As of asyncio: the running loop, else that of the node, which has a new one if there is none."""
-    node, running = running_node(), asyncio._get_running_loop()
+    node, running = current_node(), asyncio._get_running_loop()
     if node is None or running is not None:
         return asyncio.get_event_loop()
     loop = node.own.get(_LOOP)
@@ -289,7 +289,7 @@ class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one 
 
     def run(self, coro: Coroutine[Any, Any, Any], *, context: Any = None) -> Any:
         """As of asyncio."""
-        if running_node() is None:
+        if current_node() is None:
             return super().run(coro, context=context)
         with _closing_if_refused(coro):
             loop = self.get_loop()

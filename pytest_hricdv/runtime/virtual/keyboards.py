@@ -11,7 +11,7 @@ from functools import wraps
 from types import BuiltinFunctionType, FunctionType, ModuleType
 from typing import Any
 
-from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.kernel import current_node
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 
@@ -75,7 +75,7 @@ def _refusing_new(kind: type) -> Any:
 
 
 def _refuse(name: str) -> None:
-    node = running_node()
+    node = current_node()
     if node is None:
         return
     raise RealTimeError(

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from greenlet import getcurrent, greenlet
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
-from pytest_hricdv.runtime.kernel import Node, running_node
+from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.real_time import waiting_node
 
@@ -56,7 +56,7 @@ class Waiting:
 
 
 def _count_poll() -> None:
-    node = running_node()
+    node = current_node()
     if node is not None:
         node.kernel.count_poll()
 

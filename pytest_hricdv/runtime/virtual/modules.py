@@ -26,7 +26,7 @@ _PROVIDERS = {
     "queue": "threads",
     "concurrent.futures": "thread_pool",
     "asyncio": "event_loop",
-    "uuid": "identifiers",
+    "uuid": "clocks",
 }
 """Module of the library -> the module here that has what stands for it."""
 

@@ -23,7 +23,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from pytest_hricdv.runtime.blocking_calls import HAS_TERMINALS, real_wait
-from pytest_hricdv.runtime.kernel import Kernel, running_node
+from pytest_hricdv.runtime.kernel import Kernel, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
@@ -87,7 +87,7 @@ class _Guard:
 
     def start(self, thread: threading.Thread) -> None:
         """As `Thread.start`; those that nodes start are remembered."""
-        node = running_node()
+        node = current_node()
         if node is not None:
             place = place_of(sys._getframe(1))
             self._threads[thread] = f"thread {thread.name}, which node {node.name} started at {place},"
@@ -127,7 +127,7 @@ class _Guard:
     @staticmethod
     def _waited_for_terminal(selector: Any, timeout: float | None) -> bool:
         """Wait for the terminal of the running node, in virtual time, if the selector has nothing else."""
-        node = running_node()
+        node = current_node()
         terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
         if terminal is None or [*selector.get_map()] != [terminal.fd]:
             return False
@@ -146,10 +146,10 @@ class _Guard:
 
     def _is_node(self) -> bool:
         """Whether the caller is a node: a process that one forks is a copy of it, and none; who waits for it is."""
-        return running_node() is not None and os.getpid() == self._pid
+        return current_node() is not None and os.getpid() == self._pid
 
     def _refuse(self, what: str) -> NoReturn:
-        node, frame = running_node(), sys._getframe(2)
+        node, frame = current_node(), sys._getframe(2)
         who = "run" if node is None else f"node {node.name}"
         raise RealTimeError(real_wait(frame, who, self._kernel.code, self._kernel.virtual, what))
 
@@ -236,7 +236,7 @@ def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], 
 def _of_nodes(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
     def call(*args: Any, **keywords: Any) -> Any:
-        return (real if running_node() is None else virtual)(*args, **keywords)
+        return (real if current_node() is None else virtual)(*args, **keywords)
 
     return call
 

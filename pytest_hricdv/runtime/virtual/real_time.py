@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from pytest_hricdv.runtime.blocking_calls import KINDS
-from pytest_hricdv.runtime.kernel import Node, running_node
+from pytest_hricdv.runtime.blocking_calls import KINDS, virtual_time
+from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.source_location import place_of
 
@@ -30,12 +30,10 @@ def check(node: Node, kind: str, name: str) -> None:
     virtual = node.kernel.virtual
     if kind in virtual:
         return
-    kinds = [needed for needed in KINDS if needed in virtual or needed == kind]
-    apis = ", ".join(f'"{needed}"' for needed in kinds) + ("," if len(kinds) == 1 else "")
     place = place_of(sys._getframe(1))
     raise RealTimeError(
         f"{place}: {name} in node {node.name} is real time, of which a simulated run has none: give "
-        f"the testbench time=VirtualTime(apis=({apis})) to have {KINDS[kind]} in virtual time, "
+        f"the testbench {virtual_time([kind], virtual)} to have {KINDS[kind]} in virtual time, "
         "or let the code use the clock of its port"
     )
 
@@ -47,7 +45,7 @@ def waiting_node(kind: str, name: str) -> Node:
         KernelError: outside of a node: the world, for instance, cannot wait for what a node does.
         RealTimeError: see `check`.
     """
-    node = running_node()
+    node = current_node()
     if node is None:
         raise KernelError(
             f"{place_of(sys._getframe(1))}: {name} would wait for ever: only a node may wait, and this is none"

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from pytest_hricdv._base.suggestion import nearest
-from pytest_hricdv.runtime.kernel import Kernel, Node, running_node
+from pytest_hricdv.runtime.kernel import Kernel, Node, current_node
 from pytest_hricdv.runtime.node_error import KernelError, TerminalInterrupt
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -340,7 +340,7 @@ class _TerminalText(io.TextIOWrapper):
         self._reader: Node | None = None
 
     def _reading(self, read: Any, *arguments: Any) -> Any:
-        node, other = running_node(), self._reader
+        node, other = current_node(), self._reader
         if node is None or (other is not None and other is not node and not other.ended):
             who = "what is no node" if node is None else f"{node.name}, while {other.name if other else ''} does"
             raise KernelError(f"the terminal {self._terminal.name!r} is read by {who}: one node at a time can read it")

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable
 from functools import wraps
 from typing import Any, NoReturn
 
-from pytest_hricdv.runtime.kernel import Node, running_node
+from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.virtual.real_time import RealTimeError
 from pytest_hricdv.runtime.virtual.terminal import SIZE, Terminal, terminal_of, terminals_of
@@ -74,7 +74,7 @@ class NodeStdin:
     """What it was before."""
 
     def _stream(self, name: str) -> Any:
-        node = running_node()
+        node = current_node()
         if node is None:
             return self.outside
         terminal = terminal_of(node)
@@ -108,7 +108,7 @@ STDIN = NodeStdin()
 
 def _meant(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | None:
     """The running node and its terminal, where a file or a descriptor is that of its terminal; None for others."""
-    node = running_node()
+    node = current_node()
     if node is None:
         return None
     # Anything else that has a descriptor is a file of its own.
@@ -131,7 +131,7 @@ def _of_terminal(real: Callable[..., Any], virtual: Callable[..., Any]) -> Calla
         if file is None:
             return real(*arguments, **keywords)  # os.get_terminal_size(): of the output
         meant = _meant(file, refuses)
-        if meant is None and not refuses and running_node() is not None and file == 0:
+        if meant is None and not refuses and current_node() is not None and file == 0:
             return False
         return real(file, *arguments, **keywords) if meant is None else virtual(meant[1], *arguments, **keywords)
 
@@ -187,7 +187,7 @@ _REAL_SELECT = select.select
 @wraps(_REAL_SELECT)
 def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], timeout: float | None = None, /) -> Any:
     files = ([*read], [*write], [*other])
-    if running_node() is None:
+    if current_node() is None:
         return _REAL_SELECT(*files, timeout)
     terminals = [meant for file in files[0] if (meant := _meant(file)) is not None]
     if not terminals:
@@ -237,7 +237,7 @@ class _Poll:
 def _polling(real: Callable[[], Any]) -> Callable[[], Any]:
     @wraps(real)
     def poll() -> Any:
-        node = running_node()
+        node = current_node()
         return real() if node is None or not terminals_of(node.kernel) else _Poll(real())
 
     return poll
@@ -246,7 +246,7 @@ def _polling(real: Callable[[], Any]) -> Callable[[], Any]:
 def _asking(real: Callable[..., str]) -> Callable[..., str]:
     @wraps(real)
     def ask(prompt: str = "Password: ", *arguments: Any, **keywords: Any) -> str:
-        node = running_node()
+        node = current_node()
         if node is None:
             return real(prompt, *arguments, **keywords)
         print(prompt, end="", file=sys.stderr)

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
-from pytest_hricdv.runtime.kernel import running_node
+from pytest_hricdv.runtime.kernel import current_node
 from pytest_hricdv.runtime.source_location import raised_at
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
@@ -98,7 +98,7 @@ class ThreadPoolExecutor(real_futures.Executor):
                 try:
                     result = call()
                 except Exception as error:
-                    node = running_node()
+                    node = current_node()
                     if node is not None:
                         node.kernel.unclaimed.append(future.lost_error)
                     future.set_exception(error)

@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
-from pytest_hricdv.runtime.kernel import Node, running_node
+from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import copy, stand_in
@@ -59,7 +59,7 @@ class _Threads:
 
 def _threads() -> _Threads | None:
     """Those of the running node; None outside of a node."""
-    node = running_node()
+    node = current_node()
     if node is None:
         return None
     threads = node.own.get(_THREADS)
@@ -181,7 +181,7 @@ class Timer(Thread):
 
 def current_thread() -> Any:
     """The thread that runs."""
-    threads, node = _threads(), running_node()
+    threads, node = _threads(), current_node()
     return threading.current_thread() if threads is None or node is None else threads.running[node]
 
 
