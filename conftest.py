@@ -303,6 +303,6 @@ def run(run: Run) -> Outcome:
         commands, messages = [action.command for action in run.enacted.actions], run.recorder.messages
         turns = observed_turns(messages)
         legs = tuple(outcome for _, outcome in turns)
-        ended_as_planned = ended_turns(commands, run.acted_s, messages)
+        ended_as_planned = ended_turns(commands, run.action_times_s, messages)
         cross = {"decision": turns, "handover": [(*turn, outcome) for turn, outcome in ended_as_planned]}
         return Outcome(ended, legs, shop.world.frozen_s, cross, fidelity)

@@ -24,7 +24,7 @@ from typing import cast
 
 from benchmarks.monitor_windows import show_windows
 from pytest_hricdv.monitor import Log, MonitorSet, Requirement, Vocabulary, evaluate, load_requirements
-from pytest_hricdv.monitor.antecedent import nearest_miss
+from pytest_hricdv.monitor.antecedent import near_miss
 from studies.session import machine
 
 # A long test of the case study (up to 175 s), at twice the rate of physics: 36,000 updates, as rtamt is measured with.
@@ -144,7 +144,7 @@ def watch(
 
 def explain(requirement: Requirement, log: Log) -> list[str]:
     """Look for the nearest miss, whether or not there was one: the cost is the same."""
-    return list(nearest_miss(requirement.formula.antecedent, log).missing)
+    return list(near_miss(requirement.formula.antecedent, log).missing)
 
 
 def rtamt_over(log: Log) -> Callable[[], list[str]]:

@@ -23,8 +23,50 @@ SUITES = ("by-hand", "bdi-random", "rl", "pseudorandom", "closure")
 SEEDS = (0, 1)  # 0 is the default, which users have; 1 shows what was written for 0
 UNSTABLE = ("wall_s", "replay", "origin")
 """Keys of `report.json` that hold measured times, paths into the folder of the report, or when it was made."""
-NEW_KEYS = {"legs": "outcomes", "frozen_s": "skipped_s", "attempts": "triggers"}
-"""Keys of a test, and of its timeline, that schema 2 of `report.json` renamed."""
+_VERDICT = {"vacuous": "untriggered", "unused": "vacuous_alternatives", "overtaken": "masked_messages"}
+NEW_KEYS: dict[str, dict[str, str]] = {
+    "": {
+        "known_while": "known_when",
+        "may_be_nc": "allowed_untriggered",
+        "made_with": "environment",
+        "whole": "full_report",
+        "rerun": "rerun_options",
+    },
+    "tests": {
+        "aim": "target",
+        "ended": "end_reason",
+        "acted_s": "action_times_s",
+        "acted": "action_indices",
+        "seen": "bystander_events",
+        "faults": "errors",
+        "beside": "cross_check",
+        "nearest_miss": "near_miss",
+        **_VERDICT,
+    },
+    "suites": {"place": "location", **_VERDICT},
+    "closure": {"place": "location"},
+    "closing": {
+        "given": "initial_runs",
+        "erring": "errored_runs",
+        "ways": "strategies",
+        "way": "strategy",
+        "near": "closest_runs",
+        "nearest": "closest_tests",
+        "kinds_left": "estimated_undetected",
+        "never_decisive": "vacuous_alternatives",
+        "ended": "end_reason",
+    },
+    "causes": {
+        "places": "locations",
+        "decides": "deciding_change",
+        "decision": "minimal_pair",
+        "parts_at": "differs_at",
+    },
+    "diagnosis": {"ended": "end_reason"},
+}
+"""Section of `report.json` (empty: its own keys) -> the keys that schema 3 renamed."""
+NAMED_BY_USERS = ("parameters", "cross", "timeline", "plans")
+"""Keys whose values have names of the testbench as keys."""
 
 
 def report_of(suite: str, seed: int) -> Any:
@@ -50,18 +92,21 @@ def stable(value: Any) -> Any:
 
 
 def upgraded(report: dict[str, Any]) -> dict[str, Any]:
-    """A stored report with the keys of today: schema 1 of `report.json` had other names for three of them."""
-    if report["schema"] != "hricdv-report/1":
+    """A stored report of schema 2 with the keys of schema 3."""
+    if report["schema"] != "hricdv-report/2":
         return report
-    return report | {"schema": "hricdv-report/2", "tests": [_upgraded_test(test) for test in report["tests"]]}
+    own = {NEW_KEYS[""].get(key, key): _upgraded(value, NEW_KEYS.get(key, {})) for key, value in report.items()}
+    return own | {"schema": "hricdv-report/3"}
 
 
-def _upgraded_test(test: dict[str, Any]) -> dict[str, Any]:
-    renamed = {NEW_KEYS.get(key, key): value for key, value in test.items()}
-    if renamed["timeline"] is not None:
-        renamed["timeline"] = {NEW_KEYS.get(key, key): value for key, value in renamed["timeline"].items()}
-    # The text of a failure had another word for the outcomes of interactions, too.
-    return renamed | {"failure": test["failure"].replace("\nturns:   ", "\noutcome: ")}
+def _upgraded(value: Any, names: dict[str, str]) -> Any:
+    if isinstance(value, list):
+        return [_upgraded(item, names) for item in value]
+    if not isinstance(value, dict):
+        return value
+    return {
+        names.get(key, key): item if key in NAMED_BY_USERS else _upgraded(item, names) for key, item in value.items()
+    }
 
 
 def differences(stored: Any, now: Any, where: str = "") -> Iterator[str]:

@@ -79,7 +79,7 @@ class Run:
     """Produces the actions while the run goes on; None: they are those of the test."""
     taken: list[ConcreteAction] = field(default_factory=list)
     """The actions that have begun, as far as `actions` or `report_action` reported it, in this order."""
-    acted_s: list[float] = field(default_factory=list)
+    action_times_s: list[float] = field(default_factory=list)
     """When each of them began (s of simulated time)."""
     begun: list[int] = field(default_factory=list)
     """The number of each of them in the test, from 0."""
@@ -87,7 +87,7 @@ class Run:
     """Who acts, as the model says."""
     bystanders: Mapping[str, Bystander] = field(default_factory=dict)
     """Who acts without a model, by name."""
-    seen: list[tuple[float, str]] = field(default_factory=list)
+    bystander_events: list[tuple[float, str]] = field(default_factory=list)
     """What bystanders have begun, and when (s of simulated time): `(4.0, "dog: walk")`."""
     fidelity: str = ""
     """How to simulate the world, as `--hri-fidelity` says; empty where it says nothing."""
@@ -228,7 +228,7 @@ class Run:
         def taking() -> Iterator[ConcreteAction]:
             for pause_s, act, parameters in acts:
                 self.kernel.sleep(pause_s)
-                self.seen.append((self.kernel.now_s, f"{name}: {act}"))
+                self.bystander_events.append((self.kernel.now_s, f"{name}: {act}"))
                 yield ConcreteAction(act, parameters)
 
         return taking()
@@ -265,7 +265,7 @@ class Run:
         is_next = number == len(self.taken) if len(self.actors) < 2 else number not in self.begun
         if is_next:
             self.taken.append(action)
-            self.acted_s.append(self.kernel.now_s)
+            self.action_times_s.append(self.kernel.now_s)
             self.begun.append(number)
             disturbance = self._disturbance_of(action)
             if disturbance is not None:

@@ -29,7 +29,7 @@ def planned_turns(commands: Sequence[str]) -> tuple[PlannedTurn, ...]:
 
 
 def ended_turns(
-    commands: Sequence[str], acted_s: Sequence[float], messages: Iterable[RecordedMessage]
+    commands: Sequence[str], action_times_s: Sequence[float], messages: Iterable[RecordedMessage]
 ) -> tuple[tuple[PlannedTurn, str], ...]:
     """Each planned turn that the robot took up, with its outcome.
 
@@ -38,10 +38,10 @@ def ended_turns(
 
     Args:
         commands: of the script.
-        acted_s: when each of them began (s), as far as they did.
+        action_times_s: when each of them began (s), as far as they did.
         messages: of the run.
     """
-    asked_s = [time_s for command, time_s in zip(commands, acted_s, strict=False) if command == "tell leg"]
+    asked_s = [time_s for command, time_s in zip(commands, action_times_s, strict=False) if command == "tell leg"]
     outcomes: dict[int, str] = {}
     request = 0
     for message in messages:

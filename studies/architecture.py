@@ -25,7 +25,7 @@ from studies.site import public_names
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "pictures" / "architecture.svg"
 PLUGIN, EXTRA = "pytest_hricdv", "extra"
-BESIDE = ("controller", "sim")
+CROSS_CHECK = ("controller", "sim")
 """Packages of the repository that are drawn with the plugin: the code under test and its world."""
 COMMANDS = ("__main__", "campaign", "ros2")
 """Modules that only make `python -m pytest_hricdv...` work."""
@@ -48,7 +48,7 @@ _KEYS = {
 
 def imports() -> Imports:
     """What the packages import, as the code is now."""
-    graph = grimp.build_graph(PLUGIN, *BESIDE, cache_dir=None)
+    graph = grimp.build_graph(PLUGIN, *CROSS_CHECK, cache_dir=None)
     found: dict[str, set[str]] = defaultdict(set)
     exceptions = excepted()
     for importer in graph.modules:
@@ -104,7 +104,7 @@ def reduced(imported: Imports) -> Imports:
 
 def kind(package: str) -> str:
     """Which of the groups in the key a package belongs to."""
-    if package in BESIDE:
+    if package in CROSS_CHECK:
         return "beside"
     if package.startswith(f"{EXTRA}/"):
         return "extra"

@@ -15,5 +15,5 @@ def _validator(package: str, name: str) -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(schema)
 
 
-REPORT = _validator("pytest_hricdv.results", "report-2.schema.json")
-REPLAY = _validator("pytest_hricdv.results", "replay-1.schema.json")
+REPORT = _validator("pytest_hricdv.results", "report-3.schema.json")
+REPLAY = _validator("pytest_hricdv.results", "replay-2.schema.json")

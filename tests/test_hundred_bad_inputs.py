@@ -103,7 +103,7 @@ def _requirement(formula: str, more: str = "") -> str:
 
 
 def _test(header: str = "", command: str = "greet") -> str:
-    return f"# id: t-1\n# suite: s\n# aim: a\n# seed: 1\n{header}\n{command}\n"
+    return f"# id: t-1\n# suite: s\n# target: a\n# seed: 1\n{header}\n{command}\n"
 
 
 TEXTS: dict[str, dict[str, str]] = {
@@ -122,11 +122,11 @@ TEXTS: dict[str, dict[str, str]] = {
         "1,001 tables": "".join(f"[R{n}]\n" for n in range(1001)),
     },
     "belief sets": {
-        "concretizations": '[[aim]]\nbeliefs = ["hall"]\nconcretizations = 999999999',
-        "negative": '[[aim]]\nbeliefs = ["hall"]\nconcretizations = -1',
-        "tests": '[[aim]]\nbeliefs = ["*"]\nconcretizations = 10000\n' * 12,
-        "pattern": '[[aim]]\nbeliefs = ["[[[[*?"]',
-        "long belief": f'[[aim]]\nbeliefs = ["{"x" * 100_000}"]',
+        "concretizations": '[[belief_set]]\nbeliefs = ["hall"]\nconcretizations = 999999999',
+        "negative": '[[belief_set]]\nbeliefs = ["hall"]\nconcretizations = -1',
+        "tests": '[[belief_set]]\nbeliefs = ["*"]\nconcretizations = 10000\n' * 12,
+        "pattern": '[[belief_set]]\nbeliefs = ["[[[[*?"]',
+        "long belief": f'[[belief_set]]\nbeliefs = ["{"x" * 100_000}"]',
     },
     "tests": {
         "suite": _test().replace("suite: s", "suite: ../../escaped"),

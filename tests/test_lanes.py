@@ -41,7 +41,7 @@ def enact(run: Run, takes_s: Mapping[str, float] = {}) -> list[str]:
     for actor in ACTORS:
         run.kernel.spawn(actor, lambda actor=actor: person(actor))  # type: ignore[misc]
     run.go(60.0)
-    return [f"{time_s:g} {action.command}" for time_s, action in zip(run.acted_s, run.taken, strict=True)]
+    return [f"{time_s:g} {action.command}" for time_s, action in zip(run.action_times_s, run.taken, strict=True)]
 
 
 def test_lanes_go_on_side_by_side_in_the_order_of_their_turns() -> None:
@@ -80,7 +80,7 @@ def test_nobody_waits_for_an_actor_who_has_left() -> None:
     run.kernel.spawn("nurse", nurse)
     run.kernel.spawn("child", child)
     run.go(60.0)
-    assert run.acted_s == [0.0, 1.0]
+    assert run.action_times_s == [0.0, 1.0]
     assert run.begun == [0, 2]
 
 

@@ -137,7 +137,7 @@ def test_actions_are_those_of_the_test_and_begin_when_they_are_taken() -> None:
     assert run.taken == []
     enact(run)
     assert run.taken == [WAVE, NOD, BOW]
-    assert run.acted_s == [0.0, 2.0, 5.0]
+    assert run.action_times_s == [0.0, 2.0, 5.0]
     assert run.enacted == TEST
 
 
@@ -153,7 +153,7 @@ def test_a_world_that_has_the_whole_test_reports_what_begins() -> None:
     for number in (0, 0, 1, 7):
         run.report_action(number)
     assert run.taken == [WAVE, NOD]
-    assert run.acted_s == [0.0, 0.0]
+    assert run.action_times_s == [0.0, 0.0]
 
 
 def test_a_disturbance_is_taken_when_the_person_comes_to_it_and_nobody_enacts_it() -> None:
@@ -167,7 +167,7 @@ def test_a_disturbance_is_taken_when_the_person_comes_to_it_and_nobody_enacts_it
     run.set_disturbance_target(applied)
     enact(run)
     assert applied == [(2.0, 0.5)]
-    assert run.acted_s == [0.0, 2.0, 2.0]
+    assert run.action_times_s == [0.0, 2.0, 2.0]
     assert run.kernel.now_s == 5.0
     assert run.enacted == test
 
@@ -183,5 +183,5 @@ def test_produced_actions_are_produced_when_the_person_is_free() -> None:
     run = make_run(replace(TEST, actions=()), producing)
     enact(run)
     assert run.taken == [BOW, NOD]
-    assert asked_s == run.acted_s == [0.0, 4.0]
+    assert asked_s == run.action_times_s == [0.0, 4.0]
     assert run.enacted == replace(TEST, actions=(BOW, NOD))

@@ -29,8 +29,8 @@ from pytest_hricdv.results.baseline import BaselineError, baseline_of, check_sui
 from pytest_hricdv.results.behaviour_diff import compare_behaviour
 from pytest_hricdv.results.codec import ReportError, canonical, load
 from pytest_hricdv.results.gates import (
+    ALLOWED_UNTRIGGERED,
     KNOWN,
-    MAY_BE_NC,
     ExemptionError,
     ThresholdError,
     parse_exemption,
@@ -141,7 +141,7 @@ def targets(folder: Path) -> dict[str, Target]:
         "journal": Target(_read_journal, [records], (ValueError,), is_json=True),
         "gate": Target(
             _read_gate,
-            ["R1: slow", "R3 while x > 2 until 2027-01-31: a reason"],
+            ["R1: slow", "R3 when x > 2 until 2027-01-31: a reason"],
             (ThresholdError, ExemptionError),
         ),
     }  # fmt: skip
@@ -193,7 +193,7 @@ def _read_gate(text: str, _: Path) -> None:
     with contextlib.suppress(ThresholdError):
         parse_threshold(text)
     with contextlib.suppress(ExemptionError):
-        parse_exemption(text, MAY_BE_NC)
+        parse_exemption(text, ALLOWED_UNTRIGGERED)
     exemption = parse_exemption(text, KNOWN)
     if exemption.condition:
         with contextlib.suppress(RequirementError):

@@ -191,12 +191,12 @@ def requirement_gaps(requirements: Iterable[str], tests: Sequence[TestCoverage])
             for unused in unused_alternatives(result for _, result in results):
                 yield _gap("requirements", name, (unused,), "no test made its response hold by this alternative")
             continue
-        test, missing = nearest_miss(results)
+        test, missing = near_miss(results)
         suggestion = f"vary {test}, which lacked {' & '.join(missing)}" if test else ""
         yield _gap("requirements", name, (), "no test triggers it", suggestion, test)
 
 
-def nearest_miss(results: Iterable[tuple[str, RequirementResult]]) -> tuple[str, tuple[str, ...]]:
+def near_miss(results: Iterable[tuple[str, RequirementResult]]) -> tuple[str, tuple[str, ...]]:
     """The test that came nearest to triggering a requirement, and the conditions that were false then: the fewest.
 
     Args:
@@ -205,6 +205,6 @@ def nearest_miss(results: Iterable[tuple[str, RequirementResult]]) -> tuple[str,
     Returns:
         Empty where no test came near.
     """
-    misses = [(len(miss.missing), test, miss.missing) for test, result in results if (miss := result.nearest_miss)]
+    misses = [(len(miss.missing), test, miss.missing) for test, result in results if (miss := result.near_miss)]
     _, test, missing = min(misses, default=(0, "", ()))
     return test, missing

@@ -127,11 +127,11 @@ class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     """One requirement over the tests of a suite.
 
     `passed`, `failed`, `nc` count tests by verdict; one that was not run has none. `triggers` counts how often the
-    antecedent was triggered: `passes`, `failures` and `pending` ones. `vacuous` counts runs in which the antecedent
+    antecedent was triggered: `passes`, `failures` and `pending` ones. `untriggered` counts runs in which the antecedent
     never held. `outside` counts the failed tests with a violation outside of the condition under which violations of
-    the requirement are known. `unused` are the alternatives of its response by which it held in no test, if one
-    triggered it. `overtaken` counts the messages, by topic, that it did not see, as another one came at the same
-    instant.
+    the requirement are known. `vacuous_alternatives` are the alternatives of its response by which it held
+    in no test, if one triggered it. `masked_messages` counts, by topic, the messages that were not evaluated because
+    another one of the topic came at the same instant.
     """
 
     passed: Count
@@ -140,11 +140,11 @@ class RequirementTally(PlainRecord, frozen=True, kw_only=True):
     triggers: Count
     passes: Count
     failures: Count
-    vacuous: Count
+    untriggered: Count
     pending: Count
     outside: Count = 0
-    unused: Names = ()
-    overtaken: Mapping[str, Count] = {}
+    vacuous_alternatives: Names = ()
+    masked_messages: Mapping[str, Count] = {}
 
 
 # Over all kinds of coverage
@@ -177,7 +177,7 @@ class Gap(PlainRecord, frozen=True):
 
     Args:
         kind: of what is missing.
-        place: where: a file and function, an agent, a cross product, a requirement.
+        location: where: a file and function, an agent, a cross product, a requirement.
         items: what: lines, branches as `30->31`, a plan, a bin.
         reason: why it is not covered, as far as that is known.
         suggestion: what is likely to cover it; empty where nothing is known.
@@ -186,7 +186,7 @@ class Gap(PlainRecord, frozen=True):
     """
 
     kind: GapKind
-    place: str
+    location: str
     items: Names
     reason: str
     suggestion: str

@@ -190,17 +190,17 @@ def tally(requirement: str, tests: Iterable[TestCoverage]) -> RequirementTally:
         triggers=sum(result.triggers for result in results),
         passes=sum(result.passes for result in results),
         failures=sum(result.failures for result in results),
-        vacuous=sum(result.vacuous for result in results),
+        untriggered=sum(result.untriggered for result in results),
         pending=sum(result.pending for result in results),
         outside=sum(result.outside for result in results),
-        unused=unused_alternatives(results),
-        overtaken=dict(sum((Counter(result.overtaken) for result in results), Counter())),
+        vacuous_alternatives=unused_alternatives(results),
+        masked_messages=dict(sum((Counter(result.masked_messages) for result in results), Counter())),
     )
 
 
 def unused_alternatives(results: Iterable[RequirementResult]) -> tuple[str, ...]:
     """The alternatives of a requirement's response by which it held in no test that triggered it; none if none did."""
-    triggered = [result.unused for result in results if result.triggers]
+    triggered = [result.vacuous_alternatives for result in results if result.triggers]
     return tuple(text for text in triggered[0] if all(text in unused for unused in triggered)) if triggered else ()
 
 

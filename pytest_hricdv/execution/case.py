@@ -102,11 +102,11 @@ class CaseResult:
     code: Bits | None
     cross: Mapping[str, tuple[Bin, ...]] = field(default_factory=dict)
     """The bins that the run hit, by cross product, verdicts included."""
-    acted_s: tuple[float, ...] = ()
+    action_times_s: tuple[float, ...] = ()
     """When the test's actions began (s of simulated time), as far as the testbench's `run` reported it, ascending."""
     begun: tuple[int, ...] = ()
     """Which actions these are, by their numbers from 0: several actors need not begin theirs in the text's order."""
-    seen: tuple[tuple[float, str], ...] = ()
+    bystander_events: tuple[tuple[float, str], ...] = ()
     """What bystanders have begun, and when (s)."""
     ending_faults: tuple[str, ...] = ()
     """What is wrong with how the run ended, a sentence each (see `pytest_hricdv.execution.faults`)."""
@@ -120,11 +120,11 @@ class CaseResult:
     """What its middleware has to say of the run, though it fails nothing, a sentence each."""
     engine: str = ""
     """The physics engine that it ran on; empty where the testbench has none."""
-    beside: CaseResult | None = field(default=None, repr=False)
+    cross_check: CaseResult | None = field(default=None, repr=False)
     """The same test on a second engine, of a session in which engines check each other."""
 
     @property
-    def faults(self) -> tuple[str, ...]:
+    def errors(self) -> tuple[str, ...]:
         """What is wrong with the run beside its requirements, a sentence each."""
         return (*self.ending_faults, *self.bin_faults)
 
@@ -145,18 +145,18 @@ class RunSettings:
     Args:
         testbench: they are run with.
         requirements: of the testbench, loaded, and the agent that each run is compared with, if there is one.
-        known_while: requirement -> condition under which its violations are known; others are marked as outside.
+        known_when: requirement -> condition under which its violations are known; others are marked as outside.
         measurement: measures the code under test.
     """
 
     testbench: Testbench
     requirements: tuple[Criterion, ...] = ()
-    known_while: Mapping[str, PastFormula] = field(default_factory=dict)
+    known_when: Mapping[str, PastFormula] = field(default_factory=dict)
     measurement: Measurement = UNMEASURED
 
     def measured_by(self, measurement: Measurement) -> RunSettings:
         """The same, with the code under test measured by another one."""
-        return RunSettings(self.testbench, self.requirements, self.known_while, measurement)
+        return RunSettings(self.testbench, self.requirements, self.known_when, measurement)
 
 
 def execute(
@@ -254,9 +254,9 @@ def execute(
         code=covered if code.has_run else None,
         has_measured_node=code.has_run,
         cross=cross,
-        acted_s=tuple(run.acted_s),
+        action_times_s=tuple(run.action_times_s),
         begun=tuple(run.begun),
-        seen=tuple(run.seen),
+        bystander_events=tuple(run.bystander_events),
         ending_faults=tuple(ended),
         bin_faults=tuple(bin_faults),
         error=run.ending.error if run.ending else None,
@@ -296,7 +296,7 @@ def _finish(
     log = log_of(record, end_s)
     verdicts = explain(run.monitors.finish(end_s), formulas(settings.requirements), log)
     verdicts += tuple(follower.finish(end_s) for follower in followers)
-    return outcome, tuple(_mark(verdict, settings.known_while, log) for verdict in verdicts), record
+    return outcome, tuple(_mark(verdict, settings.known_when, log) for verdict in verdicts), record
 
 
 def log_of(record: Record, end_s: float) -> Log:
@@ -305,11 +305,11 @@ def log_of(record: Record, end_s: float) -> Log:
     return Log({**record.signals, **record.texts}, heard, end_s)
 
 
-def _mark(verdict: Verdict, known_while: Mapping[str, PastFormula], log: Log) -> Verdict:
+def _mark(verdict: Verdict, known_when: Mapping[str, PastFormula], log: Log) -> Verdict:
     """The verdict, with violations marked that are outside of the condition under which they are known."""
-    if not verdict.violations or verdict.requirement not in known_while:
+    if not verdict.violations or verdict.requirement not in known_when:
         return verdict
-    condition = watch(known_while[verdict.requirement], log)
+    condition = watch(known_when[verdict.requirement], log)
     violations = (
         replace(violation, outside=not condition.holds_at(violation.time_s)) for violation in verdict.violations
     )

@@ -52,10 +52,10 @@ def judge_run(
     if result is None:
         return Judgement("error")
     undeclared = list_undeclared_violations(result, known_violations)
-    if mismatch or result.faults:
+    if mismatch or result.errors:
         return Judgement("failed", undeclared)
-    if result.beside is not None:
-        by_engine = _judge_engines(result.beside, undeclared, known_violations, differences)
+    if result.cross_check is not None:
+        by_engine = _judge_engines(result.cross_check, undeclared, known_violations, differences)
         if by_engine is not None:
             return by_engine
     if undeclared:
@@ -86,7 +86,7 @@ def judge_test(end: FunctionEnd, judgement: Judgement | None, *, has_run: bool) 
 
 def list_undeclared_violations(result: CaseResult, known_violations: Container[str]) -> tuple[str, ...]:
     """The requirements that a run violated, on whichever engine, and whose violation there is not declared as known."""
-    runs = (result,) if result.beside is None else (result, result.beside)
+    runs = (result,) if result.cross_check is None else (result, result.cross_check)
     names = (
         verdict.requirement
         for run in runs
@@ -108,15 +108,15 @@ def _judge_engines(
     A test whose verdict depends on the engine is never a pass. Where margins explain it, it is expected to fail. A
     failure on one engine that they do not explain is one, as are another course of the run and a fault there.
     """
-    if not (differences or beside.faults):
+    if not (differences or beside.errors):
         return None
     depending = {difference.what for difference in differences}
     if any(name not in depending for name in undeclared):
         return None
-    texts = [*(difference.text for difference in differences), *(f"{beside.engine}: {text}" for text in beside.faults)]
+    texts = [*(difference.text for difference in differences), *(f"{beside.engine}: {text}" for text in beside.errors)]
     unexplained = any(
         not difference.tolerated and (difference.what in undeclared or difference.what not in known_violations)
         for difference in differences
     )
-    outcome: TestOutcome = "failed" if beside.faults or unexplained else "engine-sensitive"
+    outcome: TestOutcome = "failed" if beside.errors or unexplained else "engine-sensitive"
     return Judgement(outcome, undeclared, f"{ENGINE_SENSITIVE}: {'; '.join(texts)}", depends_on_engine=True)

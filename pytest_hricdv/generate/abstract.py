@@ -2,11 +2,11 @@
 
 The text format is that of the paper's experiment: one command per line, blank lines between tests, `#` begins a
 comment. Comment lines of the form `# key: value` directly above the commands hold the other fields of a test, so that
-an exported suite reads back unchanged (`aim` is the target):
+an exported suite reads back unchanged (`target` is what generation aimed at):
 
     # id: by-hand-leg4-d2a01c9e
     # suite: by-hand
-    # aim: leg4
+    # target: leg4
     # beliefs: leg4 m111l4
     # seed: 6714903881632941057
     # name: one leg, human ready
@@ -70,7 +70,7 @@ class TestData(Struct, frozen=True):
 
     id: str
     suite: str
-    aim: str
+    target: str
     name: str
     beliefs: tuple[str, ...]
     lines: tuple[str, ...]
@@ -119,7 +119,7 @@ class AbstractTest:
         if not 0 <= self.seed < SEED_LIMIT:
             raise GenerateError(f"test {self.id}: seed {self.seed} is out of range; expected 0 <= seed < 2**63")
         check_suite_name(self.suite)
-        for key, text in (("aim", self.target), ("name", self.name)):
+        for key, text in (("target", self.target), ("name", self.name)):
             if text != " ".join(text.split()) or not (text or key == "name"):
                 raise GenerateError(f"test {self.id}: {key} {text!r}: expected one line with single spaces only")
         for word in (*self.beliefs, *self.plans, *(label for labels in self.plans.values() for label in labels)):
@@ -139,7 +139,7 @@ class AbstractTest:
         return {
             "id": self.id,
             "suite": self.suite,
-            "aim": self.target,
+            "target": self.target,
             "beliefs": list(self.beliefs),
             "lines": list(self.lines),
             "plans": {agent: list(labels) for agent, labels in self.plans.items()},
@@ -160,7 +160,7 @@ class AbstractTest:
         return cls(
             id=data.id,
             suite=data.suite,
-            target=data.aim,
+            target=data.target,
             beliefs=data.beliefs,
             lines=data.lines,
             plans=data.plans,

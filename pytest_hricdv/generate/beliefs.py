@@ -2,7 +2,7 @@
 
 A person with domain knowledge writes the subsets as TOML:
 
-    [[aim]]
+    [[belief_set]]
     name = "one leg"                        # what these subsets are for
     beliefs = ["leg4", "*bored", "m11?l4"]  # a pattern stands for each belief that it matches
     concretizations = 5                     # tests made of each subset; 1 if left out
@@ -29,6 +29,7 @@ from pytest_hricdv.generate import GenerateError, name_place
 
 _ATOM = re.compile(r"[a-z]\w*\Z", re.ASCII)
 START = "start"
+_ENTRY = "belief_set"
 _KEYS = ("name", "beliefs", "concretizations")
 MAX_TESTS = 100_000
 """Most tests that one file, or one option, may ask for: a hundred times a large suite. Each is an item of pytest."""
@@ -169,14 +170,14 @@ class _Reader:
         self.seen: dict[tuple[str, ...], int] = {}
 
     def read(self, data: dict[str, Any]) -> Iterator[BeliefSets]:
-        entries = data.get("aim")
+        entries = data.get(_ENTRY)
         for key in data:
-            if key != "aim":
+            if key != _ENTRY:
                 raise GenerateError(
-                    f"{self._where(None, key)}: unknown key {quoted(key)}; expected [[aim]] entries only"
+                    f"{self._where(None, key)}: unknown key {quoted(key)}; expected [[belief_set]] entries only"
                 )
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-            raise GenerateError(f"{self.path}:1:1: no [[aim]] entries; expected at least one")
+            raise GenerateError(f"{self.path}:1:1: no [[belief_set]] entries; expected at least one")
         tests = 0
         for number, entry in enumerate(entries):
             sets = self._entry(number, entry)
@@ -231,7 +232,7 @@ class _Reader:
 
     def _where(self, number: int | None, token: str) -> str:
         """`file:line:column` of a key or a string, searched in the entry of that number or in the whole file."""
-        starts = [place for place, line in enumerate(self.lines) if re.match(r"\s*\[\[\s*aim\s*\]\]", line)]
+        starts = [place for place, line in enumerate(self.lines) if re.match(rf"\s*\[\[\s*{_ENTRY}\s*\]\]", line)]
         first = starts[number] if number is not None and number < len(starts) else 0
         last = starts[number + 1] if number is not None and number + 1 < len(starts) else len(self.lines)
         word = re.escape(token)

@@ -26,7 +26,7 @@ from pytest_hricdv.generate.suite import Generation, Suite
 
 T = TypeVar("T")
 
-_HEADER = re.compile(r"#\s*(id|suite|aim|beliefs|seed|name|plans \S+|values \S+|after \S+)\s*:(.*)\Z")
+_HEADER = re.compile(r"#\s*(id|suite|target|beliefs|seed|name|plans \S+|values \S+|after \S+)\s*:(.*)\Z")
 
 
 @dataclass
@@ -53,7 +53,7 @@ def dump_tests(tests: Iterable[AbstractTest]) -> str:
 
 
 def _dump(test: AbstractTest) -> str:
-    headers = [f"# id: {test.id}", f"# suite: {test.suite}", f"# aim: {test.target}", f"# seed: {test.seed}"]
+    headers = [f"# id: {test.id}", f"# suite: {test.suite}", f"# target: {test.target}", f"# seed: {test.seed}"]
     if test.beliefs:
         headers.append(f"# beliefs: {' '.join(test.beliefs)}")
     if test.name:
@@ -180,13 +180,13 @@ def _draft_of_block(block: _Block) -> Draft:
             check_after({number: causes}, block.commands)
     name = headers.get("name", "")
     # 40 characters: the id of a named test, with its suite and eight digits, still fits a line of a terminal.
-    target = headers.get("aim") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
+    target = headers.get("target") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
     beliefs = tuple(headers.get("beliefs", "").split())
     return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values, after=block.after)
 
 
 def _complete_test(block: _Block) -> AbstractTest:
-    missing = [key for key in ("suite", "aim", "seed") if key not in block.headers]
+    missing = [key for key in ("suite", "target", "seed") if key not in block.headers]
     if missing:
         raise GenerateError(
             f"{block.where}: test {block.headers['id']!r} has an id but no {missing[0]}; "

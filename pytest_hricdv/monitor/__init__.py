@@ -54,7 +54,7 @@ from pytest_hricdv.monitor.logged import evaluate, explain, watch
 from pytest_hricdv.monitor.monitor_set import MonitorError, MonitorSet
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.requirement import Criterion, FormulaSource, Requirement, RequirementError
-from pytest_hricdv.monitor.verdict import NearestMiss, RequirementResult, Trigger, Verdict, Violation
+from pytest_hricdv.monitor.verdict import NearMiss, RequirementResult, Trigger, Verdict, Violation
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
 __all__ = [
@@ -65,7 +65,7 @@ __all__ = [
     "Log",
     "MonitorError",
     "MonitorSet",
-    "NearestMiss",
+    "NearMiss",
     "PastFormula",
     "Requirement",
     "RequirementError",

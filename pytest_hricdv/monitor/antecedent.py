@@ -30,13 +30,13 @@ from pytest_hricdv.monitor.names import last_of
 from pytest_hricdv.monitor.node import HysteresisScope, PastFormula
 from pytest_hricdv.monitor.past_formula import Comparison, Conjunction, Disjunction, Negation
 from pytest_hricdv.monitor.terms import Arithmetic, ArithmeticOperator, Number
-from pytest_hricdv.monitor.verdict import NearestMiss
+from pytest_hricdv.monitor.verdict import NearMiss
 
 # A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
 _UNDEFINED = (UnknownValueError, ArithmeticError)
 
 
-def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
+def near_miss(antecedent: PastFormula, log: Log) -> NearMiss:
     """When an antecedent that was never true in a run was nearest to it.
 
     The search minimizes, in this order: the number of false conjuncts; if a single comparison is false, its distance
@@ -51,7 +51,7 @@ def nearest_miss(antecedent: PastFormula, log: Log) -> NearestMiss:
             candidate = (len(false), false[0].distance(moment) if len(false) == 1 else math.inf)
             if candidate < best:
                 best, missing, time_ns = candidate, false, moment.now_ns
-    return NearestMiss(
+    return NearMiss(
         time_s=seconds(time_ns),
         missing=tuple(conjunct.text for conjunct in missing),
         # At the bound a distance may be -0.0; adding 0.0 makes it 0.0.

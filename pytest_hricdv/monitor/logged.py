@@ -9,7 +9,7 @@ from numbers import Real
 from msgspec.structs import replace
 
 from pytest_hricdv.monitor.analysis import fields_read, names_of, names_read, topics_of, topics_read, walk
-from pytest_hricdv.monitor.antecedent import nearest_miss
+from pytest_hricdv.monitor.antecedent import near_miss
 from pytest_hricdv.monitor.evaluation_state import Value, nanoseconds, seconds
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.formula_monitor import ConditionMonitor
@@ -32,9 +32,9 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
     """
     instants, results = _crowded_instants(log), []
     for verdict, requirement in zip(verdicts, requirements, strict=True):
-        miss = nearest_miss(requirement.formula.antecedent, log) if verdict.vacuous else verdict.nearest_miss
+        miss = near_miss(requirement.formula.antecedent, log) if verdict.untriggered else verdict.near_miss
         masked = _masked_messages(requirement.formula, instants)
-        results.append(replace(verdict, nearest_miss=miss, overtaken=masked))
+        results.append(replace(verdict, near_miss=miss, masked_messages=masked))
     return tuple(results)
 
 

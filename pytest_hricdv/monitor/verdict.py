@@ -48,7 +48,7 @@ class Violation(PlainRecord, frozen=True):
     values_s: Mapping[str, Number] = {}
 
 
-class NearestMiss(PlainRecord, frozen=True):
+class NearMiss(PlainRecord, frozen=True):
     """The time at which the antecedent of a requirement that was never triggered was nearest to being true.
 
     Attributes:
@@ -91,32 +91,33 @@ class RequirementResult(PlainRecord, frozen=True, kw_only=True):
         passes: triggers that were discharged. The end of the run discharges an open safety obligation that is not
             violated: a state response, `until`, or `always[a:b]` if its window has started.
         failures: triggers with a violation; one trigger of a state response may have several.
-        vacuous: 1 if the antecedent was never true in this run, else 0; summed over runs, the number of vacuous runs.
+        untriggered: 1 if the antecedent was never true in this run, else 0; summed over runs, the number of such runs.
         pending: triggers that were undecided at the end of the run.
         violations: in the order of their times.
         margin: least signed distance to the bound over all triggers, in the unit of the comparison; for `eventually`,
             least time left to the deadline when it was satisfied (s), negative if that was too late, or never: then the
             time from the deadline to the end of the run. None if nothing was compared.
             It does not decide the verdict: at 0.0, `<` fails and `<=` passes.
-        margin_time_s: when the margin first occurred (s); UNSET where no run came to an end, as is `nearest_miss`.
-        nearest_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explain`).
-        unused: if it was triggered: the alternatives `f`, `g` of a response `f | g` by which it never held.
-        overtaken: topic -> how many of its messages it did not see, as another one came at the same instant (added by
-            `logged.explain`).
+        margin_time_s: when the margin first occurred (s); UNSET where no run came to an end, as is `near_miss`.
+        near_miss: if the antecedent was never true: when it was nearest to it (added by `logged.explain`).
+        vacuous_alternatives: if it was triggered: the alternatives `f`, `g` of a response `f | g` by which it never
+            held.
+        masked_messages: topic -> how many of its messages were not evaluated, because another one came at the same
+            instant (added by `logged.explain`).
     """
 
     verdict: Outcome
     triggers: Count
     passes: Count
     failures: Count
-    vacuous: Count
+    untriggered: Count
     pending: Count
     violations: tuple[Violation, ...]
     margin: Number | None
     margin_time_s: Number | UnsetType | None = UNSET
-    nearest_miss: NearestMiss | UnsetType | None = UNSET
-    unused: Names = ()
-    overtaken: Mapping[str, Count] = {}
+    near_miss: NearMiss | UnsetType | None = UNSET
+    vacuous_alternatives: Names = ()
+    masked_messages: Mapping[str, Count] = {}
 
     @property
     def outside(self) -> bool:
@@ -136,7 +137,7 @@ class Verdict(RequirementResult, frozen=True, kw_only=True):
 
     requirement: str
     margin_time_s: Number | None
-    nearest_miss: NearestMiss | None = None
+    near_miss: NearMiss | None = None
     history: tuple[Trigger, ...] = ()
     signature: Names = ()
 
@@ -247,13 +248,13 @@ class VerdictBuilder:
             triggers=self.triggers,
             passes=self.passes,
             failures=self.failures,
-            vacuous=int(self.triggers == 0),
+            untriggered=int(self.triggers == 0),
             pending=pending,
             violations=tuple(map(self._violation, range(self.violations))),
             margin=margin,
             margin_time_s=None if margin is None else seconds(self._margin_ns),
             history=tuple(sorted(map(_trigger, *self._decided_ns, self._outcomes), key=_by_begin)),
-            unused=tuple(self.unused) if self.triggers else (),
+            vacuous_alternatives=tuple(self.unused) if self.triggers else (),
         )
 
     def _violation(self, number: int) -> Violation:

@@ -185,7 +185,7 @@ def _abstract_test(test: TestResult) -> AbstractTest:
     return AbstractTest(
         id=test.id,
         suite=test.suite,
-        target=test.aim or "minimal",
+        target=test.target or "minimal",
         beliefs=test.beliefs,
         lines=test.abstract,
         plans=test.plans,

@@ -85,7 +85,7 @@ def _violation_annotations(report: Report, tests: Sequence[TestResult], places: 
 
 def _test_annotations(report: Report, tests: Sequence[TestResult], places: Mapping[str, Place]) -> Iterator[str]:
     errors = [(test, test.failure.strip().splitlines()[:1]) for test in tests if test.outcome == "error"]
-    faults = [(test, test.faults) for test in tests if test.faults]
+    faults = [(test, test.errors) for test in tests if test.errors]
     for same, ended in ((errors, "in error"), (faults, "with a fault")):
         if same:
             first, texts = same[0]

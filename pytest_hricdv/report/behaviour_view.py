@@ -26,7 +26,7 @@ def lines(report: Report, columns: int) -> Iterator[Line]:
         yield from _wrap_lines(" " * room, _example(report, changes, kind), columns)
     if len(changes.kinds) > _MAX_KINDS:
         yield Line(f"  ... and {plural(len(changes.kinds) - _MAX_KINDS, 'more kind')}: see the report", "dim")
-    for names, where in ((changes.new, "not in the baseline"), (changes.gone, "only in the baseline")):
+    for names, where in ((changes.new, "not in the baseline"), (changes.removed, "only in the baseline")):
         if names:
             start = f"  {plural(len(names), 'test')} {where}: "
             yield Line(visible(start + listing(names, columns - width(start))), "dim")

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_hricdv._base.message import visible
 from pytest_hricdv.generate.actors import actors_of
-from pytest_hricdv.monitor import NearestMiss, RequirementResult
+from pytest_hricdv.monitor import NearMiss, RequirementResult
 from pytest_hricdv.report import action_lines, log_lines
 from pytest_hricdv.report.formatting import by_requirement, enumerated, plural, quantity, seconds
 from pytest_hricdv.report.log_lines import LogLine
@@ -67,8 +67,8 @@ def failure(
         texts = requirements.get(name)
         about = _requirement(name, test.requirements[name], texts, reasons.get(name), units or {}, brief=brief)
         lines += [*about, ""]
-    if test.faults:
-        lines += [*test.faults, ""]
+    if test.errors:
+        lines += [*test.errors, ""]
     if test.failure:
         lines += [*test.failure.strip("\n").splitlines(), ""]
     lines += [*(_others_counted(test, failed) if brief else _other_requirements(test, failed)), *_course(test), ""]
@@ -117,7 +117,7 @@ def counts(result: RequirementResult) -> str:
     kinds = (
         (result.passes, "passed"),
         (result.failures, "failed"),
-        (result.vacuous, "vacuous"),
+        (result.untriggered, "vacuous"),
         (result.pending, "pending at the end"),
     )
     text = ", ".join(f"{count} {word}" for count, word in kinds if count)
@@ -125,7 +125,7 @@ def counts(result: RequirementResult) -> str:
     return f"{triggers}: {text}" if text else triggers
 
 
-def nearest_miss(miss: NearestMiss) -> str:
+def near_miss(miss: NearMiss) -> str:
     """Why nothing was checked, in a line: `nearest at 41.2 s: only reading.pressure was missing`."""
     shown = ", ".join(miss.missing[:_MAX_MISSING])
     if len(miss.missing) > _MAX_MISSING:
@@ -182,7 +182,9 @@ def instructions(
 def instructions_of(report: Report, test: TestResult) -> list[str]:
     """How to run a test of a report again, with the options of the report's run."""
     seeds = {suite.name: suite.seed for suite in report.suites}
-    return instructions(test, report.rerun.suite, seeds.get(test.suite, 0), report.rerun.options, test.replay)
+    return instructions(
+        test, report.rerun_options.suite, seeds.get(test.suite, 0), report.rerun_options.options, test.replay
+    )
 
 
 def _requirement(
@@ -232,8 +234,8 @@ def _other_requirements(test: TestResult, failed: Sequence[str]) -> Iterator[str
         unchecked = any(result.verdict == "NC" for result in others.values())
         yield f"others:  {text}{' (NC: not checked, nothing triggered it)' if unchecked else ''}"
     for name, result in others.items():
-        if result.nearest_miss:
-            yield f"         {name} {nearest_miss(result.nearest_miss)}"
+        if result.near_miss:
+            yield f"         {name} {near_miss(result.near_miss)}"
 
 
 def _others_counted(test: TestResult, failed: Sequence[str]) -> Iterator[str]:
@@ -252,7 +254,7 @@ def _others_counted(test: TestResult, failed: Sequence[str]) -> Iterator[str]:
 def _course(test: TestResult) -> Iterator[str]:
     if test.outcomes:
         yield f"outcome: {', '.join(test.outcomes)}"
-    ended = f": {test.ended}" if test.ended else ""
+    ended = f": {test.end_reason}" if test.end_reason else ""
     yield f"ended:   after {seconds(test.sim_s)} simulated{ended}"
 
 
@@ -261,12 +263,14 @@ def _actions(
 ) -> Iterator[str]:
     """What the human did, to the end or around an instant (s) at which something happened."""
     name = f"abstract test {test.id}, own seed {test.seed}"
-    who = enumerated([*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.seen)])
-    if test.acted_s and at_s is not None:
+    who = enumerated(
+        [*(actors_of(test.abstract) or ["the human"]), *actors_of(act for _, act in test.bystander_events)]
+    )
+    if test.action_times_s and at_s is not None:
         numbers = [number for _, number in test.begun]
         left = [number for number in range(len(test.abstract)) if number not in numbers]
         begun = [(time_s, test.abstract[number]) for time_s, number in test.begun]
-        begun = sorted([*begun, *test.seen], key=lambda entry: entry[0])
+        begun = sorted([*begun, *test.bystander_events], key=lambda entry: entry[0])
         actions = [*(action for _, action in begun), *(test.abstract[number] for number in left)]
         return action_lines.around(actions, [time_s for time_s, _ in begun], at_s, name, event, who, most)
     return action_lines.listed(test.abstract, name, who)

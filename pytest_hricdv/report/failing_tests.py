@@ -126,7 +126,7 @@ class FailingTests:
         """The requirements that a test failed for, by the time of their violation."""
         declared = {} if self.report.strict else self.report.known_violations
         names = [name for name in failed_in_order(test, declared) if not is_known(name, test, declared)]
-        names += ["fault"] if test.faults else []
+        names += ["fault"] if test.errors else []
         # On the engine that the report is of, such a test may violate nothing.
         by_engine = ENGINE_SENSITIVE if test.failure.startswith(ENGINE_SENSITIVE) else "failed"
         return [visible(name) for name in names] or [by_engine]

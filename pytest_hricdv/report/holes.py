@@ -81,7 +81,7 @@ def _plans(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
     reasons: dict[tuple[str, str], list[Gap]] = {}
     for gap in gaps:
         if gap.kind == "plans":
-            reasons.setdefault((gap.place, gap.reason), []).append(gap)
+            reasons.setdefault((gap.location, gap.reason), []).append(gap)
     for (agent, _), mine in reasons.items():
         points = tuple((", ".join(gap.items), gap.suggestion) for gap in mine)
         yield _cause(report, plural(len(mine), "plan"), f"plans of {agent}", mine, points)
@@ -98,7 +98,7 @@ def _requirements(report: Report, gaps: Sequence[Gap]) -> Iterator[HoleCause]:
 def _by_place(gaps: Iterator[Gap]) -> dict[str, list[Gap]]:
     places: dict[str, list[Gap]] = {}
     for gap in gaps:
-        places.setdefault(gap.place, []).append(gap)
+        places.setdefault(gap.location, []).append(gap)
     return places
 
 
@@ -114,9 +114,11 @@ def _cause(
     test = next((test for test in report.tests if test.id == nearest), None) if nearest else None
     suites = {suite.name: suite.seed for suite in report.suites}
     command = ""
-    if test is not None and report.rerun.suite and test.suite in suites:
+    if test is not None and report.rerun_options.suite and test.suite in suites:
         seed = suites[test.suite]
-        command = explanation.generate_command(test.nodeid, report.rerun.suite, seed, report.rerun.options)
+        command = explanation.generate_command(
+            test.nodeid, report.rerun_options.suite, seed, report.rerun_options.options
+        )
     return HoleCause(
         kind=kind,
         title=title,

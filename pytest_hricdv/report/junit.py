@@ -30,7 +30,7 @@ def junit_properties(test: TestResult, outcome_label: str) -> tuple[tuple[str, s
         ("hri.engine", " ".join(test.engines) or None),
         (f"hri.{outcome_label}", " ".join(test.outcomes)),
         ("hri.record_sha256", test.record_sha256),
-        *(("hri.fault", fault) for fault in test.faults),
+        *(("hri.fault", fault) for fault in test.errors),
     ]
     return _text_pairs(pairs)
 

@@ -194,15 +194,15 @@ def _failures(report: Report) -> Iterator[str]:
 
 def _failure(report: Report, test: TestResult) -> Iterator[str]:
     names = failed_in_order(test, {} if report.strict else report.known_violations)
-    causes = ", ".join([*names, *(["fault"] if test.faults else [])]) or "in error"
+    causes = ", ".join([*names, *(["fault"] if test.errors else [])]) or "in error"
     yield f"<details><summary><b>{_escape(test.id)}</b>: {_escape(causes)}</summary>"
     yield ""
     for name in names:
         unit = margin_unit(report, name)
         for violation in test.requirements[name].violations[:1]:
             yield f"- {_escape(name)} {_escape(violation_line(violation, report.units or {}, unit))}"
-    yield from (f"- {_escape(fault)}" for fault in test.faults)
-    if not (names or test.faults):
+    yield from (f"- {_escape(fault)}" for fault in test.errors)
+    if not (names or test.errors):
         yield from (f"- {_escape(line)}" for line in test.failure.strip().splitlines()[:1])
     yield ""
     yield from _fence(instructions_of(report, test))

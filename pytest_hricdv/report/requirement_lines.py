@@ -30,13 +30,13 @@ def requirement_lines(report: Report, suite: SuiteResult, columns: int, *, brief
     if not rows:
         yield Line("  no requirements", "dim")
         return
-    good = [row for row in rows if not row.failed and (row.passed or row.may_be_nc)]
+    good = [row for row in rows if not row.failed and (row.passed or row.allowed_untriggered)]
     if brief and len(good) > _MAX_PASSED:
         yield from _table([row for row in rows if row not in good], columns)
         yield Line(f"  {len(good)} others: no test failed them; -v lists all", "ok")
     else:
         yield from _table(rows, columns)
-    yield from _nc_lines([row for row in rows if not (brief and row.may_be_nc)], columns)
+    yield from _nc_lines([row for row in rows if not (brief and row.allowed_untriggered)], columns)
     yield from _pending_lines(rows, columns)
     yield from _known_violation_lines(rows, columns)
     yield from _masked_lines(rows, columns)
@@ -74,12 +74,12 @@ def _nc_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[L
         (False, "no test triggered it"),
         (True, "triggered, but never decided before the run ended"),
     ):
-        names = [row.name for row in unchecked if bool(row.triggers) == undecided and not row.may_be_nc]
+        names = [row.name for row in unchecked if bool(row.triggers) == undecided and not row.allowed_untriggered]
         if names:
             yield from labelled("NC: not checked", f"{listing(names, columns // 3)}: {why}", columns, "warn")
     for row in unchecked:
-        if row.may_be_nc:
-            yield from labelled("NC: allowed", f"{row.name}: {row.may_be_nc}", columns, "dim")
+        if row.allowed_untriggered:
+            yield from labelled("NC: allowed", f"{row.name}: {row.allowed_untriggered}", columns, "dim")
 
 
 def _pending_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
@@ -99,7 +99,7 @@ def _known_violation_lines(rows: Sequence[totals.RequirementRow], columns: int) 
 
 def _vacuous_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterator[Line]:
     """Alternatives of responses without which all verdicts would be the same."""
-    unused = [f"in {row.name}, never affected the verdict: {text}" for row in rows for text in row.unused]
+    unused = [f"in {row.name}, never affected the verdict: {text}" for row in rows for text in row.vacuous_alternatives]
     for text in unused[:_MAX_UNUSED]:
         shown = fit(text, columns - LABEL_COLUMNS - 4)  # the report has the whole formula
         yield from labelled("vacuous", shown, columns, "warn")
@@ -113,7 +113,7 @@ def _masked_lines(rows: Sequence[totals.RequirementRow], columns: int) -> Iterat
         f"{row.name} ignored {count} '{topic}' message{'s' * (count != 1)}: only the last message of a topic per "
         f"instant is evaluated. Use last({topic}.FIELD), or publish at distinct times."
         for row in rows
-        for topic, count in row.overtaken.items()
+        for topic, count in row.masked_messages.items()
     ]
     for text in texts[:_MAX_OVERTAKEN]:
         yield from labelled("warning", text, columns, "warn")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from pytest_hricdv.monitor import NearestMiss, RequirementResult
+from pytest_hricdv.monitor import NearMiss, RequirementResult
 from pytest_hricdv.report.formatting import by_requirement
 from pytest_hricdv.report.totals import known_reason
 from pytest_hricdv.report.view import RequirementNote, views
@@ -34,7 +34,7 @@ _STYLES: Mapping[RequirementState, str] = {
 }
 
 Judged = tuple[TestResult, RequirementResult]
-Missed = tuple[TestResult, NearestMiss]
+Missed = tuple[TestResult, NearMiss]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class RequirementView:
         known_reason: why, and under which condition, its violation is known; empty if it is not.
         outside: how many tests violated it outside of this condition.
         until: the last day on which it is; empty if that is not limited.
-        may_be_nc: why no test need trigger it; None where one must.
+        allowed_untriggered: why no test need trigger it; None where one must.
         counts: verdict -> number of tests.
         triggers: over all tests.
         pending: those that were undecided at the end of a run.
@@ -62,7 +62,7 @@ class RequirementView:
     known_reason: str
     outside: int
     until: str
-    may_be_nc: NcExemption | None
+    allowed_untriggered: NcExemption | None
     counts: Mapping[str, int]
     triggers: int
     pending: int
@@ -82,7 +82,7 @@ class RequirementView:
             return "passed"
         if self.pending:
             return "pending"
-        return "not checked, as allowed" if self.may_be_nc else "not checked"
+        return "not checked, as allowed" if self.allowed_untriggered else "not checked"
 
     @property
     def style(self) -> str:
@@ -111,14 +111,14 @@ def requirement_view(report: Report, name: str) -> RequirementView:
     pairs = [(test, test.requirements[name]) for test in report.tests if name in test.requirements]
     by_verdict = {word: [pair for pair in pairs if pair[1].verdict == word] for word in ("Passed", "Failed", "NC")}
     tight = [pair for pair in by_verdict["Passed"] if pair[1].margin is not None]
-    near_misses = [(test, result.nearest_miss) for test, result in by_verdict["NC"] if result.nearest_miss]
+    near_misses = [(test, result.near_miss) for test, result in by_verdict["NC"] if result.near_miss]
     return RequirementView(
         name=name,
         texts=report.requirements.get(name, NO_TEXT),
         known_reason=known_reason(report, name),
         outside=sum(result.outside for _, result in by_verdict["Failed"]),
         until=report.known_until.get(name, ""),
-        may_be_nc=report.may_be_nc.get(name),
+        allowed_untriggered=report.allowed_untriggered.get(name),
         counts={word: len(judged) for word, judged in by_verdict.items()},
         triggers=sum(result.triggers for _, result in pairs),
         pending=sum(result.pending for _, result in pairs),

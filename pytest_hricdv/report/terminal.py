@@ -80,7 +80,7 @@ def summary(report: Report, directory: Path, width: int = 80, *, brief: bool = F
         lines += [*shown, Line("")] if shown else []
     lines += _totals(report, width)
     fitted = [Line(text, line.style) for line in lines for text in continued(visible(line.text), width)]
-    kept = [Line(visible(f"full report: {directory / report.whole}"), "dim")] if report.whole else []
+    kept = [Line(visible(f"full report: {directory / report.full_report}"), "dim")] if report.full_report else []
     return (*fitted, Line(visible(f"report: {directory / PAGE_NAME}"), "dim"), *kept)
 
 
@@ -235,7 +235,7 @@ def _cause(fault: str) -> str:
 def _faults(report: Report) -> Iterator[Line]:
     alike: dict[str, list[tuple[str, str]]] = {}
     for test in report.tests:
-        for fault in test.faults:
+        for fault in test.errors:
             alike.setdefault(_cause(fault), []).append((fault, test.id))
     faults = list(alike.values())
     for (fault, first), *others in faults[:_MAX_FAULTS]:

@@ -123,17 +123,17 @@ def details(report: Report, test: TestResult) -> dict[str, Any]:
         "nodeid": test.nodeid,
         "beliefs": test.beliefs,
         "plans": {agent: sorted(labels, key=natural) for agent, labels in test.plans.items()},
-        "aim": test.name or test.aim,
+        "aim": test.name or test.target,
         "abstract": test.abstract,
         "acted": _action_times(test),
-        "seen": test.seen,
+        "seen": test.bystander_events,
         "actions": [(action.command, _values(action.parameters)) for action in test.concrete.actions],
         "run": _values(test.concrete.run),
         "verdicts": [
             _verdict(report, name, test.requirements[name]) for name in sorted(test.requirements, key=by_requirement)
         ],
         "failure": test.failure,
-        "faults": test.faults,
+        "faults": test.errors,
         "rerun": [line.strip() for line in explanation.instructions_of(report, test)[1:]],
         "facts": {name: value for name, value in _facts(test).items() if value},
         "repeats": len(test.repeats),
@@ -188,7 +188,7 @@ def _round(value: float | None) -> float | None:
 
 def _facts(test: TestResult) -> dict[str, str]:
     return {
-        "Ended": test.ended,
+        "Ended": test.end_reason,
         "Simulated": seconds(test.sim_s),
         "Without physics": seconds(test.skipped_s),
         "Simulation": test.fidelity,
@@ -213,7 +213,7 @@ def _verdict(report: Report, name: str, result: RequirementResult) -> dict[str, 
         "verdict": result.verdict,
         "counts": explanation.counts(result),
         "margin": "" if result.margin is None else margin_text(result.margin, unit) + at,
-        "miss": explanation.nearest_miss(result.nearest_miss) if result.nearest_miss else "",
+        "miss": explanation.near_miss(result.near_miss) if result.near_miss else "",
         "violations": [
             violation_line(violation, report.units or {}, unit) for violation in result.violations[:MOST_LISTED]
         ],

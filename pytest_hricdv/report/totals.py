@@ -7,7 +7,7 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 
 from pytest_hricdv.coverage.cross_records import CrossCoverage
-from pytest_hricdv.coverage.gaps import nearest_miss
+from pytest_hricdv.coverage.gaps import near_miss
 from pytest_hricdv.coverage.records import WaiverRecord
 from pytest_hricdv.execution.outcome import FAILING, XFAILED, TestOutcome
 from pytest_hricdv.report.formatting import and_more, branches, by_requirement, line_ranges, natural, plural, share
@@ -39,9 +39,10 @@ class RequirementRow:
     `pending` are the triggers that were undecided at the end of a run.
 
     `known_reason` is why its violation is known, with its condition; empty if it is not, or if the run is strict.
-    `outside` counts failed tests with a violation outside of that condition. `may_be_nc` is the reason why no test of
-    this suite need trigger it; empty if one must. `unused` are the alternatives of its response that never decided.
-    `overtaken` are the messages that it did not see, by topic, as another one came at the same instant.
+    `outside` counts failed tests with a violation outside of that condition. `allowed_untriggered` is the reason why
+    no test of this suite need trigger it; empty if one must. `vacuous_alternatives` are the alternatives of its
+    response by which it never held. `masked_messages` counts, by topic, the messages that were not evaluated because
+    another one came at the same instant.
     `margin` is the least over the suite's tests, in its unit; `margin_test` is the test that had it.
     """
 
@@ -55,9 +56,9 @@ class RequirementRow:
     pending: int
     known_reason: str
     outside: int
-    may_be_nc: str
-    unused: tuple[str, ...]
-    overtaken: Mapping[str, int]
+    allowed_untriggered: str
+    vacuous_alternatives: tuple[str, ...]
+    masked_messages: Mapping[str, int]
     margin: float | None
     margin_test: str
     unit: str
@@ -181,9 +182,9 @@ def nothing_checked(report: Report) -> tuple[str, ...]:
 
 def _would_fail(report: Report, names: Iterable[str]) -> bool:
     """Whether `hri_fail_on_nc` would fail a session that checked nothing: of a part of the suites it does not."""
-    is_of_suites = bool(report.rerun.suite) and not report.shard
+    is_of_suites = bool(report.rerun_options.suite) and not report.shard
     suites = frozenset(suite.name for suite in report.suites)
-    has_to_be_checked = any(not may_be_nc(report, name, suites) for name in names)
+    has_to_be_checked = any(not allowed_untriggered(report, name, suites) for name in names)
     is_complete = is_of_suites and all(is_whole(report, suite) for suite in report.suites)
     return is_complete and has_to_be_checked and not failed_gates(report)
 
@@ -193,7 +194,7 @@ def _nearest(report: Report, names: Iterable[str]) -> Iterator[str]:
     misses = []
     for name in names:
         results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)
-        test, missing = nearest_miss(results)
+        test, missing = near_miss(results)
         misses += [(len(missing), name, test, missing)] if test else []
     if misses:
         _, name, test, missing = min(misses, key=itemgetter(0))
@@ -218,9 +219,9 @@ def requirement_rows(report: Report, suite: SuiteResult) -> tuple[RequirementRow
                 pending=tally.pending,
                 known_reason=known_reason(report, name),
                 outside=tally.outside,
-                unused=tally.unused,
-                overtaken=tally.overtaken,
-                may_be_nc=may_be_nc(report, name, frozenset({suite.name})),
+                vacuous_alternatives=tally.vacuous_alternatives,
+                masked_messages=tally.masked_messages,
+                allowed_untriggered=allowed_untriggered(report, name, frozenset({suite.name})),
                 margin=margin,
                 margin_test=test,
                 unit=margin_unit(report, name),
@@ -239,12 +240,12 @@ def known_reason(report: Report, requirement: str) -> str:
     """Why, and under which condition, violations of a requirement are known; empty if they are not, or in strict."""
     if report.strict or requirement not in report.known_violations:
         return ""
-    return known_text(report.known_violations[requirement] or "known", report.known_while.get(requirement, ""))
+    return known_text(report.known_violations[requirement] or "known", report.known_when.get(requirement, ""))
 
 
-def may_be_nc(report: Report, requirement: str, suites: frozenset[str]) -> str:
+def allowed_untriggered(report: Report, requirement: str, suites: frozenset[str]) -> str:
     """Why a requirement need not be triggered in any of these suites; empty if it must be."""
-    exemption = report.may_be_nc.get(requirement)
+    exemption = report.allowed_untriggered.get(requirement)
     return exemption.reason if exemption and suites.issubset(exemption.suites or suites) else ""
 
 

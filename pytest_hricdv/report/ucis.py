@@ -117,7 +117,7 @@ def _assertion(parent: ET.Element, name: str, results: Iterable[RequirementResul
     element = ET.SubElement(parent, "assertion", name=name, assertionKind="assert")
     _bin(element, "passBin", sum(result.passes for result in of_tests))
     _bin(element, "failBin", sum(result.failures for result in of_tests))
-    _bin(element, "vacuousBin", sum(result.vacuous for result in of_tests))
+    _bin(element, "vacuousBin", sum(result.untriggered for result in of_tests))
     _bin(element, "attemptBin", sum(result.triggers for result in of_tests))
 
 

@@ -64,21 +64,21 @@ def _split(reason: str) -> tuple[str, str]:
 def _known_violations(report: Report) -> Iterator[Waiver]:
     whole = bool(report.suites) and all(totals.is_whole(report, suite) for suite in report.suites)
     for name in sorted(report.known_violations.keys() | report.known_until.keys(), key=by_requirement):
-        condition = report.known_while.get(name, "")
+        condition = report.known_when.get(name, "")
         failed = any(suite.requirements[name].failed for suite in report.suites if name in suite.requirements)
         state: WaiverState = "needed" if failed else "not needed here" if whole else "not seen in this part"
         if name not in report.known_violations:
             state = "expired"
         elif report.strict:
             state = "ignored: strict"
-        subject = f"{name} while {condition}" if condition else name
+        subject = f"{name} when {condition}" if condition else name
         reason = report.known_violations.get(name, "")
         yield Waiver("known violation", subject, *_split(reason), report.known_until.get(name, ""), state)
 
 
 def _nc_exemptions(report: Report) -> Iterator[Waiver]:
-    for name in sorted(report.may_be_nc, key=by_requirement):
-        exemption = report.may_be_nc[name]
+    for name in sorted(report.allowed_untriggered, key=by_requirement):
+        exemption = report.allowed_untriggered[name]
         suites = [suite for suite in report.suites if not exemption.suites or suite.name in exemption.suites]
         tallies = [suite.requirements[name] for suite in suites if name in suite.requirements]
         checked = bool(tallies) and all(tally.passed or tally.failed for tally in tallies)

@@ -24,7 +24,7 @@ from pytest_hricdv.results.gates import KINDS
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 from pytest_hricdv.results.section import failure_causes
 
-SCHEMA: Final = "hricdv-baseline/1"
+SCHEMA: Final = "hricdv-baseline/2"
 
 
 class BaselineError(InputError):
@@ -39,7 +39,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     Args:
         seed: the suite was generated from.
         code_sha256: of the code under test.
-        made_with: name -> version, of what a record can depend on beside code and testbench.
+        environment: name -> version, of what a record can depend on beside code and testbench.
         tests: test -> what it did; a test is its id, or its node id where several test functions ran it.
         hash_seed: see `ReportOrigin`.
         causes: what tests fail for, beside known violations: id -> words; None where nobody looked for it.
@@ -53,7 +53,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
     bins: Mapping[str, tuple[Names, ...]]
     seed: int | None = None
     code_sha256: str = ""
-    made_with: Mapping[str, str] = {}
+    environment: Mapping[str, str] = {}
     tests: Mapping[str, Behaviour] | None = None
     hash_seed: str = ""
     causes: Mapping[str, str] | None = None
@@ -62,7 +62,7 @@ class SuiteBaseline(PlainRecord, frozen=True, kw_only=True):
 class Baseline(PlainRecord, frozen=True, kw_only=True):
     """What the suites of a testbench reached."""
 
-    schema: Literal["hricdv-baseline/1"]
+    schema: Literal["hricdv-baseline/2"]
     testbench: str
     suites: Mapping[str, SuiteBaseline]
 
@@ -81,14 +81,14 @@ def _suite_baseline(report: Report, suite: SuiteResult, percent: Mapping[str, fl
     tests = [test for test in report.tests if test.suite == suite.name]
     return SuiteBaseline(
         violations={requirement: _violation_ids(tests, requirement) for requirement in suite.requirements},
-        broken=tuple(sorted(test.id for test in tests if test.outcome == "error" or test.faults)),
+        broken=tuple(sorted(test.id for test in tests if test.outcome == "error" or test.errors)),
         triggers={requirement: tally.triggers for requirement, tally in suite.requirements.items()},
         percent=percent,
         plans={agent: tuple(sorted(plans.covered)) for agent, plans in suite.plans.items()},
         bins={name: tuple(sorted(hit.bin for hit in product.hits)) for name, product in suite.cross.products.items()},
         seed=suite.seed,
         code_sha256=report.code_under_test.sha256,
-        made_with=made_with(report, suite),
+        environment=environment_of(report, suite),
         tests=_behaviours(tests),
         hash_seed=hash_seed(report),
         causes=failure_causes(report, suite.name),
@@ -102,10 +102,10 @@ def hash_seed(report: Report) -> str:
     return seeds.pop() if len(seeds) == 1 else SEVERAL if seeds else ""
 
 
-def made_with(report: Report, suite: SuiteResult) -> dict[str, str]:
+def environment_of(report: Report, suite: SuiteResult) -> dict[str, str]:
     """Name -> version, of what the records of a suite's tests can depend on beside code and testbench."""
     simulation = {"fidelity": suite.fidelity, "engine": suite.engine}
-    return {**report.made_with, **{name: value for name, value in simulation.items() if value}}
+    return {**report.environment, **{name: value for name, value in simulation.items() if value}}
 
 
 def _behaviours(tests: Sequence[TestResult]) -> dict[str, Behaviour]:
@@ -119,7 +119,7 @@ def behaviour_of(test: TestResult) -> Behaviour:
     return Behaviour(
         record_sha256=test.record_sha256,
         parameters=f"{crc32(canonical(test.concrete).encode('ascii')):08x}",
-        ended=test.ended,
+        end_reason=test.end_reason,
         end_s=timeline.end_s if timeline else 0.0,
         outcomes=test.outcomes,
         messages=tuple(map(_message, timeline.messages)) if timeline else (),
@@ -128,7 +128,7 @@ def behaviour_of(test: TestResult) -> Behaviour:
             name: (result.verdict, None if result.margin is None else float(f"{result.margin:.6g}"))
             for name, result in test.requirements.items()
         },
-        faults=test.faults,
+        errors=test.errors,
     )
 
 

@@ -47,24 +47,24 @@ class Behaviour(PlainRecord, frozen=True, kw_only=True):
     Args:
         record_sha256: of the whole record, bit by bit; None where no run came to an end.
         parameters: checksum of the concrete test, so of what the run was given.
-        ended: why the run ended, in the testbench's words.
+        end_reason: why the run ended, in the testbench's words.
         end_s: when (s of simulated time).
         outcomes: how each interaction ended, in order.
         messages: all, in order.
         signals: name -> checksum of all changes of the signal.
         verdicts: requirement -> verdict, and margin to six digits.
-        faults: what was wrong with the run beside its requirements.
+        errors: what was wrong with the run beside its requirements.
     """
 
     record_sha256: str | None
     parameters: str
-    ended: str
+    end_reason: str
     end_s: NotNegative
     outcomes: Names
     messages: tuple[BusMessage, ...]
     signals: Mapping[str, str]
     verdicts: Mapping[str, tuple[str, Number | None]]
-    faults: Names = ()
+    errors: Names = ()
 
 
 class Change(PlainRecord, frozen=True, kw_only=True):
@@ -103,7 +103,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
         changed: node id -> change, of those that behave differently.
         kinds: the kinds of changes, the most frequent first.
         new: ids of tests that ran and are not in the baseline.
-        gone: tests of the baseline that the suites no longer have; of a part of the tests none is listed.
+        removed: tests of the baseline that the suites no longer have; of a part of the tests none is listed.
         notes: what is to be known about the comparison, a sentence each.
     """
 
@@ -111,7 +111,7 @@ class BehaviourChanges(PlainRecord, frozen=True, kw_only=True):
     changed: Mapping[str, Change]
     kinds: tuple[ChangeKind, ...]
     new: Names
-    gone: Names
+    removed: Names
     notes: Names
 
 

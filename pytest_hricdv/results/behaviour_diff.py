@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from pytest_hricdv._base import own_json as json
 from pytest_hricdv._base.hash_seed import hash_seed_difference
-from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, hash_seed, made_with
+from pytest_hricdv.results.baseline import Baseline, SuiteBaseline, behaviour_of, environment_of, hash_seed
 from pytest_hricdv.results.behaviour import Behaviour, BehaviourChanges, BusMessage, Change, ChangeKind
 from pytest_hricdv.results.model import Report, SuiteResult, TestResult
 
@@ -49,7 +49,7 @@ def compare_behaviour(report: Report, baseline: Baseline, *, whole: bool) -> Beh
         changed=changed,
         kinds=_kinds(changed),
         new=tuple(test.id for test, before in pairs if before is None and _has_behaviour(suites.get(test.suite))),
-        gone=tuple(_removed_tests(report, suites)) if whole else (),
+        removed=tuple(_removed_tests(report, suites)) if whole else (),
         notes=tuple(dict.fromkeys(_notes(report, suites, changed=bool(changed)))),
     )
 
@@ -232,14 +232,14 @@ def _other_end(before: Behaviour, now: Behaviour) -> FirstDifference | None:
 
 def _ends(before: Behaviour, now: Behaviour) -> Iterator[tuple[str, str]]:
     """How else a run ended, as kind and text."""
-    if before.ended != now.ended:
-        text = f"ended with {now.ended!r} instead of {before.ended!r}"
+    if before.end_reason != now.end_reason:
+        text = f"ended with {now.end_reason!r} instead of {before.end_reason!r}"
         yield text, text
     if before.outcomes != now.outcomes:
         new, old = (", ".join(outcomes) or "none" for outcomes in (now.outcomes, before.outcomes))
         yield "other outcomes", f"had the outcomes {new} instead of {old}"
-    if before.faults != now.faults:
-        new, old = ("; ".join(faults) or "none" for faults in (now.faults, before.faults))
+    if before.errors != now.errors:
+        new, old = ("; ".join(faults) or "none" for faults in (now.errors, before.errors))
         yield "other faults", f"had the faults {new} instead of {old}"
 
 
@@ -308,8 +308,8 @@ def _notes(report: Report, suites: Mapping[str, SuiteBaseline | None], *, change
 
 def _causes(before: SuiteBaseline, report: Report, suite: SuiteResult) -> Iterator[str]:
     """What other than the code under test can have changed the behaviour."""
-    for name, version in made_with(report, suite).items():
-        old = before.made_with.get(name, version)
+    for name, version in environment_of(report, suite).items():
+        old = before.environment.get(name, version)
         if old != version:
             yield f"the baseline was made with {name} {old}, this run with {version}: records may differ for that"
     other_seed = hash_seed_difference(before.hash_seed, hash_seed(report))

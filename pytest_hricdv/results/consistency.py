@@ -72,8 +72,8 @@ def _bad_shards(report: Report) -> Iterator[tuple[str, str]]:
 
 def _bad_days(report: Report) -> Iterator[tuple[str, str]]:
     days = {f"known_until.{name}": day for name, day in report.known_until.items()}
-    exemptions = report.may_be_nc.items()
-    days |= {f"may_be_nc.{name}.until": exemption.until for name, exemption in exemptions if exemption.until}
+    exemptions = report.allowed_untriggered.items()
+    days |= {f"allowed_untriggered.{name}.until": exemption.until for name, exemption in exemptions if exemption.until}
     for place, day in days.items():
         try:
             datetime.date.fromisoformat(day)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Iterable, Iterator, Mapping
 
-from pytest_hricdv.coverage.gaps import nearest_miss
+from pytest_hricdv.coverage.gaps import near_miss
 from pytest_hricdv.registry import offers
 from pytest_hricdv.results.baseline import Baseline
 from pytest_hricdv.results.baseline_diff import compare
@@ -42,13 +42,13 @@ def gates_of(
             name,
             report.known_violations.get(name, "no longer known"),
             _day(report.known_until.get(name, "")),
-            report.known_while.get(name, ""),
+            report.known_when.get(name, ""),
         )
         for name in ({} if report.strict else dict.fromkeys([*report.known_violations, *report.known_until]))
     }
-    may_be_nc = {
+    allowed_untriggered = {
         name: Exemption(name, exemption.reason, _day(exemption.until), suites=exemption.suites)
-        for name, exemption in report.may_be_nc.items()
+        for name, exemption in report.allowed_untriggered.items()
     } | {name: Exemption(name, "named with --allow-nc") for name in allowed}
     policy = report.policy or GatePolicy()
     named = tuple(thresholds)
@@ -57,7 +57,7 @@ def gates_of(
     return Gates(
         (*named, *others),
         fail_on_nc or policy.fail_on_nc,
-        may_be_nc,
+        allowed_untriggered,
         known_violations,
         fail_on_change or policy.fail_on_change,
         fail_on_pending or policy.fail_on_pending,
@@ -96,7 +96,7 @@ def check_gates(
     """
     failed = [*_expiry_failures(report, gates, today, whole=whole), *_below(report, gates.thresholds, whole=whole)]
     if whole and (gates.fail_on_nc or is_whole(report)):
-        failed += _nc_failures(report, gates.may_be_nc, today)
+        failed += _nc_failures(report, gates.allowed_untriggered, today)
     if gates.fail_on_pending:
         failed += _pending_failures(report)
     if gates.fail_on_change and report.changes is not None:
@@ -111,9 +111,9 @@ def check_gates(
 def is_whole(report: Report) -> bool:
     """Whether it is of suites as they are generated: no replays, no part, and no number of tests was asked for."""
     tests = {(test.suite, test.id) for test in report.tests}
-    limited = any(option.startswith("--hri-tests=") for option in report.rerun.options)
+    limited = any(option.startswith("--hri-tests=") for option in report.rerun_options.options)
     complete = len(tests) == sum(suite.size for suite in report.suites) and not report.not_run
-    return bool(report.rerun.suite) and complete and not limited
+    return bool(report.rerun_options.suite) and complete and not limited
 
 
 def _below(report: Report, thresholds: tuple[Threshold, ...], *, whole: bool) -> Iterator[str]:
@@ -145,7 +145,7 @@ def _nc_failures(report: Report, exemptions: Mapping[str, Exemption], today: dat
         exemption = exemptions.get(name)
         if exemption is None or (exemption.suites and not suites.issubset(exemption.suites)):
             results = ((test.id, test.requirements[name]) for test in report.tests if name in test.requirements)
-            test, missing = nearest_miss(results)
+            test, missing = near_miss(results)
             near = f"nearest was {test}, which lacked {' & '.join(missing)}" if test else "nor came near"
             yield f"{name} was not checked: no test triggered it; {near}; if it may be so, say why in hri_allow_nc"
         elif exemption.expired(today):
@@ -185,7 +185,7 @@ def _unused_exemptions(report: Report, gates: Gates) -> Iterator[str]:
     for name, exemption in gates.known_violations.items():
         if not _violations(report, name) and name not in untriggered and exemption.reason:
             yield f"unused known violation: no test violated {name} ({exemption.text})"
-    for name, exemption in gates.may_be_nc.items():
+    for name, exemption in gates.allowed_untriggered.items():
         checked = any(suite.requirements[name].triggers for suite in report.suites if suite.name not in aimed)
         if checked and suites.issubset(exemption.suites or suites):
             yield f"unused exemption: {name} was checked (hri_allow_nc says: {exemption.reason})"

@@ -16,14 +16,14 @@ KINDS = ("statements", "branches", "plans", "assertions", "cross")
 MAX_SHARDS = 9_999
 """Most parts that suites are run in: reports are asked which of them are missing. Chosen: a suite has fewer tests."""
 
-KNOWN = "REQUIREMENT [of CAUSE,...] [while CONDITION] [until YYYY-MM-DD]: reason"
-MAY_BE_NC = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"
+KNOWN = "REQUIREMENT [of CAUSE,...] [when CONDITION] [until YYYY-MM-DD]: reason"
+ALLOWED_UNTRIGGERED = "REQUIREMENT [in SUITE,...] [until YYYY-MM-DD]: reason"
 """The forms of a line with an exemption."""
 
 _BEFORE_COLON = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^\]]*\]|[^:])*""")
 _HEAD = re.compile(
     r"(?P<requirement>\S+)(?:\s+in\s+(?P<in>\S+))?(?:\s+of\s+(?P<of>\S+))?"
-    r"(?:\s+while\s+(?P<while>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z",
+    r"(?:\s+when\s+(?P<when>.+?))?(?:\s+until\s+(?P<until>\S+))?\s*\Z",
     re.DOTALL,
 )
 
@@ -100,8 +100,8 @@ class Exemption:
 
 
 def known_text(reason: str, condition: str) -> str:
-    """`while state == "Move_hand": no crush prevention`: why, and under which condition, a violation is known."""
-    return f"while {condition}: {reason}" if condition else reason
+    """`when state == "Move_hand": no crush prevention`: why, and under which condition, a violation is known."""
+    return f"when {condition}: {reason}" if condition else reason
 
 
 def parse_exemptions(lines: Iterable[str], form: str) -> dict[str, Exemption]:
@@ -120,13 +120,13 @@ def parse_exemptions(lines: Iterable[str], form: str) -> dict[str, Exemption]:
 
 
 def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
-    """The exemption of a line, for instance `R3 while once[0:5](moving) until 2027-01-31: no crush prevention`.
+    """The exemption of a line, for instance `R3 when once[0:5](moving) until 2027-01-31: no crush prevention`.
 
     The reason follows the first colon that is in neither brackets nor quotes.
 
     Args:
         line: of this form.
-        form: which clauses it may have, as errors say it: `KNOWN` or `MAY_BE_NC`.
+        form: which clauses it may have, as errors say it: `KNOWN` or `ALLOWED_UNTRIGGERED`.
         reason: where the line has none; empty where it must have one.
 
     Raises:
@@ -136,13 +136,15 @@ def parse_exemption(line: str, form: str, reason: str = "") -> Exemption:
     match = _HEAD.match(head)
     reason = after.strip() or reason
     refused = match is not None and any(
-        match[name] and f"[{name} " not in form for name in ("in", "of", "while", "until")
+        match[name] and f"[{name} " not in form for name in ("in", "of", "when", "until")
     )
+    if match is None and re.match(r"\S+\s.*\bwhile\s", head, re.DOTALL) and "[when " in form:
+        raise ExemptionError(f"{line!r}: expected 'when CONDITION' in place of 'while CONDITION'")
     if match is None or refused or not reason or (colon and not after.strip()):
         raise ExemptionError(f"{line!r}: expected 'REQUIREMENT: reason' or '{form}'")
     until = None if match["until"] is None else _day(match["until"], line)
     suites = tuple(filter(None, (match["in"] or "").split(",")))
-    return Exemption(match["requirement"], reason, until, match["while"] or "", suites, _causes(match["of"], line))
+    return Exemption(match["requirement"], reason, until, match["when"] or "", suites, _causes(match["of"], line))
 
 
 def _causes(text: str | None, line: str) -> tuple[str, ...]:
@@ -177,9 +179,9 @@ class Gates:
 
     Args:
         thresholds: of coverage.
-        fail_on_nc: fail when no test triggered a requirement, unless `may_be_nc` exempts it, also where a number of
-            tests was asked for; whole suites always do.
-        may_be_nc: requirements that need not be triggered.
+        fail_on_nc: fail when no test triggered a requirement, unless `allowed_untriggered` exempts it, also where a
+            number of tests was asked for; complete suites always do.
+        allowed_untriggered: requirements that need not be triggered.
         known_violations: exemptions for violations; one that has expired fails the session.
         fail_on_pending: fail when a requirement was triggered and undecided at the end of a run.
         fail_on_change: fail when a test behaves differently from the baseline.
@@ -187,7 +189,7 @@ class Gates:
 
     thresholds: tuple[Threshold, ...] = ()
     fail_on_nc: bool = False
-    may_be_nc: Mapping[str, Exemption] = field(default_factory=dict)
+    allowed_untriggered: Mapping[str, Exemption] = field(default_factory=dict)
     known_violations: Mapping[str, Exemption] = field(default_factory=dict)
     fail_on_change: bool = False
     fail_on_pending: bool = False

@@ -28,7 +28,7 @@ from pytest_hricdv.results.section import report_sections, test_sections
 
 _EQUAL = (
     *("version", "testbench", "requirements", "state", "outcome_label"),
-    *("known_violations", "known_while", "known_until", "may_be_nc", "strict"),
+    *("known_violations", "known_when", "known_until", "allowed_untriggered", "strict"),
 )
 
 
@@ -58,7 +58,7 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         code_under_test=replace(first.code_under_test, reason=reasons[0] if reasons else ""),
         wall_s=round(math.fsum(session.wall_s for session in sessions), 3),
         workers=max(session.workers for session in sessions),
-        rerun=_rerun(all_reports),
+        rerun_options=_rerun(all_reports),
         sessions=sessions,
         exploration=max((report.exploration for report in all_reports), key=canonical),
         models=max((report.models for report in all_reports), key=canonical),
@@ -70,8 +70,8 @@ def merge(reports: Sequence[tuple[str, Report]]) -> Report:
         policy=_policy(all_reports),
         problems=tuple(sorted({problem for report in all_reports for problem in report.problems})),
         origin=None,  # that of each session is in `sessions`
-        whole="",
-        made_with=dict(set.intersection(*(set(report.made_with.items()) for report in all_reports))),
+        full_report="",
+        environment=dict(set.intersection(*(set(report.environment.items()) for report in all_reports))),
         changes=None,
     )
     try:
@@ -154,7 +154,7 @@ def _sessions(reports: Iterable[Report]) -> tuple[SessionSummary, ...]:
 
 
 def _rerun(reports: Iterable[Report]) -> RerunOptions:
-    reruns = [report.rerun for report in reports]
+    reruns = [report.rerun_options for report in reports]
     suites = {name for rerun in reruns for name in rerun.suite.split(",")} - {""}
     options = {option for rerun in reruns for option in rerun.options}
     return RerunOptions(suite=",".join(sorted(suites)), options=tuple(sorted(options)))

@@ -31,7 +31,7 @@ from pytest_hricdv.results.generation import GenerationResult
 from pytest_hricdv.results.origin import ReportOrigin, RerunOption
 from pytest_hricdv.results.section import extended, further_engines, report_sections, test_sections
 
-SCHEMA: Final = "hricdv-report/2"
+SCHEMA: Final = "hricdv-report/3"
 SuiteName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,100}\Z")]
 """Files are named after suites."""
 Shard = Annotated[str, Meta(pattern=r"^([1-9]\d{0,3}/[1-9]\d{0,3})?\Z")]
@@ -71,21 +71,21 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     """One test and its result.
 
     Args:
-        aim: what generation aimed at.
+        target: what generation aimed at.
         name: what a person calls it; may be empty.
         abstract: the abstract test, an action a line.
         skipped_s: simulated time without physics steps (s).
-        ended: why the run ended, in the testbench's words.
+        end_reason: why the run ended, in the testbench's words.
         outcomes: how each interaction ended, in order.
         requirements: requirement -> verdict; empty where the test was not run: that is not NC.
         failure: the text of the failure, or why the test was not run.
-        faults: what is wrong with the run beside its requirements, a sentence each; they fail the test.
+        errors: what is wrong with the run beside its requirements, a sentence each; they fail the test.
         unmeasured: why the code was not measured, or not completely.
-        timeline: None where no run came to an end, as are `acted_s`, `cross` and `record_sha256`.
-        acted_s: when actions began (s), ascending; shorter than `abstract` where the run was over before.
-        acted: of a test with several actors, which actions began at these times, by their numbers from 1; None where
-            there is one actor: they begin in the order of `abstract`.
-        seen: what bystanders began, and when (s), as `[4.0, "dog: walk"]`.
+        timeline: None where no run came to an end, as are `action_times_s`, `cross` and `record_sha256`.
+        action_times_s: when actions began (s), ascending; shorter than `abstract` where the run was over before.
+        action_indices: of a test with several actors, which actions began at these times, as indices from 1; None
+            where there is one actor: they begin in the order of `abstract`.
+        bystander_events: what bystanders began, and when (s), as `[4.0, "dog: walk"]`.
         after: of a test with several actors: number of an action (from 1) -> those that have to be done before.
         cross: cross product -> the bins that the run hit, one for each hit.
         replay: what to give to `--hri-replay` to run this test again.
@@ -100,7 +100,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     nodeid: str
     suite: SuiteName
     id: TestId
-    aim: str
+    target: str
     name: str
     beliefs: Names
     abstract: Names
@@ -113,20 +113,20 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     skipped_s: NotNegative
     fidelity: str
     engine: str = ""
-    ended: str
+    end_reason: str
     outcomes: Names
     requirements: Mapping[str, RequirementResult]
     code: CodeShare | None
     timeline: Timeline | None
     failure: str
     unmeasured: str
-    acted_s: tuple[NotNegative, ...] | None = None
-    acted: tuple[Count, ...] | None = None
+    action_times_s: tuple[NotNegative, ...] | None = None
+    action_indices: tuple[Count, ...] | None = None
     after: Mapping[str, tuple[int, ...]] = {}
-    seen: tuple[tuple[NotNegative, str], ...] = ()
+    bystander_events: tuple[tuple[NotNegative, str], ...] = ()
     cross: Mapping[str, tuple[Names, ...]] | None = None
     record_sha256: str | None = None
-    faults: Names = ()
+    errors: Names = ()
     replay: ReplayName | None = None
     replayed: ReplayComparison | None = None
     values: Mapping[str, Mapping[str, float]] = {}
@@ -135,8 +135,8 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     @property
     def begun(self) -> tuple[tuple[float, int], ...]:
         """When actions began (s), ascending, and which, by their numbers from 0."""
-        times = self.acted_s or ()
-        numbers = range(len(times)) if self.acted is None else [number - 1 for number in self.acted]
+        times = self.action_times_s or ()
+        numbers = range(len(times)) if self.action_indices is None else [number - 1 for number in self.action_indices]
         return tuple(zip(times, numbers, strict=True))
 
     def violates(self, requirement: str) -> bool:
@@ -146,7 +146,7 @@ class TestResult(PlainRecord, frozen=True, kw_only=True):
     @property
     def went_wrong(self) -> bool:
         """Whether its run violated a requirement, or had a fault."""
-        return bool(self.faults) or any(map(self.violates, self.requirements))
+        return bool(self.errors) or any(map(self.violates, self.requirements))
 
     @property
     def fails(self) -> bool:
@@ -283,8 +283,8 @@ class Report(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         known_violations: requirement -> the reason why its violation is known.
-        known_while: requirement -> the condition under which its violation is known; the others are known everywhere.
-        may_be_nc: requirement -> why it need not be triggered.
+        known_when: requirement -> the condition under which its violation is known; the others are known everywhere.
+        allowed_untriggered: requirement -> why it need not be triggered.
         known_until: requirement -> the last day (YYYY-MM-DD) on which its violation is known.
         strict: the list of known violations was ignored.
         state: the message and field that tell the robot's state, as `topic.field`.
@@ -296,16 +296,16 @@ class Report(PlainRecord, frozen=True, kw_only=True):
         shard: of a session that ran one part of the suites: which, as in 2/3.
         sessions: of a merged report: the sessions it was merged from.
         gates: None where the session did not come to its end, or ran a shard.
-        made_with: name -> version, of what records can depend on beside code and testbench; of a merged report, where
+        environment: name -> version, of what records can depend on beside code and testbench; of a merged report, where
             all sessions had the same.
         policy: the gates that were asked for; of a merged report, those of all sessions.
         problems: what went wrong beside tests and gates, a sentence each; it fails a merge, too.
         changes: how its tests behave, compared with a baseline.
         origin: where it comes from; of a merged one, its sessions have theirs.
-        whole: of a session that ran a part of its suites: the page, relative to the report, of the last whole one.
+        full_report: of a session that ran a part of its suites: the page of the last full one, relative to the report.
     """
 
-    schema: Literal["hricdv-report/2"]
+    schema: Literal["hricdv-report/3"]
     version: str
     testbench: str
     selected: Count
@@ -317,7 +317,7 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     known_violations: Mapping[str, str]
     known_until: Mapping[str, str]
     strict: bool
-    rerun: RerunOptions
+    rerun_options: RerunOptions
     requirements: Mapping[str, RequirementText]
     state: str
     code_under_test: ReportedCode
@@ -335,11 +335,11 @@ class Report(PlainRecord, frozen=True, kw_only=True):
     gates: GateResult | None = None
     policy: GatePolicy | None = None
     problems: Names = ()
-    known_while: Mapping[str, str] = {}
-    may_be_nc: Mapping[str, NcExemption] = {}
-    made_with: Mapping[str, str] = {}
+    known_when: Mapping[str, str] = {}
+    allowed_untriggered: Mapping[str, NcExemption] = {}
+    environment: Mapping[str, str] = {}
     changes: BehaviourChanges | None = None
-    whole: Literal["", "whole/index.html"] = ""
+    full_report: Literal["", "whole/index.html"] = ""
     origin: ReportOrigin | None = None
 
 

@@ -54,7 +54,7 @@ class ReportOrigin(PlainRecord, frozen=True, kw_only=True):
 
 
 def origin_of_session(
-    arguments: Iterable[object], root: Path, ini: Path | None, began: datetime.datetime, made_with: Mapping[str, str]
+    arguments: Iterable[object], root: Path, ini: Path | None, began: datetime.datetime, environment: Mapping[str, str]
 ) -> ReportOrigin:
     """Where the report of a session comes from that ends now.
 
@@ -63,7 +63,7 @@ def origin_of_session(
         root: of the project.
         ini: the file with the options, if there is one.
         began: when the session did (UTC).
-        made_with: what records depend on, name -> version.
+        environment: what records depend on, name -> version.
     """
     revision = _git(root, "rev-parse", "HEAD")
     return ReportOrigin(
@@ -72,7 +72,7 @@ def origin_of_session(
         revision=revision,
         dirty=bool(revision and _git(root, "status", "--porcelain", "--untracked-files=no")),
         ini=_relative(ini, root),
-        versions={**made_with, **{name: version(name) for name in _PACKAGES}},
+        versions={**environment, **{name: version(name) for name in _PACKAGES}},
     )
 
 

@@ -18,7 +18,7 @@ from pytest_hricdv.generate.abstract import AbstractTest, TestData
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.results.model import ConcreteParameters
 
-SCHEMA = "hricdv-replay/1"
+SCHEMA = "hricdv-replay/2"
 
 
 class ReplayError(InputError):
@@ -54,7 +54,7 @@ class Replay:
         record_sha256: of the run's record; None if the run did not end.
         requirements: id -> verdict, as in the report.
         code: file of the code under test -> SHA-256 of its text.
-        made_with: other things a run depends on, name -> version.
+        environment: other things a run depends on, name -> version.
         origin: of a test outside the suites.
         hash_seed: of the process that ran it, in digits, or "random"; empty: an older version did not say.
     """
@@ -66,7 +66,7 @@ class Replay:
     record_sha256: str | None
     requirements: Mapping[str, Any] = field(hash=False)
     code: Mapping[str, str] = field(hash=False)
-    made_with: Mapping[str, str] = field(hash=False)
+    environment: Mapping[str, str] = field(hash=False)
     origin: ReplayOrigin | None = None
     hash_seed: str = ""
 
@@ -83,7 +83,7 @@ class Replay:
             "record_sha256": self.record_sha256,
             "requirements": dict(self.requirements),
             "code": dict(self.code),
-            "made_with": dict(self.made_with),
+            "environment": dict(self.environment),
             "origin": origin
             and {"how": origin.how, "from": origin.test, "requirement": origin.requirement, "runs": origin.runs},
             "hash_seed": self.hash_seed,
@@ -114,7 +114,7 @@ class Replay:
             record_sha256=file.record_sha256,
             requirements=file.requirements,
             code=file.code,
-            made_with=file.made_with,
+            environment=file.environment,
             origin=ReplayOrigin(origin.how, origin.test, origin.requirement, origin.runs) if origin else None,
             hash_seed=file.hash_seed,
         )
@@ -137,7 +137,7 @@ class _File(msgspec.Struct, frozen=True):
     record_sha256: str | None
     requirements: Mapping[str, Mapping[str, Any]]
     code: Mapping[str, str]
-    made_with: Mapping[str, str]
+    environment: Mapping[str, str]
     origin: _Origin | None = None
     hash_seed: str = ""
 
@@ -196,7 +196,7 @@ def write(replay: Replay, folder: Path) -> Path:
         raise ReplayError(f"cannot write {path}: {error.strerror or error}") from None
 
 
-def differences(replay: Replay, code: Mapping[str, str], made_with: Mapping[str, str]) -> list[str]:
+def differences(replay: Replay, code: Mapping[str, str], environment: Mapping[str, str]) -> list[str]:
     """What has changed of the things a run depends on, as `lamps/guide.py changed` or `python 3.11.2, now 3.12.1`."""
     changes = []
     for name in sorted(replay.code.keys() | code.keys()):
@@ -206,8 +206,8 @@ def differences(replay: Replay, code: Mapping[str, str], made_with: Mapping[str,
             changes.append(f"{name} is new")
         elif code[name] != replay.code[name]:
             changes.append(f"{name} changed")
-    for name in sorted(replay.made_with.keys() | made_with.keys()):
-        before, now = replay.made_with.get(name, "unknown"), made_with.get(name, "unknown")
+    for name in sorted(replay.environment.keys() | environment.keys()):
+        before, now = replay.environment.get(name, "unknown"), environment.get(name, "unknown")
         if before != now:
             changes.append(f"{name} {before}, now {now}")
     return changes

@@ -80,7 +80,7 @@ def build_result(
         nodeid=nodeid,
         suite=case.suite,
         id=test.id,
-        aim=test.target,
+        target=test.target,
         name=test.name,
         beliefs=test.beliefs,
         abstract=test.lines,
@@ -92,19 +92,19 @@ def build_result(
         skipped_s=outcome.skipped_s if outcome else 0.0,
         fidelity=outcome.fidelity if outcome else "",
         engine=result.engine if result else "",
-        ended=outcome.ended if outcome else "",
+        end_reason=outcome.ended if outcome else "",
         outcomes=tuple(outcome.outcomes) if outcome else (),
         requirements=_requirements(result, requirements),
         code=result.code.share(code.statements) if result and result.code and code else None,
         timeline=timeline(result.record, result.verdicts, result.sim_s) if result else None,
         unmeasured=unmeasured,
-        acted_s=tuple(round(time_s, 3) for time_s in result.acted_s) if result else None,
-        seen=tuple((round(time_s, 3), act) for time_s, act in result.seen) if result else (),
-        acted=tuple(number + 1 for number in result.begun) if result and case.concrete.actors else None,
+        action_times_s=tuple(round(time_s, 3) for time_s in result.action_times_s) if result else None,
+        bystander_events=tuple((round(time_s, 3), act) for time_s, act in result.bystander_events) if result else (),
+        action_indices=tuple(number + 1 for number in result.begun) if result and case.concrete.actors else None,
         after={number: tuple(causes) for number, causes in after_to_data(test.after).items()},
         cross={name: tuple(map(tuple, hits)) for name, hits in result.cross.items()} if result else None,
         record_sha256=result.record.sha256 if result else None,
-        faults=result.faults if result else (),
+        errors=result.errors if result else (),
         **ending,
     )
 
@@ -116,7 +116,7 @@ def _requirements(result: CaseResult | None, requirements: Sequence[Criterion]) 
 
 
 UNCHECKED = RequirementResult(
-    verdict="NC", triggers=0, passes=0, failures=0, vacuous=0, pending=0, violations=(), margin=None
+    verdict="NC", triggers=0, passes=0, failures=0, untriggered=0, pending=0, violations=(), margin=None
 )
 """Of a test without a run."""
 
@@ -141,7 +141,7 @@ class SessionInfo:
     code: CodeMap
     unmeasured: str
     known_violations: Mapping[str, Exemption]
-    may_be_nc: Mapping[str, Exemption]
+    allowed_untriggered: Mapping[str, Exemption]
     until: Mapping[str, str]
     strict: bool
     version: str
@@ -153,7 +153,7 @@ class SessionInfo:
     """Suite -> its tests, selected or not."""
     shard: str = ""
     policy: GatePolicy | None = None
-    made_with: Mapping[str, str] = field(default_factory=dict)
+    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 def requirement_texts(requirements: Sequence[Criterion]) -> dict[str, RequirementText]:
@@ -194,19 +194,19 @@ def declare_report(session: SessionInfo, chosen: Mapping[str, HriCase]) -> Repor
         wall_s=0.0,
         workers=session.workers,
         known_violations={name: exemption.reason for name, exemption in session.known_violations.items()},
-        may_be_nc={
+        allowed_untriggered={
             name: NcExemption(reason=exemption.reason, suites=exemption.suites, until=str(exemption.until or ""))
-            for name, exemption in session.may_be_nc.items()
+            for name, exemption in session.allowed_untriggered.items()
         },
-        known_while={
+        known_when={
             name: exemption.condition for name, exemption in session.known_violations.items() if exemption.condition
         },
         known_until=dict(session.until),
         strict=session.strict,
         shard=session.shard,
         policy=session.policy,
-        made_with=dict(session.made_with),
-        rerun=session.rerun,
+        environment=dict(session.environment),
+        rerun_options=session.rerun,
         requirements=requirement_texts(session.requirements),
         units=dict(testbench.units),
         sampled_while=dict(testbench.sampled_while),

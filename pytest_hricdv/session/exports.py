@@ -288,7 +288,7 @@ def timeline_text(test: TestResult, units: Mapping[str, str]) -> str:
     if test.timeline is None:
         return "no timeline: the run was not completed\n"
     events = [*_messages(test), *_actions(test), *_violations(test, units), *_pending_events(test)]
-    events.append((test.timeline.end_s, "", test.ended))
+    events.append((test.timeline.end_s, "", test.end_reason))
     lines = (
         f"{time_s:9.3f}  {sender:10}  {event}".rstrip()
         for time_s, sender, event in sorted(events, key=lambda event: event[0])
@@ -306,7 +306,7 @@ def _messages(test: TestResult) -> Iterator[tuple[float, str, str]]:
 def _actions(test: TestResult) -> Iterator[tuple[float, str, str]]:
     for time_s, number in test.begun:
         yield time_s, f"action {number + 1}", test.abstract[number]
-    for time_s, act in test.seen:
+    for time_s, act in test.bystander_events:
         yield time_s, "bystander", act
 
 

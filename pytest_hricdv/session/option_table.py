@@ -67,7 +67,7 @@ LEARNING = (
     Value("rl-save", "FILE", "save the learned table of Q"),
 )
 
-WHILE = "'R3 while CONDITION: reason' where a condition holds at the violation, each also with 'until 2027-01-31'"
+WHEN = "'R3 when CONDITION: reason' where a condition holds at the violation, each also with 'until 2027-01-31'"
 GATES = (
     Repeatable(
         "fail-under",
@@ -79,9 +79,9 @@ GATES = (
     Repeatable(
         "known",
         "REQUIREMENT",
-        "a requirement with a known violation, or 'REQUIREMENT while CONDITION' for its violations at which the "
+        "a requirement with a known violation, or 'REQUIREMENT when CONDITION' for its violations at which the "
         "condition holds: they are reported, but do not fail the run",
-        f"one a line, 'R3: reason', or {WHILE}: does not fail the run",
+        f"one a line, 'R3: reason', or {WHEN}: does not fail the run",
         key="hri_known_violations",
     ),
     Flag("strict", "let known violations fail, too"),

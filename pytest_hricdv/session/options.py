@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.results.gates import (
+    ALLOWED_UNTRIGGERED,
     KNOWN,
     MAX_SHARDS,
-    MAY_BE_NC,
     Exemption,
     ExemptionError,
     Gates,
@@ -115,7 +115,7 @@ def read_options(config: pytest.Config) -> Options:
         gates=Gates(
             thresholds=_thresholds(config),
             fail_on_nc=reader.flag("fail_on_nc"),
-            may_be_nc=_exemptions(config, "allow_nc", "allow_nc", MAY_BE_NC),
+            allowed_untriggered=_exemptions(config, "allow_nc", "allow_nc", ALLOWED_UNTRIGGERED),
             known_violations={} if reader.flag("strict") else known_violations,
             fail_on_change=_fail_on_change(reader),
             fail_on_pending=reader.flag("fail_on_pending"),
@@ -226,7 +226,7 @@ def _exemptions(config: pytest.Config, option: str, ini: str, form: str) -> dict
     name = f"--hri-{option.replace('_', '-')}"
     for value in config.getoption(f"hri_{option}") or ():
         # Several names are separated by commas; conditions and reasons may have commas of their own.
-        for text in [value] if re.search(r":|\s(?:in|of|while|until)\s", value) else value.split(","):
+        for text in [value] if re.search(r":|\s(?:in|of|when|until)\s", value) else value.split(","):
             try:
                 exemption = parse_exemption(text, form, reason=f"named with {name}")
             except ExemptionError as error:

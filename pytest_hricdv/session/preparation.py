@@ -50,7 +50,7 @@ def fingerprint(collection: Collection, provenance: Provenance) -> dict[str, str
     replays = {file.name: short_hash(file.replay.to_json().encode()) for file in collection.replays.values()}
     project = files_and_versions(collection.config.rootpath)
     form = {"report.json": SCHEMA}
-    return {**_options(collection.options), **form, **suites, **replays, **project, **code, **provenance.made_with}
+    return {**_options(collection.options), **form, **suites, **replays, **project, **code, **provenance.environment}
 
 
 def files_and_versions(root: Path) -> dict[str, str]:
@@ -61,7 +61,7 @@ def files_and_versions(root: Path) -> dict[str, str]:
 def _options(options: Options) -> dict[str, str]:
     """The options that results depend on, as far as suites do not tell."""
     known_violations = (
-        f"{name} while {exemption.condition}" if exemption.condition else name
+        f"{name} when {exemption.condition}" if exemption.condition else name
         for name, exemption in options.known_violations.items()
     )
     return {
@@ -115,7 +115,7 @@ class Preparation:
     def pytest_sessionstart(self) -> None:
         """Checks testbench, files and report folder before any test runs; exports the suites."""
         self._gate_check.check({requirement.id for requirement in self.context.requirements})
-        _ = self.context.known_while
+        _ = self.context.known_when
         _ = self.context.code
         self._check_replays()
         for feature in features():
@@ -179,7 +179,7 @@ class GateCheck:
             pytest.UsageError: an exemption for a requirement that does not exist, or a baseline that cannot be read.
         """
         allowed = {"known violation of": {*self.options.known_violations, *self.options.gates.known_violations}}
-        allowed["NC is allowed for"] = set(self.options.gates.may_be_nc)
+        allowed["NC is allowed for"] = set(self.options.gates.allowed_untriggered)
         for use, names in allowed.items():
             for name in sorted(names):
                 if name not in requirements:

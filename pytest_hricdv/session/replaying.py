@@ -134,19 +134,19 @@ class Provenance:
     """What a run depends on, beside its test: files of the code under test, versions, and Python's hash seed."""
 
     code: Mapping[str, str]
-    made_with: Mapping[str, str]
+    environment: Mapping[str, str]
     hash_seed: str
 
     @classmethod
     def now(cls, code: CodeMap, testbench: Testbench) -> Provenance:
         """Of this process."""
-        made_with = {
+        environment = {
             "pytest-hricdv": version("pytest-hricdv"),
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
             "testbench": testbench.name,
         }
-        return cls(code.contents, made_with, own_hash_seed())
+        return cls(code.contents, environment, own_hash_seed())
 
     def replay(self, case: HriCase, result: TestResult, suite_seed: int, origin: ReplayOrigin | None = None) -> Replay:
         """What to write of a test that was run here."""
@@ -158,7 +158,7 @@ class Provenance:
             record_sha256=result.record_sha256,
             requirements={name: to_builtins(_shorten(checked)) for name, checked in result.requirements.items()},
             code=self.code,
-            made_with=self._with_simulation(result),
+            environment=self._with_simulation(result),
             origin=origin,
             hash_seed=self.hash_seed,
         )
@@ -176,13 +176,13 @@ class Provenance:
 
     def note(self, file: ReplayInput) -> str:
         """What to say of a file before its test runs: what is not as it was; empty where all is."""
-        before = {name: text for name, text in file.replay.made_with.items() if name in self.made_with}
-        changed = differences(replace(file.replay, made_with=before), self.code, self.made_with)
+        before = {name: text for name, text in file.replay.environment.items() if name in self.environment}
+        changed = differences(replace(file.replay, environment=before), self.code, self.environment)
         return f"{file.name}: {', '.join(changed)}: its run need not be the same again" if changed else ""
 
     def _with_simulation(self, result: TestResult) -> dict[str, str]:
         simulation = {"fidelity": result.fidelity, "engine": result.engine}
-        return {**self.made_with, **{name: value for name, value in simulation.items() if value}}
+        return {**self.environment, **{name: value for name, value in simulation.items() if value}}
 
 
 def replay_mismatch(replayed: ReplayComparison | None) -> str:
@@ -272,7 +272,7 @@ class TestRerunner:
 
     def is_violated(self, requirement: str, result: RequirementResult) -> bool:
         """Whether it is, and, where its violations are known under a condition only, outside of that."""
-        return result.verdict == "Failed" and (requirement not in self.settings.known_while or result.outside)
+        return result.verdict == "Failed" and (requirement not in self.settings.known_when or result.outside)
 
     def keep(self, case: HriCase, result: CaseResult, nodeid: str, origin: ReplayOrigin) -> tuple[HriCase, str | None]:
         """Keep a test made from `case` with its result; returns it, and the name of its replay file if it has one."""

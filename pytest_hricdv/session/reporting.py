@@ -176,7 +176,7 @@ class SessionReporter:
         session = self.session
         try:
             report = msgspec.structs.replace(
-                report, whole=self.aggregation.journaling.keep_whole(is_whole=session.is_whole)
+                report, full_report=self.aggregation.journaling.keep_whole(is_whole=session.is_whole)
             )
         except ReportError as error:
             session.problems.append(str(error))
@@ -222,9 +222,9 @@ class SessionReporter:
             _ = self._reachability  # for its problems, which fail this session, too
             return resumed.declared
         declared = declare_report(self.session_info(), self.aggregation.chosen)
-        config, made_with = self.collection.config, self.context.provenance.made_with
+        config, environment = self.collection.config, self.context.provenance.environment
         arguments = config.invocation_params.args
-        origin = origin_of_session(arguments, config.rootpath, config.inipath, self._began_at, made_with)
+        origin = origin_of_session(arguments, config.rootpath, config.inipath, self._began_at, environment)
         origin = msgspec.structs.replace(origin, hash_seed=self.aggregation.hash_seed)
         return encode(msgspec.structs.replace(declared, origin=origin)).encode()
 
@@ -242,7 +242,7 @@ class SessionReporter:
             code=self.context.code,
             unmeasured="no test was measured" if self.options.coverage else "switched off",
             known_violations=self.options.known_violations,
-            may_be_nc=self.options.gates.may_be_nc,
+            allowed_untriggered=self.options.gates.allowed_untriggered,
             until={
                 name: str(exemption.until)
                 for name, exemption in self.options.gates.known_violations.items()
@@ -250,7 +250,7 @@ class SessionReporter:
             },
             strict=self.options.strict,
             version=version("pytest-hricdv"),
-            made_with=self.context.provenance.made_with,
+            environment=self.context.provenance.environment,
             workers=self.aggregation.workers,
             sizes=Counter(case.suite for case in self.collection.everything),
             shard=str(self.options.shard or ""),

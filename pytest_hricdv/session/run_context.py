@@ -78,7 +78,7 @@ class RunContext:
         return {name: exemption.text for name, exemption in exemptions.items()}
 
     @cached_property
-    def known_while(self) -> Mapping[str, PastFormula]:
+    def known_when(self) -> Mapping[str, PastFormula]:
         """Requirement -> condition under which its violation is known, where there is one; none in a strict run.
 
         Conditions may use the definitions of the requirements' file.
@@ -154,7 +154,7 @@ class RunContext:
     @cached_property
     def run_settings(self) -> RunSettings:
         """What the session's runs are judged with; unmeasured."""
-        return RunSettings(self.collection.testbench, self.requirements, self.known_while)
+        return RunSettings(self.collection.testbench, self.requirements, self.known_when)
 
     def shown(self, nodeid: str) -> str:
         """The node id relative to the folder where pytest was started."""

@@ -70,7 +70,7 @@ def run(cells: Iterable[grid.Cell], folder: Path, docs: Path, *, again: bool) ->
 
 def _has_tried_all(report: Report) -> bool:
     result = MUTATION.of(report)
-    return result is not None and result.ended == "done"
+    return result is not None and result.end_reason == "done"
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def context(done: Sequence[Done]) -> dict[str, Any]:
     by_suite = {name: [entry for entry in done if entry.suite == name] for name in suites}
     alive = never_killed([entry.mutation for entry in done])
     return {
-        "made": first.made,
+        "made": first.generated,
         "drawn": len(first.mutants),
         "tests_per_mutant": first.tests_per_mutant,
         "code_sha256": done[0].report.code_under_test.sha256,
@@ -50,7 +50,7 @@ def context(done: Sequence[Done]) -> dict[str, Any]:
         "operators": operators(by_suite),
         "survived": _mutants(mutant for mutant in alive if mutant.status == "survived"),
         "silent": _mutants(mutant for mutant in alive if mutant.status != "survived"),
-        "left_out": {f"{entry.suite} at seed {entry.seed}": entry.mutation.left_out for entry in done},
+        "excluded_tests": {f"{entry.suite} at seed {entry.seed}": entry.mutation.excluded_tests for entry in done},
     }
 
 
@@ -61,9 +61,9 @@ def sessions(done: Iterable[Done]) -> str:
         score, runs = entry.mutation.total, sum(len(mutant.runs) for mutant in entry.mutation.mutants)
         killed = f"{page.percent(score.percent)} ({score.killed})"
         cost = (page.thousands(runs), page.duration(entry.mutation.wall_s))
-        others = (score.survived, score.unchanged, score.not_executed)
+        others = (score.survived, score.unchanged, score.no_coverage)
         rows.append([entry.suite, entry.seed, entry.report.reported, killed, *others, *cost])
-    head = ["suite", "seed", "tests", "killed", "survived", "unchanged", "not executed", "runs", "time"]
+    head = ["suite", "seed", "tests", "killed", "survived", "unchanged", "no coverage", "runs", "time"]
     return page.table(head, rows)
 
 
@@ -74,7 +74,7 @@ def scores(by_suite: Mapping[str, Sequence[Done]]) -> str:
     """
     rows = []
     for name, done in by_suite.items():
-        tried = _share_killed(done, ("killed", "survived", "unchanged", "not executed"))
+        tried = _share_killed(done, ("killed", "survived", "unchanged", "no coverage"))
         changed = _share_killed(done, ("killed", "survived"))
         rows.append(
             [
@@ -117,13 +117,15 @@ def together(done: Iterable[Done]) -> str:
 
 def oracles(by_suite: Mapping[str, Sequence[Done]]) -> str:
     """A row for each oracle: mutants killed by it and only by it, per suite, means over seeds."""
-    names = dict.fromkeys(name for done in by_suite.values() for entry in done for name in entry.mutation.oracles)
+    names = dict.fromkeys(name for done in by_suite.values() for entry in done for name in entry.mutation.assertions)
     rows = []
     for name in sorted(names, key=by_requirement):
         cells = []
         for done in by_suite.values():
-            kills = [entry.mutation.oracles[name] for entry in done if name in entry.mutation.oracles]
-            cells.append(f"{_mean(f.killed for f in kills)} ({_mean(f.only for f in kills)})" if kills else "0 (0)")
+            kills = [entry.mutation.assertions[name] for entry in done if name in entry.mutation.assertions]
+            cells.append(
+                f"{_mean(f.killed for f in kills)} ({_mean(f.killed_only_by for f in kills)})" if kills else "0 (0)"
+            )
         rows.append([name, *cells])
     return page.table(["oracle", *by_suite], rows)
 

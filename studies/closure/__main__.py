@@ -104,7 +104,7 @@ def write(done: Sequence[Growth], report: Report, docs: Path) -> None:
 
 def _is_complete(report: Report) -> bool:
     result = CLOSING.of(report)
-    return result is None or result.ended not in ("seconds", "interrupted")
+    return result is None or result.end_reason not in ("seconds", "interrupted")
 
 
 if __name__ == "__main__":

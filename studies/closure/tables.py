@@ -84,7 +84,7 @@ def without(loops: Mapping[str, Sequence[Growth]], wanted: Set[Point]) -> str:
 def _compared(name: str, sessions: Sequence[Growth], whole: Mapping[int, Growth], wanted: Set[Point]) -> list[str]:
     """A row of `without`; a loop that did not close counts with all of its runs."""
     counts = [growth.reached(wanted) for growth in sessions]
-    closed = sum(growth.closing is not None and growth.closing.ended == "closed" for growth in sessions)
+    closed = sum(growth.closing is not None and growth.closing.end_reason == "closed" for growth in sessions)
     own = [
         [count["bin"] for count in counts],
         [count.total() for count in counts],
@@ -100,7 +100,7 @@ def _compared(name: str, sessions: Sequence[Growth], whole: Mapping[int, Growth]
 
 def ways(sessions: Sequence[Growth]) -> str:
     """A row for each strategy: runs and new points of the whole loop, means over seeds."""
-    results = [growth.closing.ways for growth in sessions if growth.closing is not None]
+    results = [growth.closing.strategies for growth in sessions if growth.closing is not None]
     rows = []
     for name in dict.fromkeys(name for result in results for name in result):
         shares = [result[name] for result in results if name in result]

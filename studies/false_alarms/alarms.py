@@ -88,7 +88,7 @@ def _alarms(test: TestResult, seed: int, declared: Mapping[str, str]) -> Iterato
         first = next((violation for violation in violations if violation.outside), violations[0])
         values = ", ".join(f"{value} = {number}" for value, number in first.values.items())
         yield Alarm(name, test.id, seed, f"at {first.time_s} s: {first.text or values}")
-    faults = test.faults or (() if unknown else (test.failure.strip().splitlines() or [test.outcome])[-1:])
+    faults = test.errors or (() if unknown else (test.failure.strip().splitlines() or [test.outcome])[-1:])
     for fault in faults:
         yield Alarm(RUN, test.id, seed, fault)
 

@@ -40,7 +40,7 @@ def hits(report: Report, truth: Truth) -> dict[str, Hit] | None:
         return None
     counts = dict(_counts(report, cause, code))
     return {
-        "diagnosis": _of_order([[(place.file, place.line)] for place in cause.places], truth, code),
+        "diagnosis": _of_order([[(place.file, place.line)] for place in cause.locations], truth, code),
         "ochiai": _of_order(_tied(counts, ochiai), truth, code),
         "dstar": _of_order(_tied(counts, dstar), truth, code),
         "chance": _of_order(_tied(counts, lambda executing: 1.0), truth, code),

@@ -92,7 +92,7 @@ def _row(result: SuggestionResult) -> Sequence[object]:
         return f"{total} ({100 * total / result.faults:.0f} %)" if result.faults else "-"
 
     shown = len(result.suggestions)
-    runs = result.runs + result.further
+    runs = result.runs + result.validation_runs
     return runs, result.candidates, result.refuted, shown, result.faults, result.noticed, noticed(10), noticed(shown)
 
 

@@ -50,8 +50,8 @@ def test_what_it_does_is_drawn_recorded_and_repeated() -> None:
     for k in range(3):
         result = run(concrete(k))
         acts = DOG.acts_of(concrete(k).run)
-        assert [act for _, act in result.seen] == [f"dog: {act}" for _, act, _ in acts]
-        assert result.seen[0][0] == pytest.approx(acts[0][0], abs=1e-5)
+        assert [act for _, act in result.bystander_events] == [f"dog: {act}" for _, act, _ in acts]
+        assert result.bystander_events[0][0] == pytest.approx(acts[0][0], abs=1e-5)
         assert run(concrete(k)).record.sha256 == result.record.sha256
     assert len({str(DOG.acts_of(concrete(k).run)) for k in range(3)}) == 3
 
@@ -70,8 +70,8 @@ def test_shrinking_leaves_it_as_little_as_it_may_do() -> None:
 
 
 def test_a_bystander_whom_no_node_enacts_is_a_fault() -> None:
-    assert run(concrete()).faults == ()
-    (fault,) = run(concrete(), replace(bench(), run=running((nurse, child)))).faults
+    assert run(concrete()).errors == ()
+    (fault,) = run(concrete(), replace(bench(), run=running((nurse, child)))).errors
     assert fault.startswith("nobody does what dog does in the test: expected a node of the testbench's run")
 
 

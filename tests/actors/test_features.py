@@ -69,7 +69,7 @@ def test_traces_say_who_did_what_films_show_it_and_the_oracle_follows(project: p
     failed = [test for test in written["tests"] if test["outcome"] == "failed"]
     assert failed
     for test in written["tests"]:
-        begun = [test["abstract"][number - 1].split(": ") for number in test["acted"]]
+        begun = [test["abstract"][number - 1].split(": ") for number in test["action_indices"]]
         told = logged(project.path / "hri-report" / "traces" / f"{test['id']}.mcap")
         assert [entry for entry in told if entry[0] in ("nurse", "child")] == [(who, act) for who, act in begun]
     assert all(test["film"]["frames"] > 20 and not test["film"]["note"] for test in failed)
@@ -104,7 +104,7 @@ def test_a_campaign_has_the_runs_of_a_session(project: pytest.Pytester) -> None:
 
 def identities(written: dict[str, Any]) -> list[tuple[str, str, tuple[int, ...]]]:
     """Of each run of a report: its test, its record, and who began in which order."""
-    return [(test["id"], test["record_sha256"], tuple(test["acted"])) for test in written["tests"]]
+    return [(test["id"], test["record_sha256"], tuple(test["action_indices"])) for test in written["tests"]]
 
 
 def test_the_closing_loop_gives_the_same_on_any_number_of_processes(
@@ -119,6 +119,6 @@ def test_the_closing_loop_gives_the_same_on_any_number_of_processes(
         written = json.loads(text)
         json_schema.REPORT.validate(written)
         suites[workers] = identities(written)
-        assert {"interleaving", "online", "disturbances"} <= {step["way"] for step in written["closing"]["growth"]}
+        assert {"interleaving", "online", "disturbances"} <= {step["strategy"] for step in written["closing"]["growth"]}
         assert "do not do again what they did" not in text
     assert suites["1"] == suites["2"] == suites["3"]

@@ -72,7 +72,7 @@ def test_the_test_is_the_same_run_to_the_bit(seed: int) -> None:
     result, test = decided(bench(), seed, [])
     repeated = again(bench(), AbstractTest.from_data(test.to_data()))
     assert repeated.record.sha256 == result.record.sha256
-    assert (repeated.acted_s, repeated.sim_s) == (result.acted_s, result.sim_s)
+    assert (repeated.action_times_s, repeated.sim_s) == (result.action_times_s, result.sim_s)
     assert result.ending_faults == repeated.ending_faults == ()
     assert test.values[RUN][TURN_WAIT_S] == 0.0
     (read,) = parse_tests(dump_tests([test]), file="t", suite="closure", commands=bench().commands.commands)
@@ -84,7 +84,9 @@ def test_the_child_waits_until_the_nurse_has_called_it() -> None:
     result, test = decided(bench(), 10, wishes(start="playful", nurse="watchful"))
     called, out = test.lines.index("nurse: call_out"), test.lines.index("child: step_out")
     assert test.after == {out + 1: (called + 1,)}
-    assert result.acted_s[out] == pytest.approx(result.acted_s[called] + test.values[called + 1]["takes_s"], abs=1e-5)
+    assert result.action_times_s[out] == pytest.approx(
+        result.action_times_s[called] + test.values[called + 1]["takes_s"], abs=1e-5
+    )
     assert test.values[out + 1][PAUSE_S] == 2e-6
     assert test.plans == {"child": ("listens", "playful"), "nurse": ("watchful",)}
     assert again(bench(), test).record.sha256 == result.record.sha256

@@ -62,8 +62,8 @@ def test_a_fault_of_two_people_is_found_shrunk_explained_and_replayed(project: p
     failed = failures_of(written, "R1")
     assert failed
     for test in failed:
-        assert sorted(test["acted"]) == sorted(set(test["acted"]))
-        assert len(test["acted"]) == len(test["acted_s"])
+        assert sorted(test["action_indices"]) == sorted(set(test["action_indices"]))
+        assert len(test["action_indices"]) == len(test["action_times_s"])
     ((shrunk,),) = [[test["shrunk"]["R1"]] for test in failed if test.get("shrunk")]
     assert sorted(shrunk["abstract"]) == ["child: step_in", "nurse: send_on"]
     assert sorted(line.partition(" s ")[2] for line in shrunk["course"]) == [
@@ -80,7 +80,7 @@ def test_any_number_of_workers_gives_the_same(project: pytest.Pytester) -> None:
     for workers in ("0", "1", "2", "3"):
         project.runpytest_inprocess(*SUITE, "--hri-shrink", f"-n{workers}", f"--hri-report=r{workers}")
         written = json.loads((project.path / f"r{workers}" / "report.json").read_text(encoding="utf-8"))
-        hashes[workers] = [(test["id"], test["acted"], test["record_sha256"]) for test in written["tests"]]
+        hashes[workers] = [(test["id"], test["action_indices"], test["record_sha256"]) for test in written["tests"]]
         shrunk[workers] = [
             (name, made["concrete"], made["course"], (project.path / made["replay"]).read_bytes())
             for test in written["tests"]

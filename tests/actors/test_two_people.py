@@ -83,7 +83,7 @@ def test_model_based_tests_say_what_the_model_makes_wait() -> None:
     assert effects == {"child: step_out": ["nurse: call_out"]}
     assert ordered["playful", "hurried"].after == {}
     result = run(concretize(looked_after, bench().commands))
-    began = dict(zip([looked_after.lines[n] for n in result.begun], result.acted_s, strict=True))
+    began = dict(zip([looked_after.lines[n] for n in result.begun], result.action_times_s, strict=True))
     assert began["child: step_out"] > began["nurse: call_out"]
     assert looked_after.plans == {"child": ("listens", "playful"), "nurse": ("watchful",)}
 
@@ -99,7 +99,7 @@ def test_the_same_seed_gives_the_same_tests() -> None:
 
 def test_an_actor_whom_no_node_enacts_is_a_fault() -> None:
     alone = checked(ward((nurse,)), "tests")
-    (fault,) = (text for text in run(found(), alone).faults if "child" in text)
+    (fault,) = (text for text in run(found(), alone).errors if "child" in text)
     assert fault == (
         "nobody does what child does in the test: expected a node of the testbench's run that takes "
         "run.actions('child')"

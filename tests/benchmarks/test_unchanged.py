@@ -16,18 +16,18 @@ def report(schema: int, **test: Any) -> dict[str, Any]:
 
 
 OLD = report(
-    1,
-    legs=["released"],
-    frozen_s=2.5,
-    timeline={"end_s": 9.0, "attempts": {"R1": "1-2!"}},
-    failure="R1 Failed\nturns:   released",
-)
-NEW = report(
     2,
     outcomes=["released"],
-    skipped_s=2.5,
-    timeline={"end_s": 9.0, "triggers": {"R1": "1-2!"}},
-    failure="R1 Failed\noutcome: released",
+    faults=["it fell"],
+    concrete={"actions": [{"parameters": {"faults": 1.0}}]},
+    requirements={"R1": {"vacuous": 1, "nearest_miss": None}},
+)
+NEW = report(
+    3,
+    outcomes=["released"],
+    errors=["it fell"],
+    concrete={"actions": [{"parameters": {"faults": 1.0}}]},
+    requirements={"R1": {"untriggered": 1, "near_miss": None}},
 )
 
 
@@ -38,7 +38,7 @@ def stored(folder: Path, data: dict[str, Any]) -> dict[str, Any]:
     return read(file)["rl seed 0"]
 
 
-def test_only_real_differences_show_against_a_store_of_schema_1(tmp_path: Path) -> None:
+def test_only_real_differences_show_against_a_store_of_schema_2(tmp_path: Path) -> None:
     now = stored(tmp_path, NEW)
     assert list(differences(stored(tmp_path, OLD), now)) == []
     now["tests"][0]["outcomes"] = ["discarded"]

@@ -70,7 +70,7 @@ def test_an_uncalled_function_and_a_waived_line_are_different_gaps() -> None:
 
 def test_a_part_of_a_function_names_the_test_that_ran_most_of_it_and_the_way_in() -> None:
     near, far = bits(3, 5, arcs=((3, 5),)), bits(3)
-    gap = next(gap for gap in found(run("far", far), run("near", near), total=near) if "move" in gap.place)
+    gap = next(gap for gap in found(run("far", far), run("near", near), total=near) if "move" in gap.location)
     assert (gap.kind, gap.items, gap.test) == ("statements", ("4",), "near")
     assert gap.suggestion == "vary near: line 3 has to go on to line 4 (`if way:`)"
 

@@ -111,7 +111,7 @@ def test_closure_says_how_it_ended_and_finds_nothing(tmp_path: Path) -> None:
     done = run(*options, f"--hri-report={tmp_path}", timeout_s=3600.0)
     reported = report(tmp_path)
     closing = reported["closing"]
-    assert (closing["ended"] == "closed") == (not closing["open"])
+    assert (closing["end_reason"] == "closed") == (not closing["open"])
     assert f"closing: {closing['runs']} runs" in done.stdout
     assert [test["id"] for test in reported["tests"] if test["outcome"] == "failed"] == []
     assert done.returncode == 0, done.stdout[-4000:]

@@ -29,7 +29,7 @@ def verdict(requirement: str, result: Literal["Passed", "Failed", "NC"], *, outs
         triggers=1,
         passes=0,
         failures=len(violations),
-        vacuous=0,
+        untriggered=0,
         pending=0,
         violations=violations,
         margin=None,
@@ -54,7 +54,7 @@ def run(
         code=None,
         ending_faults=faults,
         engine="led" if beside is None else "bulb",
-        beside=beside,
+        cross_check=beside,
     )
 
 

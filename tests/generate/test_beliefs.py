@@ -85,7 +85,7 @@ def test_the_table_has_130_subsets_of_which_two_are_concretized_five_times() -> 
 
 
 def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:
-    path = _written(tmp_path, '[[aim]]\nname = "x"\nbeliefs = ["hall", "c*t", "d[ia]*"]\n')
+    path = _written(tmp_path, '[[belief_set]]\nname = "x"\nbeliefs = ["hall", "c*t", "d[ia]*"]\n')
     (aim,) = read_belief_sets(path, LAMPS)
     assert aim.subsets == (("hall", "curt", "dim"), ("hall", "curt", "dark"))
     assert aim.concretizations == 1
@@ -94,29 +94,29 @@ def test_patterns_stand_for_every_combination(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[[aim]]\nbeliefs = ["hall",\n  "brigth"]\n', "toml:3:4: unknown belief: 'brigth'; nearest: bright"),
-        ('[[aim]]\nbeliefs = ["b?"]\n', "toml:2:13: pattern matches no belief: 'b\\?'"),
+        ('[[belief_set]]\nbeliefs = ["hall",\n  "brigth"]\n', "toml:3:4: unknown belief: 'brigth'; nearest: bright"),
+        ('[[belief_set]]\nbeliefs = ["b?"]\n', "toml:2:13: pattern matches no belief: 'b\\?'"),
         (
-            '[[aim]]\nbeliefs = ["hall"]\n[[aim]]\nbelief = ["dim"]\n',
+            '[[belief_set]]\nbeliefs = ["hall"]\n[[belief_set]]\nbelief = ["dim"]\n',
             "toml:4:1: unknown key 'belief'; nearest: beliefs",
         ),
         ('[[aims]]\nbeliefs = ["hall"]\n', "toml:1:3: unknown key 'aims'"),
-        ("", "toml:1:1: no \\[\\[aim\\]\\] entries"),
-        ('[[aim]]\nbeliefs = ["hall", "h*"]\n', "toml:2:1: belief 'hall' is given twice"),
+        ("", "toml:1:1: no \\[\\[belief_set\\]\\] entries"),
+        ('[[belief_set]]\nbeliefs = ["hall", "h*"]\n', "toml:2:1: belief 'hall' is given twice"),
         (
-            '[[aim]]\nbeliefs = ["hall"]\n[[aim]]\nbeliefs = ["h*"]\n',
+            '[[belief_set]]\nbeliefs = ["hall"]\n[[belief_set]]\nbeliefs = ["h*"]\n',
             "toml:4:1: subset hall is in the entry at .*toml:2:1",
         ),
-        ('[[aim]]\nbeliefs = "hall"\n', "toml:2:1: beliefs = 'hall'; expected a list of strings"),
-        ("[[aim]]\nname = 'x'\n", "toml:1:1: beliefs = None; expected a list"),
+        ('[[belief_set]]\nbeliefs = "hall"\n', "toml:2:1: beliefs = 'hall'; expected a list of strings"),
+        ("[[belief_set]]\nname = 'x'\n", "toml:1:1: beliefs = None; expected a list"),
         (
-            '[[aim]]\nbeliefs = ["hall"]\nconcretizations = 0\n',
+            '[[belief_set]]\nbeliefs = ["hall"]\nconcretizations = 0\n',
             "toml:3:1: concretizations = 0; expected a whole number",
         ),
-        ('[[aim]]\nbeliefs = ["hall"]\nconcretizations = true\n', "toml:3:1: concretizations = True"),
-        ('[[aim]]\nbeliefs = ["hall"]\nname = 3\n', "toml:3:1: name 3; expected one line"),
-        ('[[aim]]\nbeliefs = ["hall"\nname = 3\n', "toml:3:1: .*"),
-        ('[[aim]]\nbeliefs = ["hall"', "toml:2:1: .*"),
+        ('[[belief_set]]\nbeliefs = ["hall"]\nconcretizations = true\n', "toml:3:1: concretizations = True"),
+        ('[[belief_set]]\nbeliefs = ["hall"]\nname = 3\n', "toml:3:1: name 3; expected one line"),
+        ('[[belief_set]]\nbeliefs = ["hall"\nname = 3\n', "toml:3:1: .*"),
+        ('[[belief_set]]\nbeliefs = ["hall"', "toml:2:1: .*"),
     ],
 )
 def test_errors_name_file_line_and_column(tmp_path: Path, text: str, message: str) -> None:
@@ -125,7 +125,7 @@ def test_errors_name_file_line_and_column(tmp_path: Path, text: str, message: st
 
 
 def test_an_entry_of_too_many_subsets_is_an_error(tmp_path: Path) -> None:
-    path = _written(tmp_path, '[[aim]]\nbeliefs = ["m*l1", "m*l2", "m*l3", "m*l4", "leg?", "*b*", "m*", "m*"]\n')
+    path = _written(tmp_path, '[[belief_set]]\nbeliefs = ["m*l1", "m*l2", "m*l3", "m*l4", "leg?", "*b*", "m*", "m*"]\n')
     with pytest.raises(GenerateError, match=r"toml:2:1: \d+ subsets in one entry; expected at most 100000"):
         read_belief_sets(path, SPACE)
 

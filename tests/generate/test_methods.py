@@ -28,8 +28,8 @@ ORIGINAL = GenerationContext(commands=COMMANDS)
 def context(tmp_path: Path) -> GenerationContext:
     by_hand = tmp_path / "by_hand.toml"
     by_hand.write_text(
-        '[[aim]]\nname = "polite"\nbeliefs = ["?[ae]l*", "polite", "bright"]\n'
-        '[[aim]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
+        '[[belief_set]]\nname = "polite"\nbeliefs = ["?[ae]l*", "polite", "bright"]\n'
+        '[[belief_set]]\nbeliefs = ["hall", "curt", "d*"]\nconcretizations = 2\n'
     )
     return GenerationContext(lamps(tmp_path), LAMPS, by_hand=by_hand)
 

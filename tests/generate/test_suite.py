@@ -42,7 +42,7 @@ def test_json_gives_the_suite_back(tests: list, generation: Generation, seed: in
 
 def test_covered_plans_are_those_of_all_tests() -> None:
     generation = Generation(declared_plans={"human": ("p1", "p2"), "robot": ("r1",)})
-    text = "# id: {0}\n# suite: s\n# aim: a\n# seed: 1\n# plans human: p{0}\n"
+    text = "# id: {0}\n# suite: s\n# target: a\n# seed: 1\n# plans human: p{0}\n"
     tests = parse_tests("\n".join(map(text.format, (2, 1))), file="f", suite="s")
     assert Suite.of_tests("s", 0, tests, generation).covered_plans() == {"human": ("p1", "p2"), "robot": ()}
     assert Suite.of_tests("s", 0, tests, generation).uncovered_plans() == {"robot": ("r1",)}

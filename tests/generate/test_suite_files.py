@@ -57,7 +57,7 @@ def test_chosen_values_are_read_from_headers_and_change_the_id_only() -> None:
 
 
 def test_a_test_without_commands_has_an_id() -> None:
-    (test,) = parse_tests("# id: x\n# suite: s\n# aim: a\n# seed: 5\n", file="f", suite="other")
+    (test,) = parse_tests("# id: x\n# suite: s\n# target: a\n# seed: 5\n", file="f", suite="other")
     assert test == AbstractTest(id="x", suite="s", target="a", beliefs=(), lines=(), seed=5)
 
 
@@ -68,10 +68,10 @@ def test_a_test_without_commands_has_an_id() -> None:
         ("tell leg now\n", "f.txt:1:1: 'tell leg now' is no command; expected .*; nearest: tell leg"),
         ("set_param gaze == 1\n", "f.txt:1:1: 'set_param gaze == 1' is no command.*nearest: set_param gaze = "),
         ("# seed: soon\nbored\n", "f.txt:1:1: seed 'soon': expected a whole number"),
-        ("# aim: a\n# aim: b\nbored\n", "f.txt:2:1: a second '# aim:' in one test"),
-        ("# id: x\n# suite: s\n# aim: a\nbored\n", "f.txt:1:1: test 'x' has an id but no seed"),
+        ("# target: a\n# target: b\nbored\n", "f.txt:2:1: a second '# target:' in one test"),
+        ("# id: x\n# suite: s\n# target: a\nbored\n", "f.txt:1:1: test 'x' has an id but no seed"),
         (
-            "# id: x\n# suite: s\n# aim: a\n# seed: 1\nbored\n\n\n# id: x\n# suite: s\n# aim: a\n# seed: 2\n",
+            "# id: x\n# suite: s\n# target: a\n# seed: 1\nbored\n\n\n# id: x\n# suite: s\n# target: a\n# seed: 2\n",
             "f.txt:8:1: a second test with the id 'x', which is at f.txt:1:1 already; expected each id once",
         ),
         ("# values 2: x_m 1\nbored\n", "f.txt:1:1: values of command 2: the test has 1 commands only"),
@@ -84,7 +84,7 @@ def test_a_test_without_commands_has_an_id() -> None:
             "f.txt:1:1: values of command 1: x_m is inf; expected a f",
         ),
         ("# values 1: x_m 1\n# values 1: y_m 1\nbored\n", "f.txt:2:1: a second '# values 1:' in one test"),
-        ("# id: x.y\n# suite: s\n# aim: a\n# seed: 1\nbored\n", "f.txt:1:1: test id 'x.y': expected letters"),
+        ("# id: x.y\n# suite: s\n# target: a\n# seed: 1\nbored\n", "f.txt:1:1: test id 'x.y': expected letters"),
     ],
 )
 def test_an_error_of_a_text_names_file_line_and_column(text: str, message: str) -> None:

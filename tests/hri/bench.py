@@ -74,7 +74,7 @@ def forcing(test: ConcreteTest, forced: Mapping[str, float]) -> ConcreteTest:
 
 
 @cache
-def known_while() -> dict[str, PastFormula]:
+def known_when() -> dict[str, PastFormula]:
     """Requirement -> condition under which its violation is known, of this repository's ini file."""
     ini = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
     known = parse_exemptions(ini["hri_known_violations"], KNOWN)
@@ -85,7 +85,7 @@ def run(test: ConcreteTest, measurement: Measurement = UNMEASURED, engine: str =
     """Run one test, as the plugin does; on the first physics engine that is installed if none is named."""
     context = f"{test.id} {next(RUNS)}"
     table = testbench().choose(engine=engine)
-    return execute(RunSettings(table, requirements(), known_while(), measurement), test, context)
+    return execute(RunSettings(table, requirements(), known_when(), measurement), test, context)
 
 
 def suite(name: str, seed: int = 0) -> Iterator[ConcreteTest]:

@@ -46,13 +46,13 @@ def criteria() -> tuple[Criterion, ...]:
 def judged(test: ConcreteTest, measurement: Measurement = UNMEASURED) -> CaseResult:
     """Run one test, and judge it by requirements and model."""
     context = f"{test.id} {next(bench.RUNS)}"
-    settings = RunSettings(bench.testbench(), criteria(), bench.known_while(), measurement)
+    settings = RunSettings(bench.testbench(), criteria(), bench.known_when(), measurement)
     return execute(settings, test, context)
 
 
 def unknown_violations(result: CaseResult) -> str:
     """The ids of the requirements that are violated, beyond what is known of them."""
-    return " ".join(list_undeclared_violations(result, bench.known_while()))
+    return " ".join(list_undeclared_violations(result, bench.known_when()))
 
 
 @cache

@@ -20,7 +20,7 @@ def fails(state: str, body: machine.StateFunction, text: str, monkeypatch: pytes
     with monkeypatch.context() as patch:
         patch.setitem(machine.STATES, state, body)
         found = bench.run(LEG)
-    (fault,) = found.faults
+    (fault,) = found.errors
     assert re.search(text, fault)
     assert found.verdict("R4").verdict == "Passed"  # up to there
     assert bench.run(LEG).outcome.outcomes == ("released",)
@@ -81,7 +81,7 @@ def test_a_controller_that_computes_for_ever(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_controller_that_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(machine.TRANSITIONS, ("Send1", "told"), machine.DONE)
-    (fault,) = bench.run(LEG).faults
+    (fault,) = bench.run(LEG).errors
     assert "the controller ended without a table; it last said LegReady(turn=1) at" in fault
     monkeypatch.undo()
     assert bench.run(LEG).outcome.outcomes == ("released",)

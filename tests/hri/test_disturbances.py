@@ -133,7 +133,7 @@ ENDS: list[tuple[list[Line], str]] = [
 def test_turns_end_as_the_disturbance_has_it(lines: list[Line], outcomes: str) -> None:
     result = run(lines)
     assert " ".join(result.outcome.outcomes) == outcomes
-    assert not result.faults
+    assert not result.errors
     assert not unknown_violations(result)
 
 

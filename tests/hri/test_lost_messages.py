@@ -49,7 +49,7 @@ def test_the_turn_goes_on_as_if_it_had_been_said_when_it_was_heard(
     result = disturbed(disturbance)
     assert result.outcome.outcomes == outcomes
     assert not result.failed
-    assert not result.faults
+    assert not result.errors
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_a_report_on_the_table_that_nobody_hears_is_given_all_the_same() -> None
     result = disturbed(Drop("table_done"), *bench.leg("110") * 2)
     assert bench.times(result, "table_done")
     assert result.outcome.ended == "table done"
-    assert not result.faults
+    assert not result.errors
 
 
 def test_a_person_who_does_not_hear_that_the_turn_is_over_takes_the_leg_away() -> None:

@@ -33,7 +33,7 @@ def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() 
 
     found = produced(replace(source, actions=()), producing)
     assert found.test == source
-    assert tuple(asked_s) == found.acted_s
+    assert tuple(asked_s) == found.action_times_s
     assert asked_s[1] > 0.0
 
     stored = concretize(abstract_from(found.test, "produced"), bench.testbench().concretization)
@@ -43,7 +43,7 @@ def test_a_run_with_produced_actions_is_stored_as_a_test_that_is_the_same_run() 
     assert fixed.outcome == found.outcome
     assert fixed.cross == found.cross
     assert fixed.cross["handover"]
-    assert fixed.acted_s == found.acted_s
+    assert fixed.action_times_s == found.action_times_s
 
 
 def test_an_action_that_cannot_be_enacted_is_an_error_before_a_fixed_run_and_in_a_produced_one_when_it_comes() -> None:
@@ -54,4 +54,4 @@ def test_an_action_that_cannot_be_enacted_is_an_error_before_a_fixed_run_and_in_
     found = produced(replace(test, actions=()), lambda run, actor: iter(dance))
     assert found.error is not None
     assert "step 3: unknown command 'dance'" in str(found.error)
-    assert found.acted_s[-1] > 0.0
+    assert found.action_times_s[-1] > 0.0

@@ -24,7 +24,7 @@ FEW, MORE = 2, 6
 def assert_whole(result: CaseResult) -> None:
     """Check what holds for every run."""
     assert result.outcome.ended in ENDS
-    assert not result.faults
+    assert not result.errors
     assert len(result.outcome.outcomes) <= 4
     assert set(result.outcome.outcomes) <= OUTCOMES
     assert len(result.outcome.cross["decision"]) == len(result.outcome.outcomes)
@@ -123,6 +123,6 @@ def test_a_run_that_ends_at_the_limit_is_a_fault_of_a_robot_that_never_answers(m
     result = bench.run(bench.concrete(bench.leg()))
     assert result.outcome.outcomes == ("released",)
     assert result.sim_s == pytest.approx(conftest.LIMIT_S)
-    assert result.faults == (
+    assert result.errors == (
         'the run ended at its time limit of 900 s; if it may, declare VirtualTime(allowed_endings=("limit",))',
     )

@@ -57,7 +57,7 @@ def feed_trace(monitors: MonitorSet, trace: LoggedRun, shift_s: float = 0.0) -> 
 def summary(verdict: Verdict) -> Summary:
     """What the reference evaluator has to agree with; the rest of the verdict has to be consistent with it."""
     assert verdict.triggers == verdict.passes + verdict.failures + verdict.pending
-    assert verdict.vacuous == (verdict.triggers == 0)
+    assert verdict.untriggered == (verdict.triggers == 0)
     outcomes: list[str] = [trigger.outcome for trigger in verdict.history]
     counted = {"passed": verdict.passes, "failed": verdict.failures, "pending": verdict.pending}
     assert {outcome: outcomes.count(outcome) for outcome in counted} == counted

@@ -64,7 +64,7 @@ class ReferenceEvaluator(PastEvaluator):
 
     # --- nearest miss
 
-    def nearest_miss(self, antecedent: PastFormula) -> tuple[float, list[str], float | None]:
+    def near_miss(self, antecedent: PastFormula) -> tuple[float, list[str], float | None]:
         """Tick, missing conjuncts, and the distance of the one that is missing alone."""
         parts = flattened(antecedent)
         truths = [self.truth(part) for part in parts]

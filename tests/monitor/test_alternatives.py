@@ -21,7 +21,7 @@ def unused(formula: str, *updates: tuple[float, str, bool | float]) -> tuple[str
             monitors.message(time_s, name, {"yes": value})
         else:
             monitors.signal(time_s, name, value)
-    return monitors.finish(9.0)[0].unused
+    return monitors.finish(9.0)[0].vacuous_alternatives
 
 
 @pytest.mark.parametrize(
@@ -78,4 +78,7 @@ formula = "always(asked -> near | waits & answer.yes | !(far) & previously(far |
     for name, value in (("asked", True), ("x", 0.0), ("near", True)):
         monitors.signal(0.0, name, value)
     [verdict] = monitors.finish(1.0)
-    assert verdict.unused == ("waits & answer.yes", "!far & previously(far | x > 5) & x > 1 & !near & x > 7")
+    assert verdict.vacuous_alternatives == (
+        "waits & answer.yes",
+        "!far & previously(far | x > 5) & x > 1 & !near & x > 7",
+    )

@@ -54,7 +54,7 @@ def test_several_requirements_are_judged_in_their_order() -> None:
         ("R2", "NC"),
     ]
     assert verdicts[0].violations[0].values == {"arm_speed": 1.0}
-    assert verdicts[1].nearest_miss is not None
+    assert verdicts[1].near_miss is not None
 
 
 def fed(text: str, log: Log) -> Verdict:

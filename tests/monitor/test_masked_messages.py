@@ -38,7 +38,7 @@ TWICE = run((1.0, "Moving", 1.0), (2.0, "Failed", 1.0), (2.0, "Idle", 1.0), (3.0
 )
 def test_a_message_that_is_not_judged_is_counted(formula: str, count: dict[str, int]) -> None:
     [verdict] = evaluate([Requirement("R1", "", "", formula, parse_formula(formula, VOCABULARY))], TWICE)
-    assert verdict.overtaken == count
+    assert verdict.masked_messages == count
 
 
 def test_of_three_the_first_is_not_seen_even_with_the_one_before() -> None:
@@ -46,4 +46,4 @@ def test_of_three_the_first_is_not_seen_even_with_the_one_before() -> None:
     requirement = Requirement("R1", "", "", formula, parse_formula(formula, VOCABULARY))
     thrice = run((1.0, "Failed", 1.0), (1.0, "Moving", 1.0), (1.0, "Idle", 1.0))
     [verdict] = evaluate([requirement], thrice)
-    assert (verdict.verdict, verdict.overtaken) == ("NC", {"state": 1})
+    assert (verdict.verdict, verdict.masked_messages) == ("NC", {"state": 1})

@@ -146,7 +146,7 @@ def test_the_result_of_a_verdict_is_what_reports_have() -> None:
         "triggers": 1,
         "passes": 0,
         "failures": 1,
-        "vacuous": 0,
+        "untriggered": 0,
         "pending": 0,
         "violations": [
             {
@@ -166,7 +166,7 @@ def test_the_result_of_a_verdict_is_what_reports_have() -> None:
         ],
         "margin": -9.0,
         "margin_time_s": 20.0,
-        "nearest_miss": None,
+        "near_miss": None,
     }
 
 

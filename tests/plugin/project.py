@@ -245,11 +245,11 @@ formula = "always(on(greeting) -> eventually[0:2](on(answer)))"
 """
 
 BY_HAND = """
-[[aim]]
+[[belief_set]]
 name = "polite visitors"
 beliefs = ["?[ae]l*", "polite", "bright"]
 
-[[aim]]
+[[belief_set]]
 name = "curt visitors"
 beliefs = ["hall", "curt", "d*"]
 """

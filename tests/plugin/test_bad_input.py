@@ -269,7 +269,7 @@ def test_no_testbench(lamps: pytest.Pytester, mode: tuple[str, ...]) -> None:
         ("# nothing but words\n", "recorded.txt: no tests in it; expected at least one"),
         ("# id: a.b\ngreet\n", "recorded.txt:"),
         (
-            "# id: a\n# suite: s\n# aim: a\n# seed: 1\ngreet\n\n# id: a\n# suite: s\n# aim: a\n# seed: 1\ngreet\n",
+            "\n".join(["# id: a\n# suite: s\n# target: a\n# seed: 1\ngreet\n"] * 2),
             "recorded.txt:7:1: a second test with the id 'a', which is at ",
         ),
     ],

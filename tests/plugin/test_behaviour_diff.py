@@ -47,7 +47,7 @@ def test_the_same_code_behaves_as_in_the_baseline(kept: pytest.Pytester, options
         "changed": {},
         "kinds": [],
         "new": [],
-        "gone": [],
+        "removed": [],
         "notes": [],
     }
 
@@ -156,7 +156,7 @@ def test_a_run_that_a_failure_of_the_code_ends_is_compared_also_where_the_sessio
     (changed,) = changes["changed"].values()
     told = "had the faults the code under test raised KernelError: guide at 2.023 s: cannot wait for -1 s"
     assert any(text.startswith(told) for text in changed["also"])
-    assert changes["gone"] == []
+    assert changes["removed"] == []
 
 
 @pytest.mark.slow
@@ -187,7 +187,7 @@ def test_tests_that_the_baseline_has_not_are_new_and_not_changed(kept: pytest.Py
         ]
     )
     changes = report(kept.path)["changes"]
-    assert (changes["compared"], len(changes["new"]), len(changes["gone"])) == (2, 1, 2)
+    assert (changes["compared"], len(changes["new"]), len(changes["removed"])) == (2, 1, 2)
 
 
 @pytest.mark.slow
@@ -223,7 +223,9 @@ def test_the_command_line_switches_off_the_comparison_of_the_ini_file(kept: pyte
 
 
 def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it_lacks(kept: pytest.Pytester) -> None:
-    edit(kept.path, tests=None, seed=None, code_sha256=None, made_with=None, violations={"R1": [], "R2": [], "R3": []})
+    edit(
+        kept.path, tests=None, seed=None, code_sha256=None, environment=None, violations={"R1": [], "R2": [], "R3": []}
+    )
     result = kept.runpytest_inprocess(*BY_HAND)
     assert result.ret == 1
     result.stdout.fnmatch_lines(
@@ -243,8 +245,8 @@ def test_a_baseline_of_an_older_version_still_compares_verdicts_and_says_what_it
 
 @pytest.mark.slow
 def test_a_baseline_made_with_other_versions_is_said(kept: pytest.Pytester) -> None:
-    made_with = {"python": "3.10.1", "machine": "Plan9 mips"}
-    edit(kept.path, made_with=made_with)
+    environment = {"python": "3.10.1", "machine": "Plan9 mips"}
+    edit(kept.path, environment=environment)
     assert "made with" not in kept.runpytest_inprocess(*BY_HAND).stdout.str()  # nothing is to be explained
     slower(kept)
     told = " ".join(kept.runpytest_inprocess(*BY_HAND).stdout.str().split())
@@ -258,7 +260,7 @@ def test_a_replayed_test_is_compared_with_the_baseline_too(kept: pytest.Pytester
     kept.runpytest_inprocess("--hri-suite=by-hand")
     result = kept.runpytest_inprocess("--hri-replay=hri-report/failures", BASE)
     result.stdout.fnmatch_lines(["1 of 1 tests behaves differently from the baseline"])
-    assert report(kept.path)["changes"]["gone"] == []
+    assert report(kept.path)["changes"]["removed"] == []
 
 
 @pytest.mark.slow
@@ -276,7 +278,7 @@ def test_each_shard_and_the_merged_report_are_compared(kept: pytest.Pytester) ->
     assert "\nFAILED 4 of 4 tests behave differently from the baseline\n" in merged.stdout
     together = json.loads((kept.path / "all" / "report.json").read_text(encoding="utf-8"))
     assert len(together["changes"]["changed"]) == 4
-    assert "made_with" in together
+    assert "environment" in together
     without = command("gate", "all", "--fail-on-change")
     assert (without.returncode, without.stderr) == (
         2,

@@ -27,7 +27,7 @@ def test_they_are_judged_and_reported_like_texts(built: pytest.Pytester) -> None
     written = report(built.path)
     assert written["requirements"]["R1"]["text"] == "always(on(wish) -> eventually[0:1](on(switched)))"
     assert written["suites"][0]["requirements"]["R3"]["passed"] > 0
-    misses = [test["requirements"]["R3"]["nearest_miss"] for test in written["tests"]]
+    misses = [test["requirements"]["R3"]["near_miss"] for test in written["tests"]]
     assert {"time_s": 0.0, "missing": ["on(greeting)"], "distance": None} in misses
 
 

@@ -65,7 +65,7 @@ def test_what_is_open_has_a_reason_or_a_suggestion(lamps: pytest.Pytester) -> No
     guide.write_text(text, encoding="utf-8")
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "hall-polite")
     (tested,) = report(lamps.path)["tests"]
-    lines = {gap["place"]: gap for gap in gaps(lamps, "statements")}
+    lines = {gap["location"]: gap for gap in gaps(lamps, "statements")}
     assert lines["lamps/guide.py"]["reason"] == "waived as unreachable: done by the caretaker"
     assert lines["lamps/guide.py dimmed"]["reason"] == "no test comes to this function"
     level = lines["lamps/guide.py level_for"]
@@ -82,7 +82,7 @@ def test_what_is_open_has_a_reason_or_a_suggestion(lamps: pytest.Pytester) -> No
 def test_a_requirement_that_nobody_triggered_is_open_with_the_nearest_test(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess("--hri-suite=by-hand", "-k", "curt")
     (open_,) = gaps(lamps, "requirements")
-    assert open_["place"] == "R3"
+    assert open_["location"] == "R3"
     assert open_["test"] in {test["id"] for test in report(lamps.path)["tests"]}
     assert open_["suggestion"].startswith(f"vary {open_['test']}, which lacked ")
 

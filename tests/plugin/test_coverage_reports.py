@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.plugin.project import change
-from tests.plugin.test_coverage_settings import BESIDE, SUITE, coverages, ours
+from tests.plugin.test_coverage_settings import CROSS_CHECK, SUITE, coverages, ours
 
 pytestmark = pytest.mark.slow  # sessions in processes of their own
 
@@ -291,7 +291,7 @@ def report_on(folder: Path) -> None:
 
 def test_totals_are_those_of_coverage_with_it_and_without_it(lamps: pytest.Pytester) -> None:
     report_on(lamps.path)
-    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *BESIDE)
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *CROSS_CHECK)
     joined = ours(lamps.path)
     assert joined == coverages(lamps.path)
     assert joined["lamps/reported/greenlets.py"] == (8, 0, 0, 0)

@@ -12,7 +12,7 @@ import pytest
 from tests.plugin.project import A_WORKER, change, report
 
 SUITE = ("--hri-suite=by-hand", "-p", "no:cacheprovider")
-BESIDE = ("--cov=lamps", "--cov-branch", "--cov-report=json")
+CROSS_CHECK = ("--cov=lamps", "--cov-branch", "--cov-report=json")
 
 MORE = '''
 
@@ -130,7 +130,7 @@ def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.
     grow(lamps.path)
     for file, text in INI[name].items():
         (lamps.path / file).write_text(text, encoding="utf-8")
-    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *BESIDE)
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *CROSS_CHECK)
     assert ours(lamps.path) == coverages(lamps.path)
     joined = ours(lamps.path)
     if name == "dynamic contexts":  # coverage.py itself then has nothing of what was imported before the first test
@@ -145,7 +145,7 @@ def test_totals_are_those_of_coverages_own_report_of_the_same_run(lamps: pytest.
 def test_the_core_sysmon_is_told_and_has_no_part_in_our_own_measurement(lamps: pytest.Pytester) -> None:
     grow(lamps.path)
     (lamps.path / ".coveragerc").write_text("[run]\ncore = sysmon\n", encoding="utf-8")
-    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *BESIDE)
+    lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *CROSS_CHECK)
     assert "sys.monitoring" in report(lamps.path)["code_under_test"]["reason"]
     lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", "-p", "no:cov")
     assert ours(lamps.path)["lamps/guide.py"] == coverages(lamps.path)["lamps/guide.py"]
@@ -184,7 +184,7 @@ def test_measuring_with_sys_monitoring_gives_the_same_totals_or_says_that_it_doe
 ) -> None:
     grow(lamps.path)
     monkeypatch.setenv("COVERAGE_CORE", "sysmon")
-    beside = [option for option in BESIDE if branches or option != "--cov-branch"]
+    beside = [option for option in CROSS_CHECK if branches or option != "--cov-branch"]
     lamps.runpytest_subprocess(*SUITE, "-p", "no:xdist", *beside)
     code = report(lamps.path)["code_under_test"]
     if code["measured"]:  # it has branches from Python 3.14 on, and before, coverage.py takes its own core

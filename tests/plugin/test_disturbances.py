@@ -51,7 +51,7 @@ def test_a_handler_gets_the_world_and_its_parameters_when_the_line_begins(hri_ru
     result = hri_run(["enter cellar", "disturb brownout", "greet"], level=1.5, pause_s=0.5)
     times, levels = result.record.signals["lamp_level"]
     assert (list(times), list(levels)) == ([0.0, 0.5], [0.0, 1.5])
-    assert result.acted_s == (0.0, 0.5, 0.5)
+    assert result.action_times_s == (0.0, 0.5, 0.5)
     event, greeting, *_ = result.record.messages
     assert str(event).split() == ["0.500", "test", "disturb", "brownout", "level=1.5"]
     assert greeting.time_s == 1.0

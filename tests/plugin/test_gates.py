@@ -117,7 +117,7 @@ def test_what_need_not_be_triggered_is_allowed_by_name_in_some_suites_or_in_all(
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  NC: allowed           R3: nobody greets"])
     result.stdout.no_fnmatch_line("*NC: not checked*")
-    assert report(lamps.path)["may_be_nc"] == {"R3": {"reason": "nobody greets", "suites": ["by-hand", "rl"]}}
+    assert report(lamps.path)["allowed_untriggered"] == {"R3": {"reason": "nobody greets", "suites": ["by-hand", "rl"]}}
     assert "need not be triggered in by-hand, rl: nobody greets." in (lamps.path / "hri-report/index.html").read_text()
     change(lamps.path, "pytest.ini", "by-hand,rl", "rl")
     assert lamps.runpytest_inprocess(*SUITE).ret == 1
@@ -136,9 +136,9 @@ def test_a_part_of_a_requirement_that_never_decides_is_told_of_whole_suites(
     assert result.ret == 0
     result.stdout.fnmatch_lines(["  vacuous               in R2, never affected the verdict: lamp_level > 500"])
     written = report(lamps.path)
-    assert written["suites"][0]["requirements"]["R2"]["unused"] == ["lamp_level > 500"]
+    assert written["suites"][0]["requirements"]["R2"]["vacuous_alternatives"] == ["lamp_level > 500"]
     (gap,) = [gap for gap in written["closure"]["gaps"] if gap["kind"] == "requirements"]
-    assert (gap["place"], gap["items"]) == ("R2", ["lamp_level > 500"])
+    assert (gap["location"], gap["items"]) == ("R2", ["lamp_level > 500"])
     assert gap["reason"] == "no test made its response hold by this alternative"
 
 

@@ -62,7 +62,7 @@ def test_what_nothing_imports_is_never_run_and_is_listed_as_never_imported(
     result.stdout.fnmatch_lines(["  never imported        lamps/calibrate.py, lamps/hardware.py, *"])
     page = (lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert page.count("never imported") >= len(listed)
-    gaps = [gap for gap in report(lamps.path)["closure"]["gaps"] if gap["place"] == "lamps/calibrate.py"]
+    gaps = [gap for gap in report(lamps.path)["closure"]["gaps"] if gap["location"] == "lamps/calibrate.py"]
     assert [gap["reason"] for gap in gaps] == ["never imported: no test imports this file"]
 
 

@@ -29,22 +29,22 @@ def glare_in_the_cellar(lamps: pytest.Pytester) -> None:
 def test_a_violation_where_it_is_known_does_not_fail_and_says_where_it_is_known(
     lamps: pytest.Pytester, options: tuple[str, ...]
 ) -> None:
-    known(lamps, "R2 while once[0:10](on(wish) & !wish.cellar) until 2999-12-31: the hall: no dimmer")
+    known(lamps, "R2 when once[0:10](on(wish) & !wish.cellar) until 2999-12-31: the hall: no dimmer")
     result = lamps.runpytest_inprocess(SUITE, "-rx", *options)
     assert result.ret == 0
     result.assert_outcomes(passed=3, xfailed=1)
-    condition = "while once[[]0:10[]](on(wish) & !wish.cellar): the hall: no dimmer"
+    condition = "when once[[]0:10[]](on(wish) & !wish.cellar): the hall: no dimmer"
     result.stdout.fnmatch_lines(
         [
             "  R2 The lamp shall never glare * 1 known *",
-            "  R2 is known to fail: while once[[]0:10[]](on(wish) & !wish.cellar): the hall: no",
+            "  R2 is known to fail: when once[[]0:10[]](on(wish) & !wish.cellar): the hall: no",
             "  dimmer",
             f"XFAIL *- known violation of R2 ({condition})",
         ]
     )
     written = report(lamps.path)
     assert written["known_violations"] == {"R2": "the hall: no dimmer"}
-    assert written["known_while"] == {"R2": "once[0:10](on(wish) & !wish.cellar)"}
+    assert written["known_when"] == {"R2": "once[0:10](on(wish) & !wish.cellar)"}
     assert written["known_until"] == {"R2": "2999-12-31"}
     assert "outside" not in written["suites"][0]["requirements"]["R2"]
 
@@ -56,16 +56,16 @@ def test_a_violation_elsewhere_fails_its_test_though_the_requirement_is_known_to
 ) -> None:
     glare_in_the_cellar(lamps)
     assert lamps.runpytest_inprocess(SUITE, *options).ret == 0  # this is what a condition is for
-    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     result = lamps.runpytest_inprocess(SUITE, *options)
     assert result.ret == 1
     result.assert_outcomes(passed=2, xfailed=1, failed=1)
     result.stdout.fnmatch_lines(
         [
             "R2 Failed: The lamp shall never glare",
-            "  known only while !wish.cellar: the hall has no dimmer",
+            "  known only when !wish.cellar: the hall has no dimmer",
             "  triggered at *: lamp_level = 95 % (margin -15 %); not known under this condition",
-            "  R2 is known to fail: while !wish.cellar: the hall has no dimmer; 1 test",
+            "  R2 is known to fail: when !wish.cellar: the hall has no dimmer; 1 test",
             "  violated it outside of this condition",
             "tests: 2 passed, 1 failed, 1 known to fail",
         ]
@@ -84,7 +84,7 @@ def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytes
     change(lamps.path, "lamps/guide.py", "        lamp.set(0)\n", "        clock.sleep(0.1)\n        lamp.set(0)\n")
     again = "        clock.sleep(SWITCHING_S)\n        lamp.set(95.0)\n        clock.sleep(0.1)\n        lamp.set(0)\n"
     change(lamps.path, "lamps/guide.py", "        clock.sleep(SWITCHING_S)\n", again)
-    known(lamps, "R2 while lamp_level >= 99: the hall has no dimmer")
+    known(lamps, "R2 when lamp_level >= 99: the hall has no dimmer")
     result = lamps.runpytest_inprocess(SUITE, "-k", "hall-polite")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
@@ -93,20 +93,20 @@ def test_one_violation_elsewhere_is_enough_and_is_told_first(lamps: pytest.Pytes
 
 
 def test_a_strict_run_knows_of_no_condition(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     result = lamps.runpytest_inprocess(SUITE, "--hri-strict")
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.no_fnmatch_line("*known*while*")
+    result.stdout.no_fnmatch_line("*known*when*")
 
 
 def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lamps: pytest.Pytester) -> None:
     change(lamps.path, "pytest.ini", f"hri_known_violations =\n    {KNOWN}\n", "")
     glare_in_the_cellar(lamps)
-    given = ("--hri-known=R2 while !wish.cellar: no dimmer, yet", "--hri-known=R1,R3")
+    given = ("--hri-known=R2 when !wish.cellar: no dimmer, yet", "--hri-known=R1,R3")
     result = lamps.runpytest_inprocess(SUITE, *given)
     result.assert_outcomes(passed=2, xfailed=1, failed=1)
-    result.stdout.fnmatch_lines(["  known only while !wish.cellar: no dimmer, yet"])
-    result.stdout.fnmatch_lines(["*--hri-seed=0 '--hri-known=R2 while !wish.cellar: no dimmer, yet' --hri-known=R1,R3"])
+    result.stdout.fnmatch_lines(["  known only when !wish.cellar: no dimmer, yet"])
+    result.stdout.fnmatch_lines(["*--hri-seed=0 '--hri-known=R2 when !wish.cellar: no dimmer, yet' --hri-known=R1,R3"])
     known_violations = report(lamps.path)["known_violations"]
     assert known_violations == {"R2": "no dimmer, yet"} | dict.fromkeys(("R1", "R3"), "named with --hri-known")
 
@@ -114,15 +114,15 @@ def test_the_command_line_may_have_a_condition_and_a_reason_and_repeats_them(lam
 @pytest.mark.slow
 def test_the_command_line_wins_over_the_ini(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
-    assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2 while !wish.cellar").ret == 1
-    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2 when !wish.cellar").ret == 1
+    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     assert lamps.runpytest_inprocess(SUITE).ret == 1
     assert lamps.runpytest_inprocess(SUITE, "--hri-known=R2").ret == 0
 
 
 FORM = (
     "expected 'REQUIREMENT: reason' or "
-    "'REQUIREMENT [[]of CAUSE,...[]] [[]while CONDITION[]] [[]until YYYY-MM-DD[]]: reason'"
+    "'REQUIREMENT [[]of CAUSE,...[]] [[]when CONDITION[]] [[]until YYYY-MM-DD[]]: reason'"
 )
 
 
@@ -130,16 +130,19 @@ FORM = (
     ("line", "told"),
     [
         (
-            "R2 while wish.celar: dark",
+            "R2 when wish.celar: dark",
             "known violation of R2: *, column 1: unknown name 'wish.celar'; nearest: *",
         ),
-        ("R2 while lamp_level >: dark", "known violation of R2: condition, column 13: the condition ends too early"),
-        ("R2 while lamp_level: dark", "known violation of R2: condition, column 1: *"),
-        ("R2 while always(on(wish) -> on(switched)): dark", "known violation of R2: condition, column 1*"),
-        ("R2 while : dark", f"hri_known_violations: 'R2 while : dark': {FORM}"),
-        ("R2 when lamp_level > 3: dark", f"hri_known_violations: * {FORM}"),
-        ("R2 while once[0:10](on(wish))", f"hri_known_violations: * {FORM}"),
-        ("R2 while lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is no day*"),
+        ("R2 when lamp_level >: dark", "known violation of R2: condition, column 13: the condition ends too early"),
+        ("R2 when lamp_level: dark", "known violation of R2: condition, column 1: *"),
+        ("R2 when always(on(wish) -> on(switched)): dark", "known violation of R2: condition, column 1*"),
+        ("R2 when : dark", f"hri_known_violations: 'R2 when : dark': {FORM}"),
+        (
+            "R2 while lamp_level > 3: dark",
+            "hri_known_violations: * expected 'when CONDITION' in place of 'while CONDITION'",
+        ),
+        ("R2 when once[0:10](on(wish))", f"hri_known_violations: * {FORM}"),
+        ("R2 when lamp_level > 3 until 2020-02-30: dark", "hri_known_violations: * '2020-02-30' is no day*"),
     ],
 )
 @plain_and_slowly_in_other_modes
@@ -153,20 +156,20 @@ def test_a_condition_that_cannot_be_is_refused_before_anything_runs(
 
 
 def test_conditions_hold_for_runs_of_own_test_functions(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 while wish.cellar: the cellar has no dimmer")
+    known(lamps, "R2 when wish.cellar: the cellar has no dimmer")
     own = "def test_own(hri_run):\n    hri_run.check(hri_run('enter hall\\nset_lamp level = 100'))\n"
     (lamps.path / "test_own.py").write_text(own, encoding="utf-8")
     result = lamps.runpytest_inprocess("test_own.py")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["  known only while wish.cellar: the cellar has no dimmer"])
-    change(lamps.path, "pytest.ini", "while wish.cellar", "while !wish.cellar")
+    result.stdout.fnmatch_lines(["  known only when wish.cellar: the cellar has no dimmer"])
+    change(lamps.path, "pytest.ini", "when wish.cellar", "when !wish.cellar")
     lamps.runpytest_inprocess("test_own.py").assert_outcomes(xfailed=1)
 
 
 @pytest.mark.slow
 def test_a_failure_elsewhere_is_shrunk_to_one_that_is_elsewhere(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
-    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     lamps.runpytest_inprocess("--hri-suite=rl", "--hri-shrink")
     (shrunk,) = [test for test in report(lamps.path)["tests"] if "shrunk" in test]
     assert shrunk["outcome"] == "failed"
@@ -175,11 +178,11 @@ def test_a_failure_elsewhere_is_shrunk_to_one_that_is_elsewhere(lamps: pytest.Py
 
 @pytest.mark.slow
 def test_a_search_looks_for_violations_where_they_are_not_known(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     options = (SUITE, "--hri-search=5")
     assert lamps.runpytest_inprocess(*options).ret == 0
     assert report(lamps.path)["search"]["R2"]["status"] == "not violated"
-    change(lamps.path, "pytest.ini", "R2 while !wish.cellar", "R2")
+    change(lamps.path, "pytest.ini", "R2 when !wish.cellar", "R2")
     assert lamps.runpytest_inprocess(*options).ret == 0
     assert report(lamps.path)["search"]["R2"]["status"] == "violated by the suite"
 
@@ -187,20 +190,20 @@ def test_a_search_looks_for_violations_where_they_are_not_known(lamps: pytest.Py
 @pytest.mark.slow
 def test_a_merged_report_keeps_the_conditions_and_what_was_outside(lamps: pytest.Pytester) -> None:
     glare_in_the_cellar(lamps)
-    known(lamps, "R2 while !wish.cellar: the hall has no dimmer")
+    known(lamps, "R2 when !wish.cellar: the hall has no dimmer")
     for shard in ("1/2", "2/2"):
         lamps.runpytest_inprocess(SUITE, f"--hri-shard={shard}", f"--hri-report=shard{shard[0]}")
     merge = command("merge", "shard1", "shard2")
     assert merge.returncode == 1
     assert re.search(r"^FAILED by-hand-cellar-polite-\S+: failed$", merge.stdout, re.MULTILINE)
     merged = json.loads((lamps.path / "hri-merged" / "report.json").read_text(encoding="utf-8"))
-    assert merged["known_while"] == {"R2": "!wish.cellar"}
+    assert merged["known_when"] == {"R2": "!wish.cellar"}
     assert merged["suites"][0]["requirements"]["R2"]["outside"] == 1
 
 
 @pytest.mark.slow
 def test_a_condition_may_use_the_definitions_of_the_requirements(lamps: pytest.Pytester) -> None:
-    known(lamps, "R2 while in_hall: the hall has no dimmer")
+    known(lamps, "R2 when in_hall: the hall has no dimmer")
     change(lamps.path, "requirements.toml", "[R1]\n", '[definitions]\nin_hall = "on(wish) & !wish.cellar"\n\n[R1]\n')
     lamps.runpytest_inprocess(SUITE).assert_outcomes(passed=3, xfailed=1)
     change(lamps.path, "requirements.toml", "!wish.cellar", "!wish.celler")

@@ -59,7 +59,7 @@ def test_another_reward_is_told_and_gives_other_tests(lamps: pytest.Pytester, op
     assert made["reward"] == "uncovered"
     assert made["diagnosis"]["plans_executed"] == {"guide": 2, "visitor": 7}
     result.stdout.fnmatch_lines(["  diversity *entropy * bits over * belief sets; *", "  note *mostly repeats: *"])
-    assert "--hri-rl-reward=uncovered" in written["rerun"]["options"]
+    assert "--hri-rl-reward=uncovered" in written["rerun_options"]["options"]
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_a_saved_table_is_learned_on_from(lamps: pytest.Pytester) -> None:
     assert result.ret == 0
     written = report(lamps.path)
     assert "learning began with q.json" in written["suites"][0]["generation"]["notes"]
-    assert written["rerun"]["options"] == ["--hri-rl-start=tables/q.json"]
+    assert written["rerun_options"]["options"] == ["--hri-rl-start=tables/q.json"]
 
 
 def test_belief_sets_can_be_learned_on_from(lamps: pytest.Pytester) -> None:

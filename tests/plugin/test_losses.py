@@ -47,7 +47,7 @@ def test_an_exception_in_the_code_under_test_fails_its_test_only(
     written = report(lamps.path)
     assert (written["selected"], written["reported"], written["not_run"]) == (4, 4, 0)
     (broken,) = [test for test in written["tests"] if test["outcome"] == "failed"]
-    (fault,) = broken["faults"]
+    (fault,) = broken["errors"]
     assert fault.startswith("the code under test raised ConnectionError: lamp unplugged in node guide at ")
     assert broken["requirements"]["R1"]["pending"] == 1  # its verdicts are there, up to the fault
     assert broken["code"]["statements"] > 20
@@ -106,7 +106,7 @@ def test_a_run_that_nobody_ended_fails_unless_the_testbench_allows_it(lamps: pyt
     )
     allowed = lamps.runpytest_inprocess(SUITE)
     assert allowed.ret == 0
-    assert "faults" not in report(lamps.path)["tests"][0]
+    assert "errors" not in report(lamps.path)["tests"][0]
 
 
 def test_full_trace_shows_the_frames_of_the_plugin(lamps: pytest.Pytester) -> None:

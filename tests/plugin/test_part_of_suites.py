@@ -28,7 +28,7 @@ def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pyte
     folder = lamps.path / "hri-report"
     result.stdout.fnmatch_lines([f"suite rl, seed 0: 1 of {every} tests"])
     result.stdout.fnmatch_lines([f"report: {folder / 'index.html'}", f"full report: {folder / 'whole' / 'index.html'}"])
-    assert report(lamps.path)["whole"] == "whole/index.html"
+    assert report(lamps.path)["full_report"] == "whole/index.html"
     assert '<a href="whole/index.html">' in (folder / "index.html").read_text("utf-8")
     lamps.runpytest_inprocess(*SUITE, f"test_lamps.py::test_lamps[{name}]")
     assert sizes(lamps) == (1, every)
@@ -36,7 +36,7 @@ def test_parts_one_after_the_other_leave_it_until_the_next_whole_one(lamps: pyte
     assert sizes(lamps)[1] == every
     lamps.runpytest_inprocess(*SUITE)
     assert sizes(lamps) == (every, None)
-    assert "whole" not in report(lamps.path)
+    assert "full_report" not in report(lamps.path)
 
 
 @pytest.mark.slow

@@ -135,7 +135,7 @@ def test_code_that_has_changed_is_told_and_run_when_asked_to(failed: pytest.Pyte
 def test_a_file_of_the_code_that_is_new_or_gone_is_told(failed: pytest.Pytester) -> None:
     (failed.path / "lamps" / "extra.py").write_text("", encoding="utf-8")
     data = json.loads((failed.path / FILE).read_text(encoding="utf-8"))
-    edit(failed, code=data["code"] | {"lamps/old.py": "0" * 64}, made_with=data["made_with"] | {"python": "3.10.1"})
+    edit(failed, code=data["code"] | {"lamps/old.py": "0" * 64}, environment=data["environment"] | {"python": "3.10.1"})
     assert f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now " in refused(failed, REPLAY)
     again = failed.runpytest_inprocess(REPLAY, "--hri-replay-force")
     again.stdout.fnmatch_lines([f"{FILE}: lamps/extra.py is new, lamps/old.py is gone, python 3.10.1, now *"])
@@ -202,7 +202,7 @@ def test_a_full_disk_loses_no_result(lamps: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
-        ({"schema": "hricdv-replay/9"}, "expected schema 'hricdv-replay/1', found 'hricdv-replay/9'"),
+        ({"schema": "hricdv-replay/9"}, "expected schema 'hricdv-replay/2', found 'hricdv-replay/9'"),
         ({"test": 3}, "Expected `object`, got `int` - at `$.test`; expected a replay file"),
         ({"concrete": {"actions": [], "run": {"patience_s": 6.0}}}, "have different actions; was it edited?"),
         (
@@ -233,7 +233,7 @@ def refused(lamps: pytest.Pytester, *options: str) -> str:
     [
         ('{"schema": "hricdv-rep', f"{FILE}:1:12: not JSON, perhaps cut off"),
         ("", f"{FILE}:1:1: not JSON, perhaps cut off"),
-        ("{}", f"{FILE}: expected schema 'hricdv-replay/1', found None"),
+        ("{}", f"{FILE}: expected schema 'hricdv-replay/2', found None"),
         ("[]", f"{FILE}: Expected `object`, got `array`; expected a replay file"),
     ],
 )

@@ -42,8 +42,8 @@ def test_a_shard_that_was_stopped_by_an_error(lamps: pytest.Pytester) -> None:
     assert report.shard == "1/1"
     assert report.gates is None
     (broken,) = [test for test in report.tests if test.outcome == "error"]
-    assert (broken.acted_s, broken.record_sha256, broken.timeline) == (None, None, None)
-    assert not broken.requirements["R1"].nearest_miss
+    assert (broken.action_times_s, broken.record_sha256, broken.timeline) == (None, None, None)
+    assert not broken.requirements["R1"].near_miss
 
 
 @pytest.mark.slow

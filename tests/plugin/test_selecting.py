@@ -100,4 +100,4 @@ def test_corners_are_other_tests_with_names_of_their_own(lamps: pytest.Pytester,
         if action["parameters"]
     ]
     assert 0 < sum(pause in (0.5, 1.0) for pause in pauses) < len(pauses)
-    assert written["rerun"]["options"] == ["--hri-concretizations=2", "--hri-sampling=corners"]
+    assert written["rerun_options"]["options"] == ["--hri-concretizations=2", "--hri-sampling=corners"]

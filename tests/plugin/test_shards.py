@@ -199,7 +199,7 @@ def test_a_crashed_run_and_its_repetition_make_a_whole(lamps: pytest.Pytester) -
     ("spoil", "told"),
     [
         (lambda text: text[:5000], "not JSON, perhaps cut off"),
-        (lambda text: text.replace("hricdv-report/2", "hricdv-report/9"), "expected schema 'hricdv-report/2', found"),
+        (lambda text: text.replace("hricdv-report/3", "hricdv-report/9"), "expected schema 'hricdv-report/3', found"),
         (
             lambda text: text.replace('"outcome"', '"result"'),
             "missing required field `outcome` - at `$.tests[0]`",

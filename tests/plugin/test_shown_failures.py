@@ -104,7 +104,7 @@ def test_services_and_junit_read_causes(
     assert all(line.endswith("by 20 % (cause 1)") for line in summary)
     annotations = [line for line in result.outlines if line.startswith("::error")]
     (cause,) = report(bright.path)["causes"]
-    place = cause["places"][0]
+    place = cause["locations"][0]
     file = f"{bright.path.name}/{place['file']}"
     title = f"hri%3A cause 1 ({cause['id']})%3A"
     assert annotations[0].startswith(f"::error file={file},line={place['line']},title={title}")

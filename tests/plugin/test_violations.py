@@ -102,7 +102,7 @@ def failure(lines: list[str]) -> list[str]:
 def test_the_page_has_the_command_with_the_options_of_the_run(lamps: pytest.Pytester) -> None:
     forget(lamps)
     lamps.runpytest_inprocess("--hri-suite=by-hand,rl", "--hri-concretizations=2", "-k", BRIGHT)
-    assert report(lamps.path)["rerun"] == {"suite": "by-hand,rl", "options": ["--hri-concretizations=2"]}
+    assert report(lamps.path)["rerun_options"] == {"suite": "by-hand,rl", "options": ["--hri-concretizations=2"]}
     page = Page((lamps.path / "hri-report" / "index.html").read_text(encoding="utf-8"))
     again = next(each["rerun"] for each in details(page) if each["rerun"])
     assert any(line.endswith("--hri-suite=by-hand,rl --hri-seed=0 --hri-concretizations=2") for line in again)

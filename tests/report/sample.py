@@ -32,7 +32,7 @@ def data(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> di
     rng = random.Random(seed)
     made = [test(rng, name) for name in suites for _ in range(tests)]
     return {
-        "schema": "hricdv-report/2",
+        "schema": "hricdv-report/3",
         "version": "0.1.0",
         "testbench": "table-assembly",
         "selected": len(made),
@@ -44,7 +44,7 @@ def data(suites: tuple[str, ...] = ("rl",), tests: int = 3, seed: int = 0) -> di
         "known_violations": {"R3": "no crush prevention"},
         "known_until": {},
         "strict": False,
-        "rerun": {"suite": "", "options": []},
+        "rerun_options": {"suite": "", "options": []},
         "outcome_label": "legs",
         "exploration": {},
         "closure": closure(made) | {"gaps": gaps(made)},
@@ -194,9 +194,9 @@ def closure(tests: list[dict[str, Any]]) -> dict[str, Any]:
 
 def gaps(tests: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Two plans of the same reason, and a waived line."""
-    reason = {"kind": "plans", "place": "human", "reason": "no test has beliefs that trigger it"}
+    reason = {"kind": "plans", "location": "human", "reason": "no test has beliefs that trigger it"}
     nearest = {"suggestion": "the beliefs leg1 m000l1 reach it", "beliefs": ["leg1", "m000l1"]}
-    waived = {"kind": "statements", "place": "controller/journal.py", "reason": "waived as unreachable: so"}
+    waived = {"kind": "statements", "location": "controller/journal.py", "reason": "waived as unreachable: so"}
     return [
         *({**reason, **nearest, "items": [plan], "test": tests[0]["id"] if tests else ""} for plan in PLANS_MISSED),
         {**waived, "items": ["60"], "suggestion": "", "test": "", "beliefs": []},
@@ -212,7 +212,7 @@ def _counted(tests: list[dict[str, Any]], requirement: str) -> dict[str, int]:
         "nc": verdicts.count("NC"),
         **{
             name: sum(result[name] for result in results)
-            for name in ("triggers", "passes", "failures", "vacuous", "pending")
+            for name in ("triggers", "passes", "failures", "untriggered", "pending")
         },
     }
 

@@ -3,21 +3,21 @@
 from typing import Any
 
 MUTATION: dict[str, Any] = {
-    "made": 5,
+    "generated": 5,
     "seed": 0,
     "tests_per_mutant": 1,
     "matrix": False,
-    "left_out": ["rl-leg1-left-out"],
+    "excluded_tests": ["rl-leg1-left-out"],
     "processes": 2,
     "wall_s": 61.5,
-    "ended": "seconds",
+    "end_reason": "seconds",
     "total": {
         "mutants": 5,
         "killed": 1,
         "survived": 1,
         "unchanged": 1,
-        "not_executed": 1,
-        "not_tried": 1,
+        "no_coverage": 1,
+        "not_run": 1,
         "percent": 25.0,
     },
     "suites": {
@@ -26,13 +26,13 @@ MUTATION: dict[str, Any] = {
             "killed": 1,
             "survived": 1,
             "unchanged": 1,
-            "not_executed": 1,
-            "not_tried": 1,
+            "no_coverage": 1,
+            "not_run": 1,
             "percent": 25.0,
         }
     },
     "operators": {},
-    "oracles": {"R1": {"killed": 1, "only": 0}, "exception": {"killed": 1, "only": 0}},
+    "assertions": {"R1": {"killed": 1, "killed_only_by": 0}, "exception": {"killed": 1, "killed_only_by": 0}},
     "groups": {},
     "mutants": [
         {
@@ -42,9 +42,9 @@ MUTATION: dict[str, Any] = {
             "operator": "message dropped",
             "before": "robot.bus.publish(State(name))\n<b>second</b>",
             "after": "pass",
-            "executing": {} if status == "not executed" else {"rl": 3},
-            "runs": [{"test": "rl-x", "suite": "rl", "oracles": oracles, "changed": changed, "note": note}],
-            "complete": status != "not tried",
+            "executing": {} if status == "no coverage" else {"rl": 3},
+            "runs": [{"test": "rl-x", "suite": "rl", "assertions": oracles, "changed": changed, "note": note}],
+            "complete": status != "not run",
             "status": status,
             "difference": "rl-x: at 3.2 s `state(Reset)` is missing" if status == "survived" else "",
         }
@@ -53,8 +53,8 @@ MUTATION: dict[str, Any] = {
                 ("killed", ["R1", "exception"], True, "KeyError: <script>"),
                 ("survived", [], True, ""),
                 ("unchanged", [], False, ""),
-                ("not executed", [], False, ""),
-                ("not tried", [], False, ""),
+                ("no coverage", [], False, ""),
+                ("not run", [], False, ""),
             ]
         )
     ],
@@ -63,11 +63,11 @@ MUTATION: dict[str, Any] = {
 
 CLOSING = {
     "suite": "closure",
-    "ended": "runs",
+    "end_reason": "runs",
     "budget": 400,
     "runs": 400,
-    "given": 2,
-    "erring": 1,
+    "initial_runs": 2,
+    "errored_runs": 1,
     "sim_s": 30211.5,
     "bound": 0.0075,
     "kinds": {
@@ -76,17 +76,17 @@ CLOSING = {
         "bin": {"hit": 1, "impossible": 4, "open": 12},
         "verdict": {"hit": 0, "impossible": 0, "open": 1},
     },
-    "ways": {
+    "strategies": {
         "model": {"runs": 100, "sim_s": 7000.0, "new": {"statement": 1, "bin": 1}},
         "disturbances": {"runs": 300, "sim_s": 23211.5, "new": {"statement": 1}},
     },
     "growth": [
-        {"run": 0, "sim_s": 0, "way": "given", "new": {"bin": 1}},
-        {"run": 1, "sim_s": 70.25, "way": "model", "new": {"statement": 1}},
-        {"run": 200, "sim_s": 14000.5, "way": "disturbances", "new": {"statement": 1}},
+        {"run": 0, "sim_s": 0, "strategy": "initial_runs", "new": {"bin": 1}},
+        {"run": 1, "sim_s": 70.25, "strategy": "model", "new": {"statement": 1}},
+        {"run": 200, "sim_s": 14000.5, "strategy": "disturbances", "new": {"statement": 1}},
     ],
     "good_turing": {"once": 2, "hits": 90000, "share": 2 / 90000, "points": 0.005},
-    "hit": [{"point": ["statement", "controller/states.py", "1"], "test": "closure-x", "way": "model", "run": 1}],
+    "hit": [{"point": ["statement", "controller/states.py", "1"], "test": "closure-x", "strategy": "model", "run": 1}],
     "impossible": [
         {"point": ["statement", "controller/journal.py", "60"], "reason": "a <b>guard</b>", "by": "waived"},
         *({"point": ["bin", "handover", "000", leg], "reason": "the model", "by": "model"} for leg in "1234"),
@@ -131,7 +131,7 @@ CLOSING = {
         {"requirement": "", "part": "the robot raised <b>KeyError</b>", "runs": 2, "test": "closure-x"},
         {"requirement": "R3", "part": "hand_distance >= 0.05", "known": True, "runs": 7, "test": "closure-y"},
     ],
-    "nearest": {"closure-near": "# id: closure-near\n# seed: 1\ntell leg\n"},
+    "closest_tests": {"closure-near": "# id: closure-near\n# seed: 1\ntell leg\n"},
 }
 """A loop that left points of several kinds open."""
 
@@ -157,10 +157,10 @@ CAUSES = [
         "tests": ["rl-one", "rl-two"],
         "state": "Offer",
         "minimal": ["tell leg"],
-        "places": [
+        "locations": [
             {"file": "controller/states.py", "line": 42, "function": "offer", "score": 0.87, "text": "state(42)"}
         ],
-        "decides": "<b>without</b> the disturbance it passes",
+        "deciding_change": "<b>without</b> the disturbance it passes",
     },
     {"id": "9c", "requirements": ["R3"], "tests": ["rl-one"], "is_known": True},
 ]
@@ -180,20 +180,20 @@ SUGGESTIONS = {
             "faults": 4,
             "new": 2,
             "added": 2,
-            "further": 3,
+            "validation_runs": 3,
         }
     ],
     "more": 1,
     "runs": 6,
-    "further": 4,
+    "validation_runs": 4,
     "candidates": 9,
     "refuted": 2,
     "faults": 8,
     "noticed": 3,
     "unreached": 1,
-    "anew": False,
+    "ignores_existing": False,
     "seed": 0,
     "wall_s": 12.5,
-    "ended": "done",
+    "end_reason": "done",
     "notes": ["2 of 10 faults not tried: time was over"],
 }

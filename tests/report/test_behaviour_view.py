@@ -46,7 +46,7 @@ def changed() -> Report:
     for test in now["tests"][:2]:
         say(test, 4, "7\thuman\trequest\t{}")
     say(now["tests"][2], 2, '2\trobot\tstate\t{"name":"Give up"}')
-    now["tests"][2]["ended"] = "given up"
+    now["tests"][2]["end_reason"] = "given up"
     now["tests"][3]["record_sha256"] = "11" * 32
     now["tests"][3]["timeline"]["checksums"] = {"arm_speed": "0a"}
     before["tests"][4]["id"] = before["tests"][4]["nodeid"] = "rl-old"

@@ -83,7 +83,7 @@ ODD = st.text(alphabet=st.sampled_from('|`<>&*_[]()#"\n\r\t\\%:,;a1\x1b é\u202e
 def test_odd_names_break_no_table_and_no_fence(name: str, title: str) -> None:
     report = _failing("R1")
     report["tests"][0]["nodeid"] = name
-    report["tests"][0]["faults"] = [name]
+    report["tests"][0]["errors"] = [name]
     report["requirements"]["R1"]["title"] = title
     lines = markdown(report).split("\n")
     rows = [line for line in lines if line.startswith("| R")]
@@ -107,7 +107,7 @@ def test_a_campaign_of_failures_stays_small() -> None:
 def test_texts_of_megabytes_are_cut_in_all_formats() -> None:
     report, text = _failing("R1"), "begin `<" + "é|" * 300_000 + " end"
     for number, test in enumerate(report["tests"]):
-        test |= {"outcome": "error" if number else "failed", "failure": text, "faults": [text] * 5}
+        test |= {"outcome": "error" if number else "failed", "failure": text, "errors": [text] * 5}
     for requirement in report["requirements"].values():
         requirement["title"] = text
     assert len(markdown(report).encode()) < 1_000_000
@@ -119,7 +119,7 @@ def test_texts_of_megabytes_are_cut_in_all_formats() -> None:
 def test_a_section_for_which_there_is_no_room_is_cut_between_lines_and_says_so() -> None:
     report = sample.data(tests=12)
     for test in report["tests"]:
-        test |= {"outcome": "failed", "faults": ["fault " + "*" * 1_900] * 60}
+        test |= {"outcome": "failed", "errors": ["fault " + "*" * 1_900] * 60}
     text = markdown(report)
     assert len(text.encode()) < 300_000
     assert text.count("... and more, for which there is no room here: see the report.") == 1
@@ -150,7 +150,7 @@ def test_known_violations_are_not_annotated_unless_the_run_is_strict() -> None:
 
 def test_faults_are_in_the_summary_the_annotations_and_the_properties() -> None:
     report = _failing()
-    report["tests"][0] |= {"outcome": "failed", "faults": ["the run ended at its time limit of 60 s"]}
+    report["tests"][0] |= {"outcome": "failed", "errors": ["the run ended at its time limit of 60 s"]}
     (line,) = annotation_lines(report, {})
     assert "1 test with a fault::first is" in line
     assert "%0Athe run ended at its time limit of 60 s%0A" in line
@@ -168,8 +168,8 @@ CAUSES: list[dict[str, Any]] = [
         "tests": [],
         "state": "release_all",
         "minimal": ["tell leg", "receivesignal"],
-        "places": [{"file": "controller/states.py", "line": 58, "function": "discard", "score": 0.9, "text": "*y*"}],
-        "decides": "passes when she steps in 2.1 s later",
+        "locations": [{"file": "controller/states.py", "line": 58, "function": "discard", "score": 0.9, "text": "*y*"}],
+        "deciding_change": "passes when she steps in 2.1 s later",
     },
     {"id": "00000002", "requirements": ["R3"], "tests": [], "is_known": True},
 ]
@@ -184,7 +184,7 @@ def test_each_cause_is_annotated_once_at_its_place_in_the_code() -> None:
     title = "hri%3A cause 1 (3f2a91bc)%3A R1 in 1 test%2C first in the state release_all"
     assert line.startswith(f"::error file=robot/controller/states.py,line=58,title={title}::")
     assert "%0Apasses when she steps in 2.1 s later%0A" in line
-    report["causes"][0]["places"] = []
+    report["causes"][0]["locations"] = []
     assert "file=tests/hri/test_table_assembly.py,line=8" in annotation_lines(report, places)[0]
 
 

@@ -7,8 +7,8 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
-from pytest_hricdv.monitor import NearestMiss, RequirementResult, Violation
-from pytest_hricdv.report.explanation import failure, generate_command, nearest_miss
+from pytest_hricdv.monitor import NearMiss, RequirementResult, Violation
+from pytest_hricdv.report.explanation import failure, generate_command, near_miss
 from pytest_hricdv.report.violations import headline, violation_line
 from pytest_hricdv.results.model import TestResult
 from tests.report import sample, sample_tests
@@ -45,7 +45,7 @@ def test_failure_says_what_when_by_how_much_and_how_to_run_it_again() -> None:
 def test_actions_are_listed_up_to_the_violation_with_their_times() -> None:
     test = _failing("R1")  # violated at 51.5 s
     actions = tuple(f"set_param gaze = {n}" for n in range(30))
-    test = replace(test, abstract=actions, acted_s=tuple(3.0 * n for n in range(28)))
+    test = replace(test, abstract=actions, action_times_s=tuple(3.0 * n for n in range(28)))
     lines = failure(test, REQUIREMENTS, seed=0).splitlines()
     start = lines.index(f"what the human did around then (abstract test {test.id}, own seed {test.seed}):")
     assert lines[start + 1 : start + 4] == [
@@ -68,7 +68,7 @@ def test_actions_are_listed_up_to_the_violation_with_their_times() -> None:
 
 def test_after_an_early_violation_the_story_goes_on() -> None:
     test = replace(_failing("R1"), abstract=tuple(f"step {n}" for n in range(18)))
-    test = replace(test, acted_s=tuple(50.0 + n for n in range(18)))
+    test = replace(test, action_times_s=tuple(50.0 + n for n in range(18)))
     lines = failure(test, REQUIREMENTS, seed=0).splitlines()
     mark = lines.index("      51.5 s  --> R1 is violated")
     assert lines[mark - 1] == "      51.0 s  step 1"
@@ -76,7 +76,7 @@ def test_after_an_early_violation_the_story_goes_on() -> None:
 
 
 def test_a_violation_before_anything_was_done_says_so() -> None:
-    test = replace(_failing("R1"), acted_s=(60.0,))
+    test = replace(_failing("R1"), action_times_s=(60.0,))
     text = failure(test, REQUIREMENTS, seed=0)
     first, *others = test.abstract
     told = f"  nothing before\n      51.5 s  --> R1 is violated\n      60.0 s  {first}\n"
@@ -116,8 +116,8 @@ def test_an_unchecked_requirement_is_explained() -> None:
 def test_a_nearest_miss_says_what_was_missing_and_by_how_much(
     missing: list[str], distance: float | None, shown: str
 ) -> None:
-    miss = NearestMiss(time_s=5.0, missing=tuple(missing), distance=distance)
-    assert nearest_miss(miss) == shown
+    miss = NearMiss(time_s=5.0, missing=tuple(missing), distance=distance)
+    assert near_miss(miss) == shown
 
 
 def test_an_error_shows_its_own_text() -> None:
@@ -128,7 +128,7 @@ def test_an_error_shows_its_own_text() -> None:
 
 
 def test_faults_are_told_beside_what_failed_and_what_was_done_up_to_them() -> None:
-    test = replace(_failing(), faults=("the run ended at its time limit of 60 s",), acted_s=(1.0, 2.0))
+    test = replace(_failing(), errors=("the run ended at its time limit of 60 s",), action_times_s=(1.0, 2.0))
     text = failure(test, REQUIREMENTS, seed=0)
     assert text.startswith("the run ended at its time limit of 60 s\n\nothers:  R1 Passed")
     assert "what the human did until then" in text
@@ -176,7 +176,7 @@ def test_the_first_line_stands_alone_and_goes_by_time() -> None:
     test = _failing("R1", "R3")
     earlier = convert(sample_tests.requirement_result("Failed", 1.0), RequirementResult)
     earlier = replace(earlier, violations=tuple(replace(v, time_s=44.0, margin_s=50.5) for v in earlier.violations))
-    test = replace(test, requirements={**test.requirements, "R3": earlier}, acted_s=(1.0, 43.0, 45.0))
+    test = replace(test, requirements={**test.requirements, "R3": earlier}, action_times_s=(1.0, 43.0, 45.0))
     lines = failure(test, REQUIREMENTS, seed=0, units={"hand_distance": "m"}).splitlines()
     assert lines[0] == "R3 failed at 44.0 s, by 0.02 m at 50.5 s, then R1"
     assert [line[:9] for line in lines if " Failed: " in line] == ["R3 Failed", "R1 Failed"]

@@ -39,8 +39,8 @@ def report_of(*tests: TestResult) -> Report:
             state="releasing",
             minimal=("tell leg", "disturb hand_held_shut", "receivesignal", "tell humanReady"),
             replay=others[0].replay,
-            places=(PLACE, PLACE),
-            decides="passes without the disturbance hand_held_shut: 2 of 2 tests were run without it",
+            locations=(PLACE, PLACE),
+            deciding_change="passes without the disturbance hand_held_shut: 2 of 2 tests were run without it",
         ),
         Cause(id="00000001", requirements=("R1",), tests=(first.id,), replay=first.replay),
     )

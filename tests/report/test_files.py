@@ -146,7 +146,7 @@ def _cut(text: str) -> str:
 
 
 def _other_schema(text: str) -> str:
-    return text.replace("hricdv-report/2", "hricdv-report/9")
+    return text.replace("hricdv-report/3", "hricdv-report/9")
 
 
 def _no_outcome(text: str) -> str:
@@ -159,7 +159,7 @@ def _no_outcome(text: str) -> str:
     ("spoil", "message"),
     [
         (_cut, r"report\.json:\d+:\d+: not JSON, perhaps cut off"),
-        (_other_schema, r"expected schema 'hricdv-report/2', found 'hricdv-report/9'"),
+        (_other_schema, r"expected schema 'hricdv-report/3', found 'hricdv-report/9'"),
         (_no_outcome, r"report\.json: .* missing required field `outcome` - at `\$\.tests\[0\]`"),
         (lambda _: "{}", r"found None"),
         (lambda _: "", r"report\.json:1:1: not JSON"),

@@ -87,9 +87,9 @@ def test_a_name_or_address_that_leads_elsewhere_is_refused(report: Path, key: st
 )
 def test_no_command_to_copy_has_an_option_that_writes(report: Path, option: str) -> None:
     changed = data()
-    changed["rerun"]["options"] = [option]
+    changed["rerun_options"]["options"] = [option]
     (report / "report.json").write_text(json.dumps(changed))
-    with pytest.raises(ReportError, match=r"\$\.rerun\.options\[0\]"):
+    with pytest.raises(ReportError, match=r"\$\.rerun_options\.options\[0\]"):
         load(report)
 
 
@@ -131,8 +131,8 @@ def test_no_baseline_is_made_of_what_no_baseline_can_have(report: Path, message:
 
 @pytest.mark.parametrize("address", ["javascript:alert(1)", "../x.html", "http://e"])
 def test_the_last_whole_report_is_in_the_folder(report: Path, address: str) -> None:
-    (report / "report.json").write_text(json.dumps(data() | {"whole": address}))
-    with pytest.raises(ReportError, match=r"at `\$\.whole`"):
+    (report / "report.json").write_text(json.dumps(data() | {"full_report": address}))
+    with pytest.raises(ReportError, match=r"at `\$\.full_report`"):
         load(report)
 
 
@@ -250,7 +250,7 @@ EVIL = "::add-mask::\x1b]0;owned\x07\u202e ##[group] ##vso[task.setvariable]"
 
 def test_nothing_that_a_report_holds_reaches_the_terminal_raw(report: Path, capsys: Any) -> None:
     changed = data() | {"testbench": EVIL, "problems": [EVIL], "units": {EVIL: EVIL}, "outcome_label": EVIL}
-    changed["tests"][0] |= {"outcome": "failed", "failure": EVIL, "faults": [EVIL], "aim": EVIL, "nodeid": EVIL}
+    changed["tests"][0] |= {"outcome": "failed", "failure": EVIL, "errors": [EVIL], "target": EVIL, "nodeid": EVIL}
     changed["suites"][0]["fidelity"] = EVIL
     (report / "report.json").write_text(json.dumps(changed), encoding="utf-8")
     for arguments in (["gate"], ["export", "--summary=a.md"], ["minimal"], ["merge", "-o", "merged"]):

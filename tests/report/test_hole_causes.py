@@ -11,7 +11,7 @@ from tests.report import sample
 def _gap(kind: str, place: str, *items: str, reason: str = "so", reach: str = "", test: str = "") -> dict[str, Any]:
     return {
         "kind": kind,
-        "place": place,
+        "location": place,
         "items": list(items),
         "reason": reason,
         "suggestion": reach,
@@ -36,7 +36,7 @@ def test_a_function_is_one_cause_with_its_statements_and_branches_and_the_test_t
         _gap("statements", "controller/states.py", "7", reason="waived as unreachable: so"),
         tests=report["tests"],
         suites=report["suites"],
-        rerun={"suite": "rl", "options": ["--hri-strict"]},
+        rerun_options={"suite": "rl", "options": ["--hri-strict"]},
     )
     [(title, cause)] = found.items()
     assert title == f"2 statements and 1 branch | {place}"

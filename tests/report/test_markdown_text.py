@@ -51,7 +51,7 @@ def test_a_summary_notifies_nobody() -> None:
     data = sample.data(tests=1)
     data["testbench"] = "@team https://evil.example fixes #1"
     data["requirements"]["R1"]["title"] = "@team https://evil.example fixes #1"
-    data["tests"][0] |= {"outcome": "failed", "faults": ["@team https://evil.example fixes #1"]}
+    data["tests"][0] |= {"outcome": "failed", "errors": ["@team https://evil.example fixes #1"]}
     text = re.sub(r"```text\n.*?```", "", markdown(sample.typed(data)), flags=re.DOTALL)
     assert "team" in text
     assert [piece for piece in pieces(text) if re.search(r"://|@\w|#1", piece)] == []

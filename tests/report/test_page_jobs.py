@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 
 def failed_run() -> dict[str, Any]:
     """A report with causes, holes, a plan and an origin."""
-    report = with_parts() | {"origin": ORIGIN, "rerun": {"suite": "rl", "options": []}}
+    report = with_parts() | {"origin": ORIGIN, "rerun_options": {"suite": "rl", "options": []}}
     return report | {"closing": sample_sections.CLOSING}
 
 

@@ -122,7 +122,9 @@ def test_the_nearest_passing_run_is_beside_it_and_what_differs_is_marked(watched
         "runs": 3,
         "neighbour": neighbour,
     }
-    report["causes"] = [{"id": "0a", "requirements": ["R3"], "tests": [test["id"], other["id"]], "decision": decision}]
+    report["causes"] = [
+        {"id": "0a", "requirements": ["R3"], "tests": [test["id"], other["id"]], "minimal_pair": decision}
+    ]
     page = watched.open(report, tmp_path, _address(test))
     page.wait_for_selector("#test .timeline svg")
     beside = page.locator("#test .other").inner_text()

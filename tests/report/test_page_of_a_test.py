@@ -45,7 +45,7 @@ def test_a_test_has_a_page_of_its_own(
 @pytest.mark.slow
 def test_actions_have_their_times(watched: Watched, tmp_path: Path) -> None:
     report = sample.data(tests=1)
-    report["tests"][0]["acted_s"] = [0.0, 6.25]
+    report["tests"][0]["action_times_s"] = [0.0, 6.25]
     page = watched.open(report, tmp_path, "tests")
     page.locator("#tests td a").first.click()
     page.wait_for_selector("#test .timeline svg")
@@ -60,7 +60,11 @@ def test_each_actor_has_a_row_in_the_timeline(watched: Watched, tmp_path: Path) 
     test = report["tests"][0]
     lines = ["nurse: call", "child: run", "disturb slip", "nurse: go"]
     test["abstract"], test["concrete"]["actions"] = lines, [{"command": line, "parameters": {}} for line in lines]
-    test["acted_s"], test["acted"], test["seen"] = [0.0, 1.5, 6.25], [2, 1, 3], [[2.5, "dog: bark"]]
+    test["action_times_s"], test["action_indices"], test["bystander_events"] = (
+        [0.0, 1.5, 6.25],
+        [2, 1, 3],
+        [[2.5, "dog: bark"]],
+    )
     page = watched.open(report, tmp_path, "tests")
     page.locator("#tests td a").first.click()
     page.wait_for_selector("#test .timeline svg")
@@ -181,7 +185,7 @@ def test_a_run_with_very_many_events_is_drawn_with_as_many_marks_as_can_be_told_
         "R1": " ".join(f"{time_s}-{time_s}{mark}" for time_s, mark in zip(times, outcomes, strict=True))
     }
     result = test["requirements"]["R1"]
-    result |= {"verdict": "Failed", "triggers": 30_000, "passes": 20_000, "failures": 10_000, "vacuous": 0}
+    result |= {"verdict": "Failed", "triggers": 30_000, "passes": 20_000, "failures": 10_000, "untriggered": 0}
     result["violations"] = [
         {"trigger_s": time_s, "time_s": time_s, "values": {}, "margin": -0.1} for time_s in times[:10_000]
     ]

@@ -11,7 +11,7 @@ from tests.report import sample
 def _lines(*faults: tuple[str, ...]) -> list[str]:
     report = sample.report(tests=len(faults))
     pairs = zip(report.tests, faults, strict=True)
-    tests = tuple(msgspec.structs.replace(test, faults=own, id=f"t{n}") for n, (test, own) in enumerate(pairs))
+    tests = tuple(msgspec.structs.replace(test, errors=own, id=f"t{n}") for n, (test, own) in enumerate(pairs))
     found = terminal.findings(msgspec.structs.replace(report, tests=tests))
     return [line.text for line in found if line.text.startswith("fault: ")]
 

@@ -29,7 +29,7 @@ def behaviour(*messages: BusMessage, **changes: Any) -> Behaviour:
     fields: dict[str, Any] = {
         "record_sha256": repr(messages),
         "parameters": "00000000",
-        "ended": "table done",
+        "end_reason": "table done",
         "end_s": 40.0,
         "outcomes": ("released",),
         "messages": messages,
@@ -156,9 +156,13 @@ def test_long_texts_are_cut_unless_only_their_ends_differ() -> None:
             "but signal speed differs; signals height, home are new; signal touch is missing",
         ),
         ({"record_sha256": "other"}, "messages less than 1 ms earlier or later", "less than 1 ms"),
-        ({"ended": "limit"}, "ended with 'limit' instead of 'table done'", "the messages are the same, but it ended"),
+        (
+            {"end_reason": "limit"},
+            "ended with 'limit' instead of 'table done'",
+            "the messages are the same, but it ended",
+        ),
         ({"outcomes": ()}, "other outcomes", "the messages are the same, but it had the outcomes none instead of rel"),
-        ({"faults": ("node a at 3 s: it broke",)}, "other faults", "had the faults node a at 3 s: it broke instead of"),
+        ({"errors": ("node a at 3 s: it broke",)}, "other faults", "had the faults node a at 3 s: it broke instead of"),
         ({"record_sha256": None}, "ends in error", "the test is in error; in the baseline its run came to its end"),
         (
             {"record_sha256": "other", "parameters": "ff"},
@@ -188,7 +192,7 @@ def test_runs_with_the_same_record_and_end_are_no_change() -> None:
 def test_what_follows_from_the_first_difference_is_listed() -> None:
     now = behaviour(
         REQUEST,
-        ended="limit",
+        end_reason="limit",
         outcomes=("released", "none"),
         verdicts={"R1": ("Failed", -0.5), "R2": ("Passed", 0.125), "R3": ("NC", None)},
     )
@@ -230,7 +234,7 @@ def test_a_difference_is_found_exactly_where_runs_differ_and_never_after_it(
 def ran(number: int, *messages: BusMessage, **changes: Any) -> TestResult:
     lines = ["\t".join([str(m.time_s), m.sender, m.topic, json.dumps(m.fields)]) for m in messages]
     made = Timeline(end_s=40.0, messages=tuple(lines), signals={}, triggers={}, checksums={"speed": "0a"})
-    fields = {"outcome": "passed", "record_sha256": repr(messages), "timeline": made, "ended": "done"}
+    fields = {"outcome": "passed", "record_sha256": repr(messages), "timeline": made, "end_reason": "done"}
     return reports.result(number, **(fields | changes))
 
 
@@ -247,7 +251,7 @@ def test_a_file_keeps_the_behaviour_with_a_line_for_each_test(tmp_path: Path) ->
     (line,) = [line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith('    "rl-leg1":')]
     assert '[31.2,"robot","turn_done",{"outcome":"released","turn":1}]' in line
     changes = compare_behaviour(report, read_baseline(path, "toy"), whole=True)
-    assert (changes.compared, changes.changed, changes.new, changes.gone) == (3, {}, (), ())
+    assert (changes.compared, changes.changed, changes.new, changes.removed) == (3, {}, (), ())
     assert headline(changes) == "all 3 tests behave as in the baseline"
 
 
@@ -286,8 +290,8 @@ def test_changes_are_counted_by_kind_and_the_earliest_is_the_example(tmp_path: P
     assert (changes.compared, changes.new) == (4, ("rl-leg5",))
     assert headline(changes) == "3 of 4 tests behave differently from the baseline"
     fewer = reports.report([ran(4, *RUN)])
-    assert compare_behaviour(fewer, baseline, whole=True).gone == ("rl-leg1", "rl-leg2", "rl-leg3", "rl-leg6")
-    assert compare_behaviour(fewer, baseline, whole=False).gone == ()
+    assert compare_behaviour(fewer, baseline, whole=True).removed == ("rl-leg1", "rl-leg2", "rl-leg3", "rl-leg6")
+    assert compare_behaviour(fewer, baseline, whole=False).removed == ()
 
 
 def test_two_test_functions_with_the_same_test_are_not_confused(tmp_path: Path) -> None:
@@ -310,8 +314,8 @@ def test_notes_say_what_can_be_the_cause(tmp_path: Path) -> None:
     assert notes(before, other_code, tmp_path) == ()
     unnoticed = replace(before, code_under_test=replace(before.code_under_test, sha256="00"))
     assert notes(before, unnoticed, tmp_path) == ("the code under test has changed, and none of these tests shows it",)
-    older, newer = (replace(other_code, made_with={"python": version}) for version in ("3.11", "3.12"))
-    before = replace(before, made_with=older.made_with)
+    older, newer = (replace(other_code, environment={"python": version}) for version in ("3.11", "3.12"))
+    before = replace(before, environment=older.environment)
     assert notes(before, older, tmp_path) == ()
     (versions,) = notes(before, newer, tmp_path)
     assert versions.startswith("the baseline was made with python 3.11, this run with 3.12")

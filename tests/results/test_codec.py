@@ -19,7 +19,7 @@ def result(**changes: object) -> TestResult:
         "nodeid": "test_toy.py::test_toy[rl-leg1]",
         "suite": "rl",
         "id": "rl-leg1",
-        "aim": "",
+        "target": "",
         "name": "",
         "beliefs": ("leg1",),
         "abstract": ("wave",),
@@ -31,7 +31,7 @@ def result(**changes: object) -> TestResult:
         "sim_s": 0.0,
         "skipped_s": 0.0,
         "fidelity": "",
-        "ended": "",
+        "end_reason": "",
         "outcomes": (),
         "requirements": {},
         "code": None,
@@ -49,7 +49,7 @@ def test_a_result_survives_its_encoding() -> None:
 def test_a_result_is_written_under_the_keys_of_the_report() -> None:
     written = json.loads(encode(result(skipped_s=2.5, outcomes=("released",))))
     assert (written["skipped_s"], written["outcomes"]) == (2.5, ["released"])
-    assert not {"film", "shrunk", "repeats", "replayed", "acted_s"} & written.keys()
+    assert not {"film", "shrunk", "repeats", "replayed", "action_times_s"} & written.keys()
 
 
 class Reading(float):
@@ -82,16 +82,16 @@ def test_a_number_that_json_has_not_is_refused_with_its_place(number: float) -> 
     ("text", "message"),
     [
         ("", r":1:1: not JSON, perhaps cut off"),
-        ('{"schema": "hricdv-report/2",\n "tests": [', r":2:12: not JSON, perhaps cut off"),
+        ('{"schema": "hricdv-report/3",\n "tests": [', r":2:12: not JSON, perhaps cut off"),
         ('{"x": ' + "[" * 100_000, "nested too deeply"),
         ("[]", "Expected `object`, got `array`"),
-        ("{}", "expected schema 'hricdv-report/2', found None"),
+        ("{}", "expected schema 'hricdv-report/3', found None"),
         ('{"schema": "hricdv-report/1"}', "found 'hricdv-report/1': run the suite again, or read the report with"),
-        ('{"schema": "hricdv-report/9"}', "expected schema 'hricdv-report/2', found 'hricdv-report/9'"),
-        ('{"schema": "hricdv-report/2"}', "Object missing required field `version`"),
-        ('{"schema": "hricdv-report/2", "wall_s": NaN}', r":1:41: expected a finite number, got NaN"),
+        ('{"schema": "hricdv-report/9"}', "expected schema 'hricdv-report/3', found 'hricdv-report/9'"),
+        ('{"schema": "hricdv-report/3"}', "Object missing required field `version`"),
+        ('{"schema": "hricdv-report/3", "wall_s": NaN}', r":1:41: expected a finite number, got NaN"),
         (
-            '{"schema": "hricdv-report/2", "tests": [{"outcomes": [1]}]}',
+            '{"schema": "hricdv-report/3", "tests": [{"outcomes": [1]}]}',
             r"Expected `str`, got `int` - at `\$\.tests\[0\]\.outcomes\[0\]`",
         ),
     ],

@@ -96,7 +96,7 @@ def _put(value: object, *path: str | int) -> Callable[[Data], None]:
 
 
 BAD = {
-    "other version": (_put("hricdv-report/1", "schema"), "expected schema 'hricdv-report/2'"),
+    "other version": (_put("hricdv-report/2", "schema"), "expected schema 'hricdv-report/3'"),
     "no tests": (_drop("tests"), "missing required field `tests`"),
     "count as text": (_put("134", "selected"), "Expected `int`, got `str` - at `$.selected`"),
     "negative count": (
@@ -130,7 +130,10 @@ BAD = {
         _put({"file": "javascript:alert(1)"}, "tests", 0, "trace"),
         "- at `$.tests[0].trace.file`",
     ),
-    "option that empties a folder": (_put(["--basetemp=/home"], "rerun", "options"), "- at `$.rerun.options[0]`"),
+    "option that empties a folder": (
+        _put(["--basetemp=/home"], "rerun_options", "options"),
+        "- at `$.rerun_options.options[0]`",
+    ),
     "plans as count": (
         _put(46, "suites", 0, "plans", "human", "covered"),
         "Expected `array`, got `int` - at `$.suites[0].plans[...].covered`",

@@ -45,7 +45,7 @@ def test_a_timeline_is_plain_text_by_the_second() -> None:
             triggers=3,
             passes=1,
             failures=1,
-            vacuous=0,
+            untriggered=0,
             pending=1,
             violations=(),
             margin=None,

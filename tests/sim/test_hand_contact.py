@@ -12,7 +12,7 @@ from .stage import Stage
 
 BETWEEN: Vector = (0.38, -0.30, 0.62)
 OUTSIDE: Vector = (0.44, -0.30, 0.62)
-BESIDE: Vector = (0.47, -0.30, 0.62)
+CROSS_CHECK: Vector = (0.47, -0.30, 0.62)
 OWN_SIDE: Vector = (0.70, 0.0, 0.60)
 LINKS = 10
 
@@ -51,7 +51,7 @@ def test_a_hand_between_the_fingers_stops_them_and_its_force_shows_while_they_cl
 
 
 def test_a_hand_beside_the_fingers_feels_nothing() -> None:
-    stage, held, held_then = closing_with_a_hand_at(BESIDE)
+    stage, held, held_then = closing_with_a_hand_at(CROSS_CHECK)
     assert held
     assert held_then
     signals = stage.recorder.finish().signals

@@ -45,23 +45,23 @@ def ends(time_s: float, outcome: str) -> RecordedMessage:
 
 THREE = ["tell leg", "tell humanReady", "tell leg", "bored", "disturb outage", "tell leg"]
 FIRST, SECOND, THIRD = planned_turns(THREE)
-ACTED_S = (0.0, 20.0, 30.0, 60.0, 61.0, 90.0)
+ACTION_TIMES_S = (0.0, 20.0, 30.0, 60.0, 61.0, 90.0)
 
 
 def test_each_planned_turn_has_the_outcome_of_the_turn_that_its_request_began() -> None:
     messages = [begins(4.0), ends(29.0, "released"), begins(34.0), ends(70.0, "discarded")]
-    assert ended_turns(THREE, ACTED_S, messages) == ((FIRST, "released"), (SECOND, "discarded"))
+    assert ended_turns(THREE, ACTION_TIMES_S, messages) == ((FIRST, "released"), (SECOND, "discarded"))
 
 
 def test_a_request_that_opened_no_turn_has_no_outcome_and_leaves_the_others_theirs() -> None:
     messages = [begins(34.0), ends(100.0, "discarded"), begins(101.0), ends(130.0, "released")]
-    assert ended_turns(THREE, ACTED_S, messages) == ((SECOND, "discarded"), (THIRD, "released"))
+    assert ended_turns(THREE, ACTION_TIMES_S, messages) == ((SECOND, "discarded"), (THIRD, "released"))
 
 
 def test_a_further_turn_while_the_person_is_at_one_request_is_nobodys() -> None:
     messages = [begins(-1.0), ends(-0.5, "discarded"), begins(4.0), ends(20.0, "released"), begins(21.0)]
-    assert ended_turns(THREE, ACTED_S, [*messages, ends(29.0, "discarded")]) == ((FIRST, "released"),)
+    assert ended_turns(THREE, ACTION_TIMES_S, [*messages, ends(29.0, "discarded")]) == ((FIRST, "released"),)
 
 
 def test_requests_that_the_person_never_came_to_have_no_outcome() -> None:
-    assert ended_turns(THREE, ACTED_S[:1], [begins(4.0), ends(29.0, "released")]) == ((FIRST, "released"),)
+    assert ended_turns(THREE, ACTION_TIMES_S[:1], [begins(4.0), ends(29.0, "released")]) == ((FIRST, "released"),)

@@ -20,7 +20,7 @@ from tests.report import sample, sample_sections
 def _report(suite: str, seed: int, killed: str = "00000000") -> Report:
     """A report whose mutants are done; `killed` is the id of the one that its suite kills."""
     report = sample.typed(
-        sample.data((suite,), 2) | {"mutation": sample_sections.MUTATION | {"seed": seed, "ended": "done"}}
+        sample.data((suite,), 2) | {"mutation": sample_sections.MUTATION | {"seed": seed, "end_reason": "done"}}
     )
     result = MUTATION.of(report)
     assert result is not None
@@ -83,8 +83,8 @@ def test_what_any_suite_kills_and_what_only_one_kills_is_told_apart() -> None:
     alive = never_killed([each.mutation for each in done])
     assert [(each.line, each.status) for each in alive] == [
         (14, "unchanged"),
-        (15, "not executed"),
-        (16, "not tried"),
+        (15, "no coverage"),
+        (16, "not run"),
     ]
 
 

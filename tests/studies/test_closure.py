@@ -27,8 +27,8 @@ def _closing(**changes: Any) -> dict[str, Any]:
     changed = {
         "runs": 3,
         "sim_s": 30.0,
-        "hit": [{"point": [*point], "test": "x", "way": "model", "run": run} for point, run in hits],
-        "growth": [{"run": run, "sim_s": 10.0 * run, "way": "model", "new": {"statement": 1}} for run in (1, 3)],
+        "hit": [{"point": [*point], "test": "x", "strategy": "model", "run": run} for point, run in hits],
+        "growth": [{"run": run, "sim_s": 10.0 * run, "strategy": "model", "new": {"statement": 1}} for run in (1, 3)],
         "open": [{"point": [*LINES[3]], "tries": 7, "lacking": "line 3 has to go on to it"}],
     }
     return sample_sections.CLOSING | changed | changes
@@ -92,8 +92,8 @@ def test_suites_are_compared_over_the_simulated_time_that_all_have() -> None:
 
 
 def test_a_loop_without_a_way_is_compared_with_the_whole_one_of_its_seed() -> None:
-    weaker = _loop("without online", hit=_closing()["hit"][:3], runs=9, ended="runs")
-    loops = {"closure": [_loop(ended="closed"), _loop(seed=1, ended="runs")], "without online": [weaker]}
+    weaker = _loop("without online", hit=_closing()["hit"][:3], runs=9, end_reason="runs")
+    loops = {"closure": [_loop(end_reason="closed"), _loop(seed=1, end_reason="runs")], "without online": [weaker]}
     head, _, whole, other = without(loops, WANTED).splitlines()
     assert head == "| loop | closed | bins | points of 5 | runs | points, difference | runs, difference |"
     assert whole.startswith("| closure | 1 of 2 | 1.0 (1.0 to 1.0) | 4.0 (4.0 to 4.0) | 3.0 (3.0 to 3.0) |")
@@ -146,7 +146,7 @@ def test_without_a_whole_loop_there_is_no_page(tmp_path: Path, ran: list[list[st
 def test_a_loop_that_ended_for_want_of_time_is_run_again(tmp_path: Path, ran: list[list[str]]) -> None:
     cells = closure.sessions(("closure",), (), (3,), 48)
     closure.run(cells, tmp_path / "reports", tmp_path, again=False)
-    stopped: Report = sample.typed(sample.data(("closure",), 2) | {"closing": _closing(ended="seconds")})
+    stopped: Report = sample.typed(sample.data(("closure",), 2) | {"closing": _closing(end_reason="seconds")})
     write(stopped, tmp_path / "reports" / "closure-3")
     closure.run(cells, tmp_path / "reports", tmp_path, again=False)
     assert len(ran) == 2

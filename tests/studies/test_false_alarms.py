@@ -29,7 +29,7 @@ def _report(**changes: Any) -> Report:
 
 def _passed(test: TestResult) -> TestResult:
     verdicts = {name: replace(each, verdict="Passed", violations=()) for name, each in test.requirements.items()}
-    return replace(test, outcome="passed", failure="", faults=(), requirements=verdicts)
+    return replace(test, outcome="passed", failure="", errors=(), requirements=verdicts)
 
 
 def _violating(name: str, *, outside: bool = False) -> dict[str, Any]:
@@ -56,7 +56,7 @@ def test_other_violations_faults_of_a_run_and_gates_are_alarms() -> None:
     name = _report().tests[0].id
     assert alarms(_report(outcome="failed", **_violating("R2"))) == [("R2", name)]
     assert alarms(_report(outcome="failed", **_violating("R3", outside=True))) == [("R3", name)]
-    assert alarms(_report(outcome="failed", faults=("it hung", "it leaked"))) == [(RUN, name), (RUN, name)]
+    assert alarms(_report(outcome="failed", errors=("it hung", "it leaked"))) == [(RUN, name), (RUN, name)]
     assert alarms(_report(outcome="error", failure="Traceback\nValueError: x\n")) == [(RUN, name)]
     assert alarms(_report(outcome="not-run")) == [(RUN, name)]
     gates = GateResult(failed=("R5 was not checked",), improved=())
@@ -64,7 +64,7 @@ def test_other_violations_faults_of_a_run_and_gates_are_alarms() -> None:
 
 
 def test_the_page_counts_runs_with_an_alarm_once_and_lists_alarms() -> None:
-    bad = found_in("rl", 1, _report(outcome="failed", faults=("a | b", "c"), **_violating("R2")))
+    bad = found_in("rl", 1, _report(outcome="failed", errors=("a | b", "c"), **_violating("R2")))
     made = context([found_in("rl", 0, _report()), bad])
     assert (made["runs"], made["alarmed"], made["seeds"]) == (6, 1, [0, 1])
     assert made["suites"].splitlines()[-1] == "| rl | 2 | 6 | 3 |"

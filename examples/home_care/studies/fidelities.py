@@ -98,15 +98,15 @@ class Fidelities:
 
 def fidelities(report: Mapping[str, Any]) -> Fidelities:
     """What a report says. Raises FidelityError where no test of it ran on two."""
-    tests = [test for test in report["tests"] if test["beside"]]
+    tests = [test for test in report["tests"] if test["cross_check"]]
     if not tests:
         raise FidelityError("no test of the report ran on two engines: run it with --hri-engine=both")
-    ends = [(len(test["outcomes"]), test["outcomes"], test["beside"]["outcomes"]) for test in tests]
+    ends = [(len(test["outcomes"]), test["outcomes"], test["cross_check"]["outcomes"]) for test in tests]
     suites: dict[str, int] = {}
     for test in tests:
         suites[test["suite"]] = suites.get(test["suite"], 0) + 1
     return Fidelities(
-        engines=(tests[0]["engine"], tests[0]["beside"]["engine"]),
+        engines=(tests[0]["engine"], tests[0]["cross_check"]["engine"]),
         suites=suites,
         orders=(
             sum(sum(map(eq, first, second)) for _, first, second in ends),
@@ -118,7 +118,7 @@ def fidelities(report: Mapping[str, Any]) -> Fidelities:
 
 
 def _agreement(name: str, tests: Sequence[Mapping[str, Any]]) -> Agreement:
-    pairs = [(test["requirements"][name], test["beside"]["requirements"][name]) for test in tests]
+    pairs = [(test["requirements"][name], test["cross_check"]["requirements"][name]) for test in tests]
     apart = [
         abs(first["margin"] - second["margin"])
         for first, second in pairs
@@ -134,7 +134,7 @@ def _agreement(name: str, tests: Sequence[Mapping[str, Any]]) -> Agreement:
 
 def _differences(tests: Sequence[Mapping[str, Any]]) -> Iterator[Difference]:
     for test in tests:
-        for name, other in test["beside"]["requirements"].items():
+        for name, other in test["cross_check"]["requirements"].items():
             first = test["requirements"][name]
             if first["verdict"] != other["verdict"]:
                 verdicts, margins = (first["verdict"], other["verdict"]), (first["margin"], other["margin"])

@@ -17,7 +17,7 @@ def run_of(name: str, one: tuple[str, float | None, int], other: tuple[str, floa
         "engine": "planar",
         "outcomes": ["completed"],
         "requirements": {"S4": verdicts[0]},
-        "beside": beside,
+        "cross_check": beside,
     }
 
 
@@ -44,4 +44,4 @@ def test_where_nothing_differs_the_page_says_so() -> None:
 
 def test_a_report_of_one_engine_is_refused() -> None:
     with pytest.raises(FidelityError, match="run it with --hri-engine=both"):
-        fidelities({"tests": [run_of("rl-1", ("NC", None, 0), ("NC", None, 0)) | {"beside": None}]})
+        fidelities({"tests": [run_of("rl-1", ("NC", None, 0), ("NC", None, 0)) | {"cross_check": None}]})

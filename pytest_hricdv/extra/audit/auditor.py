@@ -157,7 +157,7 @@ class Auditor:
             result,
             outcome="error",
             requirements=dict.fromkeys(result.requirements, UNCHECKED),
-            faults=(),
+            errors=(),
             failure=f"{sentence(record)}\n\nin the session:\n{result.failure}",
         )
 

@@ -26,7 +26,7 @@ def choose_tests(results: Sequence[TestResult], place: Mapping[str, int], number
     ways: dict[tuple[object, ...], list[TestResult]] = defaultdict(list)
     for result in results:
         if result.nodeid in place and result.outcome != "not-run":
-            ways[(not result.fails, result.outcome, result.ended, result.outcomes)].append(result)
+            ways[(not result.fails, result.outcome, result.end_reason, result.outcomes)].append(result)
     # What ran late in its process has the most before it that may have left something.
     lists = [sorted(group, key=lambda result: (-place[result.nodeid], result.id)) for group in ways.values()]
     lists.sort(key=lambda group: -sum(result.sim_s for result in group) / len(group))
@@ -69,7 +69,7 @@ def first_difference(one: TestResult | None, other: TestResult | None) -> tuple[
             return (f"{name} differs in digits or instants that a timeline has not",) * 2
     assert one is not None, "it has a timeline"
     assert other is not None, "it has a timeline"
-    ends = tuple(f"{result.outcome}, {result.ended}" for result in (one, other))
+    ends = tuple(f"{result.outcome}, {result.end_reason}" for result in (one, other))
     return (ends[0], ends[1]) if ends[0] != ends[1] else ("", "")
 
 

@@ -108,10 +108,12 @@ class CampaignPlan:
     def initial_report(self) -> Report:
         """The report before the first result; how long generation took is left out, as it depends on pytest's cache."""
         report = from_json(bytes(self.planned.declared).decode(), Report)
-        options = tuple(option for option in report.rerun.options if not option.startswith("--hri-concretizations"))
+        options = tuple(
+            option for option in report.rerun_options.options if not option.startswith("--hri-concretizations")
+        )
         options = (*options, f"--hri-concretizations={self.concretizations}")
-        rerun = msgspec.structs.replace(report.rerun, options=options)
-        return msgspec.structs.replace(report, rerun=rerun, suites=tuple(map(self._resize, report.suites)))
+        rerun = msgspec.structs.replace(report.rerun_options, options=options)
+        return msgspec.structs.replace(report, rerun_options=rerun, suites=tuple(map(self._resize, report.suites)))
 
     def _resize(self, suite: SuiteResult) -> SuiteResult:
         tests = sum(test.suite == suite.name for test in self.planned.tests)

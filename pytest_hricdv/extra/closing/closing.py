@@ -100,7 +100,7 @@ class Closing:
             raise usage_error(f"--hri-suite={NAME}: {error}") from None
         except ClusterError as error:
             raise usage_error(f"--hri-cluster: {error}") from None
-        if result.ended not in ("seconds", "interrupted", "error"):  # otherwise it would depend on the machine
+        if result.end_reason not in ("seconds", "interrupted", "error"):  # otherwise it would depend on the machine
             kept.write(suite, result, runs.files)
         return GeneratedSuite(suite, time.perf_counter() - began_s, cached=False, sections={CLOSING.name: result})
 
@@ -129,15 +129,15 @@ class Closing:
             loop.let_through, loop.faults = let_through, faults
             ended = searched(loop, loop.run(), self._options.search)
         suite, result = self._suite(archive, ended, runs, faults)
-        self._signals.interrupted |= result.ended == "interrupted"
-        progress.end(archive, result.ended, faults, len(suite.tests), goes_on=not self._signals.terminated)
+        self._signals.interrupted |= result.end_reason == "interrupted"
+        progress.end(archive, result.end_reason, faults, len(suite.tests), goes_on=not self._signals.terminated)
         return suite, result
 
     @property
     def _searcher(self) -> Strategy | None:
         context = self._context
         # Known whatever violates them: those with a condition may be violated otherwise.
-        excused = [name for name in context.known_violations if name not in context.known_while]
+        excused = [name for name in context.known_violations if name not in context.known_when]
         requirements = [requirement.id for requirement in context.requirements if requirement.id not in excused]
         return (
             ViolationStrategy(requirements, self._collection.testbench.commands) if self._options.search != 0 else None
@@ -202,10 +202,10 @@ class Closing:
             left_out = tuple(entry for entry in archive.entries if entry.way in online)
             entries = smallest_suite(archive, {entry.number for entry in left_out})
         entries = entries[: self._collection.options.tests]
-        erring = [entry.observation.error for entry in archive.entries if entry.observation.error]
+        errored_runs = [entry.observation.error for entry in archive.entries if entry.observation.error]
         notes = [*self._exploration_notes, *faults]
-        if erring:
-            notes.append(f"{len(erring)} runs came to no end; the first: {erring[0]}")
+        if errored_runs:
+            notes.append(f"{len(errored_runs)} runs came to no end; the first: {errored_runs[0]}")
         if left_out:
             notes.append(
                 f"{len(left_out)} tests are left out, because they do not do again what they did with a person who "

@@ -29,7 +29,7 @@ from pytest_hricdv.extra.closing.records import (
     WayResult,
 )
 from pytest_hricdv.extra.closing.targets import by_kind
-from pytest_hricdv.extra.closing.violation_strategy import NAME, never_decisive
+from pytest_hricdv.extra.closing.violation_strategy import NAME, vacuous_alternatives
 from pytest_hricdv.extra.closing.violation_strategy import NAME as SEARCHING
 from pytest_hricdv.extra.closing.violations import FAULT, KINDS, NEW, described
 from pytest_hricdv.generate.suite_files import dump_tests
@@ -70,15 +70,15 @@ def evidence(
     others |= _unhanded(archive, handed, {run.test for run in near if run.spread})
     return ClosingResult(
         suite=suite,
-        ended=ended,
+        end_reason=ended,
         budget=budget,
         runs=len(runs),
-        given=len(archive.entries) - len(runs),
-        erring=sum(bool(entry.observation.error) for entry in runs),
+        initial_runs=len(archive.entries) - len(runs),
+        errored_runs=sum(bool(entry.observation.error) for entry in runs),
         sim_s=round(sum(entry.observation.sim_s for entry in runs), 6),
         bound=rule_of_three(len(runs)),
         kinds=_kinds(hit, closed, left),
-        ways=_ways(runs, seen.new),
+        strategies=_ways(runs, seen.new),
         growth=tuple(_growth(archive.entries, seen.new)),
         good_turing=seen.good_turing(len(archive.entries)),
         hit=hit,
@@ -86,9 +86,9 @@ def evidence(
         open=left,
         violations=_violations(archive, handed, without),
         searched=sum(entry.way == SEARCHING for entry in runs),
-        near=near,
-        kinds_left=violation_estimate(archive, without),
-        nearest=others,
+        closest_runs=near,
+        estimated_undetected=violation_estimate(archive, without),
+        closest_tests=others,
     )
 
 
@@ -123,7 +123,7 @@ class _Seen:
         for point in self._order:
             first = self.first[point]
             run = 0 if first.way == GIVEN else first.number - self._given + 1
-            yield HitPoint(point=point, test=tests[point], way=first.way, run=run)
+            yield HitPoint(point=point, test=tests[point], strategy=first.way, run=run)
 
     def good_turing(self, runs: int) -> GoodTuring | None:
         """The estimate of what a further run would find; None where nothing was hit."""
@@ -214,7 +214,7 @@ def _growth(entries: Iterable[Entry], new: Mapping[int, Counter[str]]) -> Iterab
             run += 1
             sim_s += entry.observation.sim_s
         if entry.number in new:
-            yield GrowthStep(run=run, sim_s=round(sim_s, 6), way=entry.way, new=new[entry.number])
+            yield GrowthStep(run=run, sim_s=round(sim_s, 6), strategy=entry.way, new=new[entry.number])
 
 
 def nearest_runs(archive: Archive, handed: Container[int], without: Container[int]) -> Iterator[NearestRun]:
@@ -239,7 +239,7 @@ def nearest_runs(archive: Archive, handed: Container[int], without: Container[in
             test=nearest.test.id if finite else "",
             runs=len(triggered),
             searched=tried[name],
-            never_decisive=never_decisive(archive, name),
+            vacuous_alternatives=vacuous_alternatives(archive, name),
         )
 
 

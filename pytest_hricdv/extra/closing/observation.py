@@ -24,7 +24,7 @@ from pytest_hricdv.execution.case import CaseResult, log_of
 from pytest_hricdv.execution.judge import list_undeclared_violations
 from pytest_hricdv.extra.closing.violations import violation_points
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.monitor import Criterion, NearestMiss, Requirement, Verdict
+from pytest_hricdv.monitor import Criterion, NearMiss, Requirement, Verdict
 from pytest_hricdv.monitor.antecedent import conjunct_outcomes
 from pytest_hricdv.online.chooser import Choice
 
@@ -100,14 +100,12 @@ def observe(
         points=tuple(sorted(points)),
         hits={name: tuple(tuple(bin_) for bin_ in hits) for name, hits in result.outcome.cross.items()},
         distances=tuple(_distances(result.verdicts)),
-        missing={
-            verdict.requirement: verdict.nearest_miss.missing for verdict in result.verdicts if verdict.nearest_miss
-        },
+        missing={verdict.requirement: verdict.near_miss.missing for verdict in result.verdicts if verdict.near_miss},
         margins={verdict.requirement: verdict.margin for verdict in result.verdicts if verdict.margin is not None},
-        unused={verdict.requirement: verdict.unused for verdict in result.verdicts if verdict.triggers},
+        unused={verdict.requirement: verdict.vacuous_alternatives for verdict in result.verdicts if verdict.triggers},
         sim_s=result.sim_s,
         record_sha256=result.record.sha256,
-        failed=(*list_undeclared_violations(result, known_violations), *result.faults),
+        failed=(*list_undeclared_violations(result, known_violations), *result.errors),
         choices=tuple(choices),
         begun=result.begun if result.test.actors else (),
     )
@@ -164,13 +162,13 @@ def _transition_points(result: CaseResult, state: str) -> Iterator[Point]:
 
 def _distances(verdicts: Sequence[Verdict]) -> Iterator[tuple[Point, float]]:
     for verdict in verdicts:
-        miss = verdict.nearest_miss
+        miss = verdict.near_miss
         if miss is not None:
             yield ("verdict", verdict.requirement, "Passed"), _distance(miss)
             yield from ((("condition", verdict.requirement, text, "true"), _distance(miss)) for text in miss.missing)
 
 
-def _distance(miss: NearestMiss) -> float:
+def _distance(miss: NearMiss) -> float:
     """The number of conditions that were false; of a single one that compares numbers, how far it was, below 1.
 
     Normalized as in `pytest_hricdv.extra.closing.distance`.

@@ -28,13 +28,13 @@ class HitPoint(PlainRecord, frozen=True, kw_only=True):
     Args:
         point: its kind and its names.
         test: the id of a test that hits it: of the suite, or of one that was there before the loop.
-        way: that led to the first run that hit it.
+        strategy: that led to the first run that hit it.
         run: the number of this run, from 1; 0 of tests that were there before the loop.
     """
 
     point: Names
     test: str
-    way: str
+    strategy: str
     run: Count
 
 
@@ -109,13 +109,13 @@ class GrowthStep(PlainRecord, frozen=True, kw_only=True):
     Args:
         run: its number, from 1; 0 of tests that were there before the loop.
         sim_s: simulated time of the loop, this run included (s).
-        way: that proposed it.
+        strategy: that proposed it.
         new: kind -> how many points no earlier run had hit.
     """
 
     run: Count
     sim_s: NotNegative
-    way: str
+    strategy: str
     new: Mapping[str, Count]
 
 
@@ -144,7 +144,7 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
         test: the id of the test that had the least margin; empty where none had one.
         runs: so many triggered it.
         searched: so many runs were made to violate it.
-        never_decisive: the alternatives of its response by which it never held.
+        vacuous_alternatives: the alternatives of its response by which it never held.
     """
 
     requirement: str
@@ -153,7 +153,7 @@ class NearestRun(PlainRecord, frozen=True, kw_only=True):
     test: str
     runs: Count
     searched: Count
-    never_decisive: Names = ()
+    vacuous_alternatives: Names = ()
 
 
 class ViolationEstimate(PlainRecord, frozen=True, kw_only=True):
@@ -178,31 +178,31 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     Args:
         suite: the name of the suite that it led to.
         budget: so many runs were allowed.
-        runs: so many were made; `erring` of them came to no end.
-        given: tests that were there before the loop; they are no part of `runs` and `sim_s`.
+        runs: so many were made; `errored_runs` of them came to no end.
+        initial_runs: tests that were there before the loop; they are no part of `runs` and `sim_s`.
         sim_s: simulated time of its runs (s).
         bound: upper bound of the probability that a run hits a certain open point; None without runs.
         kinds: kind of points -> how many.
-        ways: what each way has brought.
+        strategies: what each way has brought.
         growth: the runs that hit new points, in order.
         violations: of each kind that a run had, those that are not known first.
         searched: so many of the runs searched for violations.
-        near: of each requirement that a run triggered, how near runs came to violating it.
-        kinds_left: how many further kinds of violations there probably are; None without runs.
-        nearest: tests that came nearest to an open point, or to a violation, and are in no suite: id -> text, as
+        closest_runs: of each requirement that a run triggered, how near runs came to violating it.
+        estimated_undetected: how many further kinds of violations there probably are; None without runs.
+        closest_tests: tests that came nearest to an open point, or to a violation, and are in no suite: id -> text, as
             `--hri-suite=FILE` reads it.
     """
 
     suite: str
-    ended: ClosingEnd
+    end_reason: ClosingEnd
     budget: Count
     runs: Count
-    given: Count
-    erring: Count
+    initial_runs: Count
+    errored_runs: Count
     sim_s: NotNegative
     bound: Probability | None
     kinds: Mapping[str, KindCount]
-    ways: Mapping[str, WayResult]
+    strategies: Mapping[str, WayResult]
     growth: tuple[GrowthStep, ...]
     good_turing: GoodTuring | None
     hit: tuple[HitPoint, ...]
@@ -210,9 +210,9 @@ class ClosingResult(PlainRecord, frozen=True, kw_only=True):
     open: tuple[OpenPoint, ...]
     violations: tuple[ViolationKind, ...] = ()
     searched: Count = 0
-    near: tuple[NearestRun, ...] = ()
-    kinds_left: ViolationEstimate | None = None
-    nearest: Mapping[str, str] = {}
+    closest_runs: tuple[NearestRun, ...] = ()
+    estimated_undetected: ViolationEstimate | None = None
+    closest_tests: Mapping[str, str] = {}
 
 
 CLOSING: Section[ClosingResult | None] = Section("closing", ClosingResult | None, None)

@@ -95,12 +95,12 @@ class ClosingView(View):
 
     def aim(self, report: Report) -> str:
         """A closing loop after the same suites; after a loop, with twice its budget."""
-        if not report.rerun.suite or not report.suites:
+        if not report.rerun_options.suite or not report.suites:
             return ""
         result = CLOSING.of(report)
-        options = [option for option in report.rerun.options if not option.startswith("--hri-close")]
-        words = [f"--hri-suite={report.rerun.suite}", f"--hri-seed={report.suites[0].seed}", *options]
-        if NAME not in report.rerun.suite.split(","):
+        options = [option for option in report.rerun_options.options if not option.startswith("--hri-close")]
+        words = [f"--hri-suite={report.rerun_options.suite}", f"--hri-seed={report.suites[0].seed}", *options]
+        if NAME not in report.rerun_options.suite.split(","):
             words.append("--hri-close")
         if result is not None:
             words.append(f"--hri-close-runs={2 * result.budget}")
@@ -148,19 +148,21 @@ def violation_text(violation: ViolationKind) -> str:
 
 def headline(result: ClosingResult) -> str:
     """`closing: 400 runs, 30211 s simulated; ended: the budget of runs is used up`."""
-    return f"closing: {plural(result.runs, 'run')}, {seconds(result.sim_s)} simulated; ended: {_ENDED[result.ended]}"
+    return (
+        f"closing: {plural(result.runs, 'run')}, {seconds(result.sim_s)} simulated; ended: {_ENDED[result.end_reason]}"
+    )
 
 
 def notes(result: ClosingResult) -> Iterator[str]:
     """What is known of a further run, and of runs that came to no end, a sentence each."""
-    if result.erring:
-        yield f"{plural(result.erring, 'run')} came to no end"
+    if result.errored_runs:
+        yield f"{plural(result.errored_runs, 'run')} came to no end"
     if result.good_turing is not None and result.open:
         yield _further(result.good_turing)
     if result.searched:
         yield f"{plural(result.searched, 'run')} of these searched for violations where margins were smallest"
-    if result.kinds_left is not None:
-        yield kinds_left_text(result.kinds_left)
+    if result.estimated_undetected is not None:
+        yield kinds_left_text(result.estimated_undetected)
     if any(point.point[0] == "transition" for point in result.open):
         yield "transitions that no plan leads to, beside the code: python -m pytest_hricdv init --update"
 
@@ -179,7 +181,9 @@ def kinds_left_text(estimate: ViolationEstimate) -> str:
 def nearest_first(result: ClosingResult) -> list[NearestRun]:
     """Requirements that are not violated, those first whose least margin is small beside how much margins differ."""
     violated = {violation.requirement for violation in result.violations}
-    near = [run for run in result.near if run.requirement not in violated and run.margin is not None and run.spread]
+    near = [
+        run for run in result.closest_runs if run.requirement not in violated and run.margin is not None and run.spread
+    ]
     return sorted(near, key=lambda run: ((run.margin or 0.0) / (run.spread or 1.0), by_requirement(run.requirement)))
 
 
@@ -239,14 +243,14 @@ def page(report: Report) -> dict[str, Any] | None:
     if result is None:
         return None
     anchors = {test.id: anchor(test.nodeid) for test in report.tests}
-    used = {id: text for id, text in result.nearest.items() if id not in anchors}
+    used = {id: text for id, text in result.closest_tests.items() if id not in anchors}
     return {
         "result": result,
         "headline": headline(result),
         "notes": [*notes(result)],
         "near": [
             (near, margin_text(near.margin, margin_unit(report, near.requirement)) if near.margin is not None else "-")
-            for near in sorted(result.near, key=lambda near: by_requirement(near.requirement))
+            for near in sorted(result.closest_runs, key=lambda near: by_requirement(near.requirement))
         ],
         "kinds": {kind_text(kind): count for kind, count in result.kinds.items()},
         "anchors": anchors,
@@ -278,8 +282,8 @@ def curves(report: Report) -> dict[str, Any] | None:
     """Plain data for the plots: how many points were hit after so many runs and simulated seconds (s).
 
     Returns:
-        `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `ways`: way -> how many points
-        it hit first, over the same.
+        `kinds`: kind -> per cent of its possible points, over `runs` and over `sim_s`; `ways`: strategy -> how many
+        points it hit first, over the same.
     """
     result = CLOSING.of(report)
     if result is None:
@@ -290,8 +294,8 @@ def curves(report: Report) -> dict[str, Any] | None:
         share = 100.0 / max(count.hit + count.open, 1)
         kinds[kind_text(kind)] = _series(result, [(step, share * step.new.get(kind, 0)) for step in result.growth])
     ways = {}
-    for way in result.ways:
-        steps = [(step, float(sum(step.new.values()))) for step in result.growth if step.way == way]
+    for way in result.strategies:
+        steps = [(step, float(sum(step.new.values()))) for step in result.growth if step.strategy == way]
         ways[way] = _series(result, steps)
     return {"kinds": kinds, "ways": ways}
 

@@ -118,7 +118,7 @@ class ViolationStrategy:
             finite = [margin for margin in margins.values() if margin < math.inf]
             spread = max(finite) - min(finite) if finite else 0.0
             yield Aim((NEW, name), nearest[:STARTS], min(finite, default=None), spread)
-            for part in never_decisive(archive, name):
+            for part in vacuous_alternatives(archive, name):
                 yield Aim(("part", name, part), nearest[:STARTS])
 
 
@@ -131,7 +131,7 @@ def _violating(archive: Archive) -> dict[str, set[int]]:
     return runs
 
 
-def never_decisive(archive: Archive, requirement: str) -> tuple[str, ...]:
+def vacuous_alternatives(archive: Archive, requirement: str) -> tuple[str, ...]:
     """The alternatives of a requirement's response by which it never held, in any run that triggered it."""
     unused = [
         entry.observation.unused[requirement] for entry in archive.entries if requirement in entry.observation.unused

@@ -51,7 +51,7 @@ def violation_points(
             part = " & ".join(failure_signature(by_id[verdict.requirement], verdict, violation))
             outcome = _interaction(lines, result, violation.time_s, cross)
             yield kind, verdict.requirement, part, states.at(violation.time_s), outcome
-    yield from ((FAULT, _NUMBER.sub("#", fault)) for fault in result.faults)
+    yield from ((FAULT, _NUMBER.sub("#", fault)) for fault in result.errors)
 
 
 class _NamedStates:
@@ -74,7 +74,7 @@ def _interaction(lines: Sequence[str], result: CaseResult, time_s: float, cross:
 
     Cross products with `planned` tell with which action an interaction begins.
     """
-    numbers_begun = result.begun[: bisect_right(result.acted_s, time_s)]
+    numbers_begun = result.begun[: bisect_right(result.action_times_s, time_s)]
     begun = [lines[number] for number in numbers_begun]
     commands = [line for line in begun if disturbance_of(line) is None]
     numbers = [len([*product.planned(commands)]) for product in cross.values() if product.planned is not None]

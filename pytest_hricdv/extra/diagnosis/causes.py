@@ -136,7 +136,7 @@ def _by_now(
     basis = Diagnosis(
         runs=experiments.used,
         budget=experiments.budget,
-        ended=experiments.ended,
+        end_reason=experiments.ended,
         experiments=shown(experiments.evidence),
         signals=_kinds(vocabulary.signals),
         messages={topic: _kinds(fields) for topic, fields in vocabulary.messages.items()},
@@ -227,9 +227,9 @@ def cause_of(
         minimal=_as_begun(shortest),
         minimal_of=shortest.id,
         replay=shortest.replay,
-        places=_places(subject, ranked),
-        decides=_decides(group, len(confirmed), decision),
-        decision=decision,
+        locations=_places(subject, ranked),
+        deciding_change=_decides(group, len(confirmed), decision),
+        minimal_pair=decision,
         confirmed=len(confirmed),
         is_known=group.is_known,
     )
@@ -243,7 +243,7 @@ def id_of(group: Group) -> str:
 
 def _as_begun(test: TestResult) -> tuple[str, ...]:
     """The lines of a test; of several actors as they began, so that they tell who did what in which order."""
-    return test.abstract if test.acted is None else in_order_begun(test.abstract, test.begun)
+    return test.abstract if test.action_indices is None else in_order_begun(test.abstract, test.begun)
 
 
 def in_order_begun(lines: Sequence[str], begun: Iterable[tuple[float, int]]) -> tuple[str, ...]:

@@ -197,6 +197,8 @@ def _neighbour(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> Ne
     return Neighbour(
         timeline=timeline(result.record, result.verdicts, result.sim_s),
         abstract=tuple(action.command for action in result.test.actions),
-        begun=tuple((round(time_s, 3), number) for time_s, number in zip(result.acted_s, result.begun, strict=True)),
+        begun=tuple(
+            (round(time_s, 3), number) for time_s, number in zip(result.action_times_s, result.begun, strict=True)
+        ),
         lines=None if tracing is None else executed_lines(tracing.steps(), None),
     )

@@ -84,7 +84,7 @@ def _violations(test: TestResult, states: _States, known_violations: Container[s
 
 def _faults(test: TestResult, states: _States) -> Iterator[Failure]:
     end_s = test.timeline.end_s if test.timeline else test.sim_s
-    for fault in test.faults:
+    for fault in test.errors:
         part = _NUMBER.sub("#", fault)
         before = _disturbances(test, end_s)
         yield Failure(test.nodeid, FAULT, part, states.at(end_s), end_s, before, is_known=False, said=part)

@@ -35,7 +35,7 @@ def merge(reports: Sequence[Report], merged: Report) -> Report:
         bases[0],
         runs=sum(basis.runs for basis in bases),
         budget=sum(basis.budget for basis in bases),
-        ended=max((basis.ended for basis in bases), key=DIAGNOSIS_ENDS.index),
+        end_reason=max((basis.end_reason for basis in bases), key=DIAGNOSIS_ENDS.index),
         experiments=experiments,
     )
     return DIAGNOSIS.put(CAUSES.put(merged, tuple(_add_trace(cause, before) for cause in made)), basis)
@@ -45,9 +45,9 @@ def _decision_of(subject: Subject, group: Group, before: Sequence[Cause]) -> Dec
     """What decides, of a cause of one of the reports, if the same failure is in this group."""
     failures = {(subject.tests[failure.nodeid].id, failure.requirement) for failure in group.failures}
     decided = (
-        cause.decision
+        cause.minimal_pair
         for cause in before
-        if cause.decision and any((cause.decision.test, name) in failures for name in cause.requirements)
+        if cause.minimal_pair and any((cause.minimal_pair.test, name) in failures for name in cause.requirements)
     )
     return min(
         decided, key=lambda decision: (not decision.kind, len(decision.concrete), canonical(decision)), default=None
@@ -58,7 +58,7 @@ def _add_trace(cause: Cause, before: Sequence[Cause]) -> Cause:
     """The cause with the places of the report that has most of its tests: there, runs were traced."""
     same = sorted((other for other in before if other.id == cause.id), key=canonical)
     largest = max(same, key=lambda other: (len(other.tests), canonical(other)), default=cause)
-    cause = replace(cause, places=largest.places or cause.places)
+    cause = replace(cause, locations=largest.locations or cause.locations)
     left = next((other for other in same if other.is_shrunk and other.minimal_of in cause.tests), None)
     if left is None:
         return cause

@@ -163,6 +163,6 @@ class NeighborSearch:
             runs=self.used,
             failing=parting.failing,
             passing=parting.passing,
-            parts_at=parting.at,
+            differs_at=parting.at,
             concrete=self.space.shown(variation.test),
         )

@@ -26,7 +26,7 @@ class SuspiciousPlace(PlainRecord, frozen=True, kw_only=True):
         file: as the report names it.
         line: its first line.
         function: it is in.
-        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `places`).
+        score: its suspiciousness, from 0 to 1 (Ochiai's coefficient, weighted by when it was executed; see `location`).
         text: the line.
     """
 
@@ -93,7 +93,7 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
         runs: how many runs it took.
         failing: some events of the failing run, from before both part.
         passing: the same of the neighbour.
-        parts_at: which of these events is the first that differs, from 0; None where none does.
+        differs_at: which of these events is the first that differs, from 0; None where none does.
         concrete: the actions of the neighbour, with their parameters.
         neighbour: its run; None where it was not run once more to be shown.
     """
@@ -104,7 +104,7 @@ class Decision(PlainRecord, frozen=True, kw_only=True):
     runs: Count
     failing: tuple[ShownEvent, ...] = ()
     passing: tuple[ShownEvent, ...] = ()
-    parts_at: Count | None = None
+    differs_at: Count | None = None
     concrete: Names = ()
     neighbour: Neighbour | None = None
 
@@ -135,9 +135,9 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
         minimal_of: id of this test; None in reports of older versions: the first of `tests`.
         is_shrunk: what the test does not need was taken away.
         replay: of this test.
-        places: the most suspicious statements first; empty where no code was measured.
-        decides: what makes the difference between failing and passing, in words; empty where nobody tried.
-        decision: how this came out, and where both runs part; None where nobody tried.
+        locations: the most suspicious statements first; empty where no code was measured.
+        deciding_change: what makes the difference between failing and passing, in words; empty where nobody tried.
+        minimal_pair: how this came out, and where both runs part; None where nobody tried.
         confirmed: in so many tests an experiment has shown that they fail for it.
         is_known: all of its violations are known ones.
         probability: in a campaign all runs of which are in the report; else None.
@@ -152,9 +152,9 @@ class Cause(PlainRecord, frozen=True, kw_only=True):
     minimal_of: TestId | None = None
     is_shrunk: bool = False
     replay: ReplayName | None = None
-    places: tuple[SuspiciousPlace, ...] = ()
-    decides: str = ""
-    decision: Decision | None = None
+    locations: tuple[SuspiciousPlace, ...] = ()
+    deciding_change: str = ""
+    minimal_pair: Decision | None = None
     confirmed: Count = 0
     is_known: bool = False
     probability: Probability | None = None
@@ -185,7 +185,7 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
     Args:
         runs: of experiments.
         budget: so many runs were allowed.
-        ended: why they ended.
+        end_reason: why they ended.
         experiments: what they have shown.
         signals: of the testbench, with their types: in these conditions are learned.
         messages: of the testbench: topic -> field -> type.
@@ -193,7 +193,7 @@ class Diagnosis(PlainRecord, frozen=True, kw_only=True):
 
     runs: Count
     budget: Count
-    ended: DiagnosisEnd
+    end_reason: DiagnosisEnd
     experiments: tuple[Experiment, ...] = ()
     signals: Mapping[str, KindName] = {}
     messages: Mapping[str, Mapping[str, KindName]] = {}

@@ -146,7 +146,7 @@ def _trace_run(rerunning: TestRerunner, code: CodeMap, test: ConcreteTest) -> Ru
     made = ran(result)
     names = {requirement.id: _names(requirement) for requirement in formulas(settings.requirements)}
     traces = {name: tracing.until(time_s, names.get(name)) for name, time_s in made.times_s.items()}
-    if result.faults:  # what is wrong with the whole run
+    if result.errors:  # what is wrong with the whole run
         traces[FAULT] = tracing.until(result.sim_s, None, to_end=True)
     return msgspec.structs.replace(made, traces=traces)
 
@@ -159,12 +159,12 @@ def _names(requirement: Requirement) -> frozenset[str]:
 
 def ran(result: CaseResult) -> RunSummary:
     """What is kept of a run."""
-    violated = (*result.failed, *((FAULT,) if result.faults else ()))
+    violated = (*result.failed, *((FAULT,) if result.errors else ()))
     times_s = {verdict.requirement: verdict.violations[0].time_s for verdict in result.verdicts if verdict.violations}
     return RunSummary(
         violated=violated,
         checked=tuple(verdict.requirement for verdict in result.verdicts if verdict.verdict == "Passed"),
-        begun=tuple(zip(result.acted_s, result.begun, strict=True)),
+        begun=tuple(zip(result.action_times_s, result.begun, strict=True)),
         events=tuple(sorted(_events(result), key=lambda event: event.time_s))[:MAX_EVENTS],
         times_s=times_s,
     )

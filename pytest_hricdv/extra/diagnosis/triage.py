@@ -153,7 +153,7 @@ class _Triage:
         condition = condition_for(examples, self._logs_of(examples), self.vocabulary)
         if condition is None or condition.wrong:
             return TriageEntry(requirement, condition, note=self._inseparable(requirement, examples, condition))
-        replaces = "" if self.report.strict else self.report.known_while.get(requirement, "")
+        replaces = "" if self.report.strict else self.report.known_when.get(requirement, "")
         text = f"({replaces}) | ({condition.text})" if replaces else condition.text
         reason = f"{self.report.known_violations[requirement]}; {REASON}" if replaces else REASON
         causes = ",".join(
@@ -164,7 +164,7 @@ class _Triage:
                 )
             )
         )
-        return TriageEntry(requirement, condition, f"{requirement} of {causes} while {text}: {reason}", replaces)
+        return TriageEntry(requirement, condition, f"{requirement} of {causes} when {text}: {reason}", replaces)
 
     def _violations(self, requirement: str) -> Iterator[str]:
         """The causes of what the entry of a requirement tolerates by now."""
@@ -174,7 +174,7 @@ class _Triage:
 
     def _examples(self, requirement: str, tests: set[str]) -> Examples:
         """All new violations of the requirement in these tests; those in others; and where nothing is wrong with it."""
-        has_entry = not self.report.strict and requirement in self.report.known_while
+        has_entry = not self.report.strict and requirement in self.report.known_when
         inside: list[RunMoment] = []
         outside: list[RunMoment] = []
         elsewhere: list[RunMoment] = []
@@ -246,7 +246,7 @@ def _entry_lines(entry: TriageEntry) -> Iterator[str]:
     if entry.line:
         yield f"    {entry.line}"
         if entry.replaces:
-            yield f"      instead of the entry {entry.requirement} while {entry.replaces}"
+            yield f"      instead of the entry {entry.requirement} when {entry.replaces}"
     if entry.note:
         yield f"    {entry.requirement}: {entry.note}"
 

@@ -43,15 +43,15 @@ def cause_lines(
         most_places: so many statements are named.
         status: as `new`, compared with a baseline; empty where there is nothing to say.
     """
-    places = cause.places[:most_places]
+    places = cause.locations[:most_places]
     lines = [
         *_sentence(title_of(number, cause, status), columns, "  "),
         *(_place(place.file, place.line, place.function, place.score, place.text, columns) for place in places),
     ]
     style: Style = "warn" if cause.is_known else "bad"
     shown = [Line(text, style if number == 0 else "plain") for number, text in enumerate(lines)]
-    if cause.decides:
-        shown += [Line(text) for text in _sentence(f"  {cause.decides}", columns, "    ")]
+    if cause.deciding_change:
+        shown += [Line(text) for text in _sentence(f"  {cause.deciding_change}", columns, "    ")]
     shown += [Line(_shortest(cause, columns))]
     if command := replay_of(cause, options):
         shown.append(Line(f"  {visible(command)}", "dim"))
@@ -135,7 +135,7 @@ class DiagnosisView(View):
         nodeids: dict[str, list[str]] = {}
         for test in report.tests:
             nodeids.setdefault(test.id, []).append(test.nodeid)
-        options = report.rerun.options
+        options = report.rerun_options.options
         status = _status(report)
         places = MAX_PLACES if len(causes) < _MANY else 1
         blocks = (
@@ -144,10 +144,10 @@ class DiagnosisView(View):
                 title=title_of(number, cause, status.get(cause.id, "")),
                 lines=cause_lines(number, cause, options, columns, status.get(cause.id, ""), places),
                 tests=tuple(nodeid for name in cause.tests for nodeid in nodeids.get(name, ())),
-                place=next(((place.file, place.line) for place in cause.places), None),
+                place=next(((place.file, place.line) for place in cause.locations), None),
                 is_known=cause.is_known,
                 anchor=f"cause-{cause.id}",
-                decides=cause.decides,
+                decides=cause.deciding_change,
             )
             for number, cause in enumerate(causes, 1)
         )
@@ -159,7 +159,7 @@ class DiagnosisView(View):
         if not causes:
             return None
         nodeids = {test.id: test.nodeid for test in report.tests}
-        commands = {cause.id: replay_of(cause, report.rerun.options) for cause in causes}
+        commands = {cause.id: replay_of(cause, report.rerun_options.options) for cause in causes}
         values = {"causes": causes, "nodeids": nodeids, "commands": commands, "basis": _basis(report)}
         return PageSection(
             "causes", "Causes", "diagnosis/causes.html.jinja", values, place="causes", headline=headline(causes)
@@ -180,7 +180,7 @@ class DiagnosisView(View):
         if causes:
             yield "hri.causes", len(causes)
         for number, cause in enumerate(causes, 1):
-            lines = cause_lines(number, cause, report.rerun.options, None)
+            lines = cause_lines(number, cause, report.rerun_options.options, None)
             yield f"hri.cause.{number}", "; ".join(line.text.strip() for line in lines)
 
 
@@ -189,7 +189,7 @@ VIEW = DiagnosisView()
 
 def _neighbour(report: Report, cause: Cause, test: TestResult) -> dict[str, Any] | None:
     """The run that passes, of the test that it is a neighbour of; of another test of the cause, where to find it."""
-    decision = cause.decision
+    decision = cause.minimal_pair
     if decision is None or decision.neighbour is None:
         return None
     owner = cause.minimal_of if cause.is_shrunk else decision.test
@@ -226,7 +226,7 @@ def _basis(report: Report) -> str:
     diagnosis = DIAGNOSIS.of(report)
     if diagnosis is None:
         return ""
-    ended = {"done": "", "runs": "; the budget is used up", "interrupted": "; interrupted"}[diagnosis.ended]
+    ended = {"done": "", "runs": "; the budget is used up", "interrupted": "; interrupted"}[diagnosis.end_reason]
     # With nothing to compare with, all that failing runs executed gets the highest scores.
     alone = (
         "" if any(test.outcome == "passed" for test in report.tests) else "; no test passed: scores compare with none"

@@ -54,7 +54,7 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
         outcomes: how each interaction ended there, in order.
         record_sha256: of its run.
         requirements: requirement -> how it went there.
-        faults: errors of that run, a sentence each.
+        errors: errors of that run, a sentence each.
         differences: what depends on the engine.
     """
 
@@ -62,19 +62,21 @@ class EngineComparison(PlainRecord, frozen=True, kw_only=True):
     outcomes: Names
     record_sha256: str
     requirements: Mapping[str, OtherVerdict]
-    faults: Names
+    errors: Names
     differences: tuple[EngineDifference, ...]
 
 
-BESIDE: TestSection[EngineComparison | None] = TestSection("beside", EngineComparison | None, None, identifies=True)
+CROSS_CHECK: TestSection[EngineComparison | None] = TestSection(
+    "cross_check", EngineComparison | None, None, identifies=True
+)
 """How the same test went on a second engine, in a session in which engines check each other."""
 
-TEST_SECTIONS = (BESIDE,)
+TEST_SECTIONS = (CROSS_CHECK,)
 
 
 def further_engines(test: Struct) -> Names:
     """Of a test that ran on a second engine."""
-    beside = BESIDE.of(test)
+    beside = CROSS_CHECK.of(test)
     return (beside.engine,) if beside is not None else ()
 
 
@@ -110,7 +112,7 @@ def compare(result: CaseResult, other: CaseResult, testbench: Testbench) -> Engi
             verdict.requirement: OtherVerdict(verdict=verdict.verdict, margin=verdict.margin, triggers=verdict.triggers)
             for verdict in other.verdicts
         },
-        faults=other.faults,
+        errors=other.errors,
         differences=tuple(differences),
     )
 
@@ -224,17 +226,17 @@ class EnginesFeature(Feature[str]):
         if _ON_SECOND not in context.stash:
             second = _on_second(context.collection.testbench)
             context.stash[_ON_SECOND] = dataclasses.replace(context.run_settings, testbench=second)
-        return dataclasses.replace(run, beside=execute(context.stash[_ON_SECOND], test))
+        return dataclasses.replace(run, cross_check=execute(context.stash[_ON_SECOND], test))
 
     def describe(self, context: RunContext, run: CaseResult, result: TestResult) -> TestResult:
         """The result, with how the run went on the second engine."""
-        if run.beside is None:
+        if run.cross_check is None:
             return result
-        return BESIDE.put(result, compare(run, run.beside, context.collection.testbench))
+        return CROSS_CHECK.put(result, compare(run, run.cross_check, context.collection.testbench))
 
     def discrepancies(self, result: TestResult) -> tuple[EngineDifference, ...]:
         """What depends on the engine."""
-        beside = BESIDE.of(result)
+        beside = CROSS_CHECK.of(result)
         return () if beside is None else beside.differences
 
 

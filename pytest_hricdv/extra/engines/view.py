@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from pytest_hricdv._base.message import visible
-from pytest_hricdv.extra.engines.feature import BESIDE, EngineComparison
+from pytest_hricdv.extra.engines.feature import CROSS_CHECK, EngineComparison
 from pytest_hricdv.report.formatting import Line, by_requirement, natural, percent, plural, share, wrap
 from pytest_hricdv.report.tests_view import anchor
 from pytest_hricdv.report.view import PageSection, View
@@ -57,7 +57,7 @@ class Agreement:
 
 def agreement(tests: Iterable[TestResult]) -> Agreement | None:
     """How far the engines agree; None where no test ran on two."""
-    both = [(test, beside) for test in tests if (beside := BESIDE.of(test)) is not None]
+    both = [(test, beside) for test in tests if (beside := CROSS_CHECK.of(test)) is not None]
     if not both:
         return None
     ends = [pair for test, beside in both for pair in zip_longest(test.outcomes, beside.outcomes)]
@@ -70,7 +70,7 @@ def agreement(tests: Iterable[TestResult]) -> Agreement | None:
         differing={
             test.id: tuple(difference.text for difference in beside.differences)
             for test, beside in both
-            if beside.differences or beside.faults
+            if beside.differences or beside.errors
         },
     )
 
@@ -137,7 +137,7 @@ class EnginesView(View):
 
     def facts(self, test: TestResult) -> dict[str, str]:
         """What depends on the engine."""
-        beside = BESIDE.of(test)
+        beside = CROSS_CHECK.of(test)
         differences = () if beside is None else beside.differences
         return {"Engines differ": "; ".join(difference.text for difference in differences)}
 

@@ -93,8 +93,8 @@ class MutationFeature(Feature[MutationOptions]):
         except KeyboardInterrupt:  # before the first mutant
             session.interrupted = True
             return report
-        session.interrupted = result.ended == "interrupted"
-        if result.ended == "lost":
+        session.interrupted = result.end_reason == "interrupted"
+        if result.end_reason == "lost":
             session.problems.append("--hri-mutate: not all mutants were tried: their process was lost")
         return MUTATION.put(report, result)
 

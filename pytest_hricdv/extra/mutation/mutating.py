@@ -98,7 +98,7 @@ class MutationRun:
             seed=self.context.options.seed,
             tests_per_mutant=options.tests,
             matrix=options.matrix,
-            left_out=tuple(result.id for result in results if not _takes_part(result)),
+            excluded_tests=tuple(result.id for result in results if not _takes_part(result)),
             processes=self.processes,
             wall_s=round(time.perf_counter() - began_s, 3),
             ended=ended,
@@ -122,7 +122,7 @@ class MutationRun:
 
     def _trial_test(self, result: TestResult) -> TrialTest:
         concrete = self.chosen[result.nodeid].concrete
-        return TrialTest(result.suite, concrete, result.record_sha256, result.ended, result.outcomes)
+        return TrialTest(result.suite, concrete, result.record_sha256, result.end_reason, result.outcomes)
 
 
 class _Trials:
@@ -221,7 +221,7 @@ class _Trials:
 
     def _tell_progress(self, done: int, total: int) -> None:
         if done * STEPS // total > (done - 1) * STEPS // total and done < total:
-            killed = sum(any(run.oracles for run in self.runs[name]) for name in self._done)
+            killed = sum(any(run.assertions for run in self.runs[name]) for name in self._done)
             left_s = (time.monotonic() - self._began_s) / done * (total - done)
             self._say(f"hricdv: {done} of {total} mutants, {killed} killed, {time_left(left_s)}")
 

@@ -91,7 +91,7 @@ class MutationJob:
     def left(self, trial: MutantTrial, runs: Sequence[MutantRun]) -> tuple[str, ...]:
         """The tests of a trial that are still to be run after these runs."""
         done = {run.test for run in runs}
-        over = set() if self.matrix else {run.suite for run in runs if run.oracles}
+        over = set() if self.matrix else {run.suite for run in runs if run.assertions}
         return tuple(test for test in trial.tests if test not in done and self.tests[test].suite not in over)
 
 
@@ -121,8 +121,8 @@ TrialEvent = MutantRunEnd | TrialEnd | ControlDiffers
 def events(job: MutationJob) -> Iterator[TrialEvent]:
     """Do a job; what there is to tell, as soon as it is known."""
     for event in _try(replace(job, seconds=None), [job.control]):
-        if isinstance(event, MutantRunEnd) and (event.run.oracles or event.run.changed):
-            failed = ", ".join(event.run.oracles)
+        if isinstance(event, MutantRunEnd) and (event.run.assertions or event.run.changed):
+            failed = ", ".join(event.run.assertions)
             yield ControlDiffers(
                 f"{event.run.test}: {event.run.note or (failed and f'{failed} failed') or 'another record'}"
             )
@@ -163,7 +163,7 @@ def _end_run(suite: str, test: str, problem: str) -> MutantRun:
     spins = signal.SIGXCPU.name in problem
     oracle = ENDING if spins or not problem.startswith("ended") else EXCEPTION
     note = "takes too much processor time" if spins else problem
-    return MutantRun(test=test, suite=suite, oracles=(oracle,), changed=True, note=note)
+    return MutantRun(test=test, suite=suite, assertions=(oracle,), changed=True, note=note)
 
 
 class _Trier:
@@ -204,7 +204,7 @@ class _Trier:
         changed = now != (test.record_sha256, test.ended, test.outcomes)
         first = changed and not oracles and not any(run.changed for run in self._runs)
         behaviour = _behaviour(test, result, context) if first else None
-        self._tell(name, oracles, "; ".join(result.faults), changed=changed, behaviour=behaviour)
+        self._tell(name, oracles, "; ".join(result.errors), changed=changed, behaviour=behaviour)
 
     def _tell(
         self,
@@ -216,7 +216,7 @@ class _Trier:
         behaviour: Behaviour | None = None,
     ) -> None:
         suite, note = self._job.tests[name].suite, _ADDRESS.sub("0x...", note)
-        self._runs.append(MutantRun(test=name, suite=suite, oracles=oracles, changed=changed, note=note))
+        self._runs.append(MutantRun(test=name, suite=suite, assertions=oracles, changed=changed, note=note))
         self._send(encode(MutantRunEnd(self._trial.mutant, self._runs[-1], behaviour)))
 
 

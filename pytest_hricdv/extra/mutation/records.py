@@ -16,7 +16,7 @@ EXCEPTION, ENDING, BIN = "exception", "ending", "bin"
 not allow; it hit a bin that it cannot or must not hit."""
 
 MutationEnd = Literal["done", "seconds", "interrupted", "lost"]
-MutantStatus = Literal["killed", "survived", "unchanged", "not executed", "not tried"]
+MutantStatus = Literal["killed", "survived", "unchanged", "no coverage", "not run"]
 """Killed: some test fails. Survived: a record changed, and no test fails. Unchanged: no record changed. Not executed:
 no test executes the statement. Not tried: time was over before, or before all of its tests had run."""
 
@@ -27,14 +27,14 @@ class MutantRun(PlainRecord, frozen=True, kw_only=True):
     Args:
         test: its id.
         suite: of the test.
-        oracles: what failed: requirements that are not known to be violated, and the oracles of this module.
+        assertions: what failed: requirements that are not known to be violated, and the oracles of this module.
         changed: the record is another one than without the fault.
         note: what was wrong beside requirements.
     """
 
     test: str
     suite: str
-    oracles: Names
+    assertions: Names
     changed: bool
     note: str = ""
 
@@ -74,9 +74,9 @@ class MutantResult(PlainRecord, frozen=True, kw_only=True):
         return mutant_status(runs, executed=suite in self.executing, complete=self.complete)
 
     @property
-    def oracles(self) -> frozenset[str]:
+    def assertions(self) -> frozenset[str]:
         """Everything that failed in any run."""
-        return frozenset(oracle for run in self.runs for oracle in run.oracles)
+        return frozenset(oracle for run in self.runs for oracle in run.assertions)
 
 
 def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) -> MutantStatus:
@@ -87,12 +87,12 @@ def mutant_status(runs: Iterable[MutantRun], *, executed: bool, complete: bool) 
         complete: all runs that were planned were done, or not needed any more.
     """
     runs = list(runs)
-    if any(run.oracles for run in runs):
+    if any(run.assertions for run in runs):
         return "killed"
     if not executed:
-        return "not executed"
+        return "no coverage"
     if not complete:
-        return "not tried"
+        return "not run"
     return "survived" if any(run.changed for run in runs) else "unchanged"
 
 
@@ -103,8 +103,8 @@ class MutationScore(PlainRecord, frozen=True, kw_only=True):
     killed: Count
     survived: Count
     unchanged: Count
-    not_executed: Count
-    not_tried: Count
+    no_coverage: Count
+    not_run: Count
     percent: Percent | None
 
 
@@ -112,7 +112,7 @@ class OracleScore(PlainRecord, frozen=True, kw_only=True):
     """How many mutants an oracle, or a group of them, killed; and how many no other one did in the runs there were."""
 
     killed: Count
-    only: Count
+    killed_only_by: Count
 
 
 class MutationResult(PlainRecord, frozen=True, kw_only=True):
@@ -120,34 +120,34 @@ class MutationResult(PlainRecord, frozen=True, kw_only=True):
 
     Args:
         mutants: in the order of files and lines.
-        made: how many there are; more than `mutants` where only some were drawn.
+        generated: how many there are; more than `mutants` where only some were drawn.
         seed: that the order of trials was drawn with.
         tests_per_mutant: a mutant was tried on at most so many tests of a suite; None: on all that execute it.
         matrix: a mutant was tried on further tests after one failed.
-        left_out: tests that fail, or were not measured, without any fault.
+        excluded_tests: tests that fail, or were not measured, without any fault.
         processes: in which the runs were made.
         wall_s: how long it took.
-        ended: why it ended.
+        end_reason: why it ended.
         total: the score of all tests together.
         suites: suite -> its score.
         operators: operator -> the score of its mutants.
-        oracles: oracle -> its score; requirements that killed none have one, too.
+        assertions: oracle -> its score; requirements that killed none have one, too.
         groups: group of requirements -> its score.
     """
 
     mutants: tuple[MutantResult, ...]
-    made: Count
+    generated: Count
     seed: int
     tests_per_mutant: Count | None
     matrix: bool
-    left_out: Names
+    excluded_tests: Names
     processes: Count
     wall_s: NotNegative
-    ended: MutationEnd
+    end_reason: MutationEnd
     total: MutationScore
     suites: Mapping[str, MutationScore]
     operators: Mapping[str, MutationScore]
-    oracles: Mapping[str, OracleScore]
+    assertions: Mapping[str, OracleScore]
     groups: Mapping[str, OracleScore]
 
 
@@ -158,7 +158,7 @@ def scored(
     seed: int,
     tests_per_mutant: int | None,
     matrix: bool,
-    left_out: Names,
+    excluded_tests: Names,
     processes: int,
     wall_s: float,
     ended: MutationEnd,
@@ -171,47 +171,47 @@ def scored(
     def members(group: str) -> list[str]:
         return [name for name, other in requirements.items() if other == group]
 
-    others = sorted({oracle for mutant in mutants for oracle in mutant.oracles} - {*requirements})
+    others = sorted({oracle for mutant in mutants for oracle in mutant.assertions} - {*requirements})
     return MutationResult(
         mutants=mutants,
-        made=made,
+        generated=made,
         seed=seed,
         tests_per_mutant=tests_per_mutant,
         matrix=matrix,
-        left_out=left_out,
+        excluded_tests=excluded_tests,
         processes=processes,
         wall_s=wall_s,
-        ended=ended,
+        end_reason=ended,
         total=_score([mutant.status for mutant in mutants]),
         suites={name: _score([mutant.status_in(name) for mutant in mutants]) for name in suites},
         operators={
             name: _score([mutant.status for mutant in mutants if mutant.operator == name]) for name in operators
         },
-        oracles=_oracles(mutants, {name: [name] for name in (*requirements, *others)}),
+        assertions=_oracles(mutants, {name: [name] for name in (*requirements, *others)}),
         groups=_oracles(mutants, {group: members(group) for group in dict.fromkeys(requirements.values()) if group}),
     )
 
 
 def _score(statuses: Sequence[MutantStatus]) -> MutationScore:
-    tried = len(statuses) - statuses.count("not tried")
+    tried = len(statuses) - statuses.count("not run")
     return MutationScore(
         mutants=len(statuses),
         killed=statuses.count("killed"),
         survived=statuses.count("survived"),
         unchanged=statuses.count("unchanged"),
-        not_executed=statuses.count("not executed"),
-        not_tried=statuses.count("not tried"),
+        no_coverage=statuses.count("no coverage"),
+        not_run=statuses.count("not run"),
         percent=percent(statuses.count("killed"), tried) if tried else None,
     )
 
 
 def _oracles(mutants: Iterable[MutantResult], groups: Mapping[str, Collection[str]]) -> dict[str, OracleScore]:
     """Name -> how many mutants the oracles of this name killed, and how many nothing else killed."""
-    failed = [mutant.oracles for mutant in mutants if mutant.oracles]
+    failed = [mutant.assertions for mutant in mutants if mutant.assertions]
     return {
         name: OracleScore(
             killed=sum(not oracles.isdisjoint(members) for oracles in failed),
-            only=sum(oracles <= {*members} for oracles in failed),
+            killed_only_by=sum(oracles <= {*members} for oracles in failed),
         )
         for name, members in groups.items()
     }

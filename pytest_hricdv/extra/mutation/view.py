@@ -24,8 +24,8 @@ _AROUND = 3
 WHY: Mapping[MutantStatus, str] = {
     "survived": "a record changed, and nothing failed: an oracle is missing",
     "unchanged": "no record changed: a stimulus is missing, or it is equivalent",
-    "not executed": "no test executes the statement",
-    "not tried": "time was over before all of its tests had run",
+    "no coverage": "no test executes the statement",
+    "not run": "time was over before all of its tests had run",
 }
 """What a mutant that was not killed tells."""
 
@@ -45,7 +45,7 @@ class MutationView(View):
             for name, score in result.suites.items():
                 yield Line(visible(f"  suite {name}: {score_text(score)}"))
         groups = {f"group {name}": score for name, score in result.groups.items()}
-        yield from _oracles({**_in_order(report, result.oracles), **groups})
+        yield from _oracles({**_in_order(report, result.assertions), **groups})
         for status in WHY:
             yield from _examples([mutant for mutant in result.mutants if mutant.status == status], status)
         for text in notes(result):
@@ -64,7 +64,7 @@ class MutationView(View):
             "meaning": meaning(result),
             "headline": headline(result),
             "notes": [*notes(result)],
-            "oracles": _in_order(report, result.oracles),
+            "oracles": _in_order(report, result.assertions),
             "alive": {status: (why, by_status[status]) for status, why in WHY.items() if by_status[status]},
             "killed": by_status["killed"],
             "change": change,
@@ -99,31 +99,33 @@ def meaning(result: MutationResult) -> str:
     score = result.total
     if score.percent is None:
         return "No fault was tried."
-    tried = plural(score.mutants - score.not_tried, "fault")
+    tried = plural(score.mutants - score.not_run, "fault")
     return f"The tests noticed {score.killed} of {tried} ({percent(score.percent)})."
 
 
 def score_text(score: MutationScore) -> str:
     """`81.2 % killed (302 of 372)`."""
     share = "none tried" if score.percent is None else f"{percent(score.percent)} killed"
-    return f"{share} ({score.killed} of {score.mutants - score.not_tried})"
+    return f"{share} ({score.killed} of {score.mutants - score.not_run})"
 
 
 def notes(result: MutationResult) -> Iterator[str]:
     """What is to be known about a score, a sentence each."""
-    if result.made > len(result.mutants):
-        yield f"{len(result.mutants)} of {result.made} mutants were drawn"
+    if result.generated > len(result.mutants):
+        yield f"{len(result.mutants)} of {result.generated} mutants were drawn"
     most = result.tests_per_mutant
     alive = [mutant for mutant in result.mutants if mutant.status in ("survived", "unchanged")]
     partly = sum(any(most is not None and count > most for count in mutant.executing.values()) for mutant in alive)
     if partly and most is not None:
         yield f"{partly} that were not killed were tried on {plural(most, 'test')} of a suite, and more execute them"
-    if result.left_out:
-        left_out = plural(len(result.left_out), "test")
-        yield f"{left_out} took no part, failing or unmeasured without a fault: {_list(result.left_out)}"
-    if result.ended != "done":
-        why = {"seconds": "time was over", "lost": "their process was lost"}.get(result.ended, "it was interrupted")
-        yield f"{plural(result.total.not_tried, 'mutant')} not tried: {why}"
+    if result.excluded_tests:
+        excluded_tests = plural(len(result.excluded_tests), "test")
+        yield f"{excluded_tests} took no part, failing or unmeasured without a fault: {_list(result.excluded_tests)}"
+    if result.end_reason != "done":
+        why = {"seconds": "time was over", "lost": "their process was lost"}.get(
+            result.end_reason, "it was interrupted"
+        )
+        yield f"{plural(result.total.not_run, 'mutant')} not tried: {why}"
 
 
 def _in_order(report: Report, oracles: Mapping[str, OracleScore]) -> dict[str, OracleScore]:
@@ -137,7 +139,7 @@ def _oracles(oracles: Mapping[str, OracleScore]) -> Iterator[Line]:
     yield Line(f"  {pad('killed by', room)}{'mutants':>9}{'only by it':>12}", "dim")
     for name, score in oracles.items():
         style: Style = "plain" if score.killed else "dim"
-        yield Line(f"  {pad(visible(name), room)}{score.killed:>9}{score.only:>12}", style)
+        yield Line(f"  {pad(visible(name), room)}{score.killed:>9}{score.killed_only_by:>12}", style)
 
 
 def _examples(mutants: Sequence[MutantResult], status: MutantStatus) -> Iterator[Line]:

@@ -147,7 +147,7 @@ class ConformanceMonitor:
             triggers=len(history),
             passes=len(triggers),
             failures=int(deviation is not None),
-            vacuous=int(not history),
+            untriggered=int(not history),
             pending=0 if deviation else len(open_acts),
             violations=() if deviation is None else (_violation(deviation),),
             signature=() if deviation is None else _signature(deviation),

@@ -124,7 +124,7 @@ class Shrinker:
             actions_before=len(self.case.concrete.actions),
             runs=shrunk.runs,
             wall_s=round(shrunk.wall_s, 3),
-            ended=shrunk.ended,
+            end_reason=shrunk.ended,
             reason=tuple(self._wanted or ()),
             note=note,
             course=() if self._best is None else tuple(_course(self._best, self.requirement)),
@@ -137,7 +137,7 @@ def _course(result: CaseResult, requirement: Criterion) -> Iterator[str]:
     if len(result.test.actors) < 2 or not violations:
         return
     violated_s = violations[0].time_s
-    for time_s, number in zip(result.acted_s, result.begun, strict=True):
+    for time_s, number in zip(result.action_times_s, result.begun, strict=True):
         if time_s <= violated_s:
             yield f"{time_s:.1f} s {result.test.actions[number].command}"
     yield f"{violated_s:.1f} s {requirement.id} is violated"
@@ -251,7 +251,7 @@ class PostSession:
         self.say(f"hricdv: shrinking {case.abstract.id}, which failed {requirement.id} ...")
         budget = Budget(self.settings.shrink_runs, self.settings.shrink_seconds)
         shrunk = Shrinker(self.rerunning, requirement, case, nodeid).shrink(budget)
-        self.interrupted = shrunk.ended == "interrupted"
+        self.interrupted = shrunk.end_reason == "interrupted"
         return shrunk
 
     def search(self, results: Iterable[TestResult]) -> dict[str, SearchResult]:
@@ -259,8 +259,8 @@ class PostSession:
         for requirement, record, made in self._search_each(list(results)):
             if self.interrupted:
                 break
-            self.interrupted = record.ended == "interrupted"
-            conditions = self.rerunning.settings.known_while
+            self.interrupted = record.end_reason == "interrupted"
+            conditions = self.rerunning.settings.known_when
             tolerated = requirement.id in self.options.known_violations and requirement.id not in conditions
             if record.status == "violated" and (self.options.strict or not tolerated):
                 self.problems.append(f"{requirement.id} is violated by a test that a search found: {record.id}")

@@ -29,7 +29,7 @@ class ShrunkTest(PlainRecord, frozen=True, kw_only=True):
     actions_before: Count
     runs: Count
     wall_s: NotNegative
-    ended: SearchEnd
+    end_reason: SearchEnd
     reason: Names
     note: str
     course: Names = ()
@@ -51,7 +51,7 @@ class SearchResult(PlainRecord, frozen=True, kw_only=True):
     test: TestId | None
     runs: Count
     wall_s: NotNegative
-    ended: SearchEnd
+    end_reason: SearchEnd
     id: TestId | None
     replay: ReplayName | None
     abstract: Names

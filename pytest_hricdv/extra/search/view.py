@@ -31,7 +31,7 @@ class SearchView(View):
 
     def findings(self, report: Report) -> Iterator[Line]:
         """Of each test and each requirement, with the command that runs it."""
-        options = report.rerun.options
+        options = report.rerun_options.options
         for test in report.tests:
             shrunk = SHRUNK.of(test)
             for requirement in sorted(shrunk, key=by_requirement):
@@ -51,7 +51,7 @@ class SearchView(View):
             return None
         near = "" if result.margin is None else f", least margin found {quantity(result.margin)} "
         near += margin_unit(report, name) if near else ""
-        command = replay_command(result.replay, report.rerun.options) if result.replay else ""
+        command = replay_command(result.replay, report.rerun_options.options) if result.replay else ""
         return RequirementNote(
             "A search for a violation: ", result.status, f"{near}, {plural(result.runs, 'run')}.", command
         )
@@ -67,7 +67,7 @@ def _plain(requirement: str, shrunk: ShrunkTest, report: Report) -> dict[str, An
         "abstract": shrunk.abstract,
         "note": shrunk.note,
         "takes": ". ".join(filter(None, [_takes(shrunk).capitalize(), "; ".join(shrunk.course)])),
-        "rerun": replay_command(shrunk.replay, report.rerun.options) if shrunk.replay else "",
+        "rerun": replay_command(shrunk.replay, report.rerun_options.options) if shrunk.replay else "",
     }
 
 
@@ -78,7 +78,7 @@ def _shrunk(
     if shrunk.note:
         yield Line(visible(f"{name} was not shrunk: {shrunk.note}"), "warn")
         return
-    cost = f"{plural(shrunk.runs, 'run')}, {seconds(shrunk.wall_s)}{_SHRINKING_ENDED[shrunk.ended]}"
+    cost = f"{plural(shrunk.runs, 'run')}, {seconds(shrunk.wall_s)}{_SHRINKING_ENDED[shrunk.end_reason]}"
     size = f"{plural(shrunk.actions_before, 'action')} to {len(shrunk.abstract)}"
     yield Line(visible(f"{name} shrunk from {size}, for {' & '.join(shrunk.reason)} ({cost}):"), "title")
     yield from (Line(visible(f"  {action}")) for action in shrunk.concrete[:_MAX_ACTIONS] or ["nothing"])
@@ -96,14 +96,14 @@ def _shrunk(
 def _takes(shrunk: ShrunkTest) -> str:
     """Of several actors, who is needed: each was left out, and the test did not fail so any more."""
     actors = actors_of(shrunk.abstract)
-    if len(actors) < 2 or shrunk.ended != "done":
+    if len(actors) < 2 or shrunk.end_reason != "done":
         return ""
     return f"it takes {enumerated(actors)}: without what one of them does, it does not fail so"
 
 
 def _search_lines(requirement: str, searched: SearchResult, options: Sequence[str], unit: str) -> Iterator[Line]:
     search = f"search for a violation of {requirement}"
-    interrupted = "; interrupted" if searched.ended == "interrupted" else ""
+    interrupted = "; interrupted" if searched.end_reason == "interrupted" else ""
     cost = f"{plural(searched.runs, 'run')}, {seconds(searched.wall_s)}{interrupted}"
     before, margin = _margin(searched.suite_margin, unit), _margin(searched.margin, unit)
     match searched.status:

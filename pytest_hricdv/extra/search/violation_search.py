@@ -69,7 +69,7 @@ class ViolationSearch:
             test=start.id,
             runs=outcome.runs,
             wall_s=round(outcome.wall_s, 3),
-            ended=outcome.ended,
+            end_reason=outcome.ended,
             id=None,
             replay=None,
             abstract=(),
@@ -104,7 +104,7 @@ class ViolationSearch:
         try:
             result = self.rerunning.run(_rename(outcome.test, requirement))
         except KeyboardInterrupt:  # that it is violated is known, and the test is not
-            return replace(record, ended="interrupted"), None
+            return replace(record, end_reason="interrupted"), None
         if result is None:
             return record, None
         origin = ReplayOrigin(SEARCH, start.id, requirement.id, outcome.runs)
@@ -131,7 +131,7 @@ def _without_runs(
         test=test,
         runs=0,
         wall_s=0.0,
-        ended="done",
+        end_reason="done",
         id=None,
         replay=None,
         abstract=(),

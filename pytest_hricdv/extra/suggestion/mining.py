@@ -128,7 +128,7 @@ def mine(runs: Runs, faults: Sequence[Sequence[StoredRun]], requirements: Collec
     noticed = bits(
         number
         for number, changed in enumerate(faults)
-        if any(run.faults or not names.isdisjoint(run.failed) for run in changed)
+        if any(run.errors or not names.isdisjoint(run.failed) for run in changed)
     )
     judge, candidates = _Judge(), {candidate.formula: candidate for candidate in find_candidates(runs)}
     parsed = [one for candidate in candidates.values() if (one := _parse(candidate, runs)) is not None]

@@ -101,7 +101,7 @@ def events(job: RecordingJob) -> Iterator[VersionEnd]:
         version = event.item
         left = list(runs_to_repeat(folder, version))
         if left and event.problem:  # it ended within a run
-            write(folder / left[0].file, StoredRun(test=left[0].test.id, faults=(_words(event.problem),)))
+            write(folder / left[0].file, StoredRun(test=left[0].test.id, errors=(_words(event.problem),)))
             left = list(runs_to_repeat(folder, version))
         if left and event.problem:
             queue.appendleft(version)
@@ -125,7 +125,7 @@ def runs_to_repeat(folder: Path, version: Version) -> Iterator[RecordingRequest]
         if run is None:
             yield planned
             continue
-        if version.name and (run.failed or run.faults):
+        if version.name and (run.failed or run.errors):
             return
         changed += run.sha256 != planned.record_sha256
 
@@ -166,7 +166,7 @@ def record_run(test: ConcreteTest, context: RunContext, formulas: Sequence[str] 
     try:
         result = execute(settings, test, watching=(authorship,), begun=authorship.begin)
     except Exception as error:
-        return StoredRun(test=test.id, faults=(f"{type(error).__name__}: {error}",))
+        return StoredRun(test=test.id, errors=(f"{type(error).__name__}: {error}",))
     return store(test.id, result, authorship, list_undeclared_violations(result, context.known_violations))
 
 

@@ -25,7 +25,7 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
         faults: how many of the seeded faults it notices.
         new: how many of these no requirement notices.
         added: how many of those no suggestion above it notices, either.
-        further: so many further tests checked it, and did not refute it.
+        validation_runs: so many further tests checked it, and did not refute it.
     """
 
     id: str
@@ -39,7 +39,7 @@ class Suggestion(PlainRecord, frozen=True, kw_only=True):
     faults: Count
     new: Count
     added: Count
-    further: Count
+    validation_runs: Count
 
 
 class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
@@ -49,32 +49,32 @@ class SuggestionResult(PlainRecord, frozen=True, kw_only=True):
         suggestions: those that were not redundant, in the order of what they bring; at most as many as were asked for.
         more: how many further ones there were.
         runs: without a fault, that they were learnt of.
-        further: runs of further tests that were made to refute them.
+        validation_runs: runs of further tests that were made to refute them.
         candidates: that these runs satisfied.
         refuted: candidates that further tests refuted.
         faults: that were tried and changed a record.
         noticed: faults that requirements notice, or that end a run by an exception.
         unreached: faults whose statement no test executes.
-        anew: whether they were made as though there were no requirements.
+        ignores_existing: whether they were made as though there were no requirements.
         seed: that tests and faults were drawn with.
         wall_s: how long it took.
-        ended: why it ended.
+        end_reason: why it ended.
         notes: what is to be known, a sentence each.
     """
 
     suggestions: tuple[Suggestion, ...]
     more: Count
     runs: Count
-    further: Count
+    validation_runs: Count
     candidates: Count
     refuted: Count
     faults: Count
     noticed: Count
     unreached: Count
-    anew: bool
+    ignores_existing: bool
     seed: int
     wall_s: NotNegative
-    ended: SuggestionEnd
+    end_reason: SuggestionEnd
     notes: tuple[str, ...] = ()
 
 

@@ -37,7 +37,7 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
         sha256: of the record; empty where there is none.
         end_s: when it ended (s of simulated time).
         failed: the requirements that it violated, beside known violations.
-        faults: what else was wrong with it, a sentence each.
+        errors: what else was wrong with it, a sentence each.
         signals: name -> times (s) and values, as the bytes of doubles.
         texts: name -> times (s), as the bytes of doubles, and values.
         messages: in the order of time.
@@ -50,7 +50,7 @@ class StoredRun(msgspec.Struct, frozen=True, kw_only=True):
     sha256: str = ""
     end_s: float = 0.0
     failed: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ()
+    errors: tuple[str, ...] = ()
     signals: dict[str, Series] = {}
     texts: dict[str, Texts] = {}
     messages: tuple[StoredMessage, ...] = ()
@@ -120,7 +120,7 @@ def store(test: str, result: CaseResult, authorship: Authorship, failed: tuple[s
         sha256=result.record.sha256,
         end_s=result.sim_s,
         failed=failed,
-        faults=result.faults,
+        errors=result.errors,
         signals={name: (times.tobytes(), values.tobytes()) for name, (times, values) in result.record.signals.items()},
         texts={name: (times.tobytes(), list(values)) for name, (times, values) in result.record.texts.items()},
         messages=tuple(

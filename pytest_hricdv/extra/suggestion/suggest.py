@@ -108,16 +108,16 @@ class Suggester:
             suggestions=tuple(self._describe(shown, pool)),
             more=len(ranked) - len(shown),
             runs=len(own),
-            further=len(varied) + len(late),
+            validation_runs=len(varied) + len(late),
             candidates=pool.candidates,
             refuted=pool.refuted,
             faults=len(of_faults),
             noticed=pool.noticed.bit_count(),
             unreached=unreached,
-            anew=settings.anew,
+            ignores_existing=settings.anew,
             seed=session.options.seed,
             wall_s=round(time.perf_counter() - began_s, 3),
-            ended=ended,
+            end_reason=ended,
             notes=tuple(self._notes),
         )
 
@@ -214,7 +214,7 @@ class Suggester:
                     faults=score.faults.bit_count(),
                     new=score.new.bit_count(),
                     added=(score.faults & ~noticed).bit_count(),
-                    further=pool.further.get(candidate.formula, 0),
+                    validation_runs=pool.further.get(candidate.formula, 0),
                 )
             )
             noticed |= score.faults

@@ -69,7 +69,9 @@ VIEW = SuggestionView()
 def headline(result: SuggestionResult) -> str:
     """`suggestions: 12 requirements, of 34 runs, in 3 min 20 s`."""
     amount = plural(len(result.suggestions), "requirement")
-    return f"suggestions: {amount}, of {plural(result.runs + result.further, 'run')}, in {seconds(result.wall_s)}"
+    return (
+        f"suggestions: {amount}, of {plural(result.runs + result.validation_runs, 'run')}, in {seconds(result.wall_s)}"
+    )
 
 
 def grounds(result: SuggestionResult) -> Iterator[str]:
@@ -80,7 +82,7 @@ def grounds(result: SuggestionResult) -> Iterator[str]:
         f"{max(0, left)} redundant" + (f", {result.more} not shown" if result.more else "")
     )
     if result.faults:
-        by = "exceptions" if result.anew else "requirements and exceptions"
+        by = "exceptions" if result.ignores_existing else "requirements and exceptions"
         added = sum(suggestion.added for suggestion in result.suggestions)
         yield (
             f"{plural(result.faults, 'seeded fault')} changed a run: {result.noticed} noticed by {by}, {added} more by "
@@ -105,8 +107,8 @@ def evidence(suggestion: Suggestion) -> str:
     parts = [f"{plural(suggestion.triggers, 'trigger')}, decisive in {plural(suggestion.decisive, 'run')}"]
     if suggestion.observed:
         parts.append(suggestion.observed)
-    if suggestion.further:
-        parts.append(f"{suggestion.further} further tests did not refute it")
+    if suggestion.validation_runs:
+        parts.append(f"{suggestion.validation_runs} further tests did not refute it")
     if suggestion.faults:
         only = f", {suggestion.new} of which no requirement does" if suggestion.new else ""
         parts.append(f"notices {plural(suggestion.faults, 'seeded fault')}{only}")

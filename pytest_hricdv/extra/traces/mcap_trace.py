@@ -79,7 +79,7 @@ class McapTrace:
             "suite": test.suite,
             "seed": str(test.seed),
             "engine": test.engine,
-            "ended": test.ended,
+            "ended": test.end_reason,
             "outcomes": ", ".join(test.outcomes),
             "record_sha256": self.record.sha256,
             "beliefs": ", ".join(test.beliefs),
@@ -128,7 +128,7 @@ class McapTrace:
             action = self.test.concrete.actions[number]
             who = actor_of(action.command) or "test"
             yield _log(time_s, schemas.INFO, who, f"{act_of(action.command)} {_words(action.parameters)}".rstrip())
-        for time_s, line in self.test.seen:
+        for time_s, line in self.test.bystander_events:
             yield _log(time_s, schemas.INFO, actor_of(line), act_of(line))
 
     def _violations(self) -> Iterator[Event]:
@@ -140,7 +140,7 @@ class McapTrace:
 
     def _end(self) -> Iterator[Event]:
         verdicts = {name: judged.verdict for name, judged in self.test.requirements.items()}
-        content = {"ended": self.test.ended, "outcomes": list(self.test.outcomes), "verdicts": verdicts}
+        content = {"ended": self.test.end_reason, "outcomes": list(self.test.outcomes), "verdicts": verdicts}
         yield Event(Channel("/hricdv/end", schemas.END), ns(self.test.sim_s), content)
 
     def _scene(self) -> Iterator[Event]:

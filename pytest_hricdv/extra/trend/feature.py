@@ -43,7 +43,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
         revision: of the project's repository; empty where there is none.
         dirty: tracked files were changed.
         compared_by: what has to be the same for sessions to be compared: testbench, suites with seeds, and options.
-        whole: all tests of the suites ran.
+        complete: all tests of the suites ran.
         tests: how many ran.
         outcomes: how many tests had each outcome.
         causes: why tests fail, except for known violations: id -> words; None where nobody looked for it.
@@ -57,7 +57,7 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
     revision: str = ""
     dirty: bool = False
     compared_by: str = ""
-    whole: bool = True
+    complete: bool = True
     tests: Count = 0
     outcomes: Mapping[str, Count] = {}
     causes: Mapping[str, str] | None = None
@@ -88,8 +88,8 @@ class HistoryEntry(PlainRecord, frozen=True, kw_only=True):
             began=origin.began,
             revision=origin.revision,
             dirty=origin.dirty,
-            compared_by=" ".join([report.testbench, *seeds, *report.rerun.options, report.shard]),
-            whole=is_whole,
+            compared_by=" ".join([report.testbench, *seeds, *report.rerun_options.options, report.shard]),
+            complete=is_whole,
             tests=report.reported,
             outcomes=dict(sorted(Counter(test.outcome for test in report.tests).items())),
             causes=failure_causes(report),
@@ -174,7 +174,7 @@ def read(path: Path) -> tuple[list[HistoryEntry], list[int]]:
 
 def _comparable(entries: Iterable[HistoryEntry], entry: HistoryEntry) -> tuple[HistoryEntry, ...]:
     """The last complete sessions of the same suites and options."""
-    same = [earlier for earlier in entries if earlier.whole and earlier.compared_by == entry.compared_by]
+    same = [earlier for earlier in entries if earlier.complete and earlier.compared_by == entry.compared_by]
     return tuple(same[-_MAX_SHOWN:])
 
 

@@ -131,8 +131,8 @@ def _check_requirement(name: str, triggers: int, report: Report) -> Finding:
     if failed:
         return "waived", f"{name} is known to fail: {report.known_violations[name]}"
     if not sum(tally.passed for tally in tallies):
-        if name in report.may_be_nc:
-            return "waived", f"{name} need not be checked: {report.may_be_nc[name].reason}"
+        if name in report.allowed_untriggered:
+            return "waived", f"{name} need not be checked: {report.allowed_untriggered[name].reason}"
         return "not checked", f"{name} was not checked"
     if count < triggers:
         return "open", f"{name} was triggered {count} of {triggers} times"

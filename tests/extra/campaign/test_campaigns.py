@@ -54,7 +54,7 @@ def test_its_runs_are_those_of_the_plugin_s_own_concretizations(
     subprocess.run([sys.executable, "-m", "pytest", *options, "-q"], cwd=lamps, env=environment(), check=True)
     made, plain = report(lamps, "of-campaign"), report(lamps)
     assert timeless(made["tests"]) == timeless(plain["tests"])
-    for part in ("suites", "closure", "requirements", "code_under_test", "cross_products", "rerun"):
+    for part in ("suites", "closure", "requirements", "code_under_test", "cross_products", "rerun_options"):
         without_time = [timeless({part: each[part]}) for each in (made, plain)]
         for each in without_time:
             if part == "suites":

@@ -43,7 +43,7 @@ def replay(result: TestResult) -> str:
         record_sha256=None,
         requirements={},
         code={},
-        made_with={},
+        environment={},
     ).to_json()
 
 

@@ -63,7 +63,7 @@ def test_a_session_without_a_loop_has_none(lamps: pytest.Pytester) -> None:
 @pytest.mark.slow
 def test_ways_can_be_left_out(lamps: pytest.Pytester) -> None:
     lamps.runpytest_inprocess(*SUITE, "--hri-close-without=model")
-    assert set(report(lamps.path)["closing"]["ways"]) <= {"disturbances", "untried", "repeated"}
+    assert set(report(lamps.path)["closing"]["strategies"]) <= {"disturbances", "untried", "repeated"}
     result = lamps.runpytest_inprocess(*SUITE, "--hri-close-without=luck")
     result.stderr.fnmatch_lines(["ERROR: --hri-close-without: no way 'luck'; there are: model, *"])
 

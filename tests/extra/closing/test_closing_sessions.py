@@ -186,9 +186,9 @@ def test_a_model_with_too_many_beliefs_to_enumerate_is_closed_by_drawn_belief_se
     )
     whole = report(lamps.path)
     assert len(whole["tests"]) >= 3
-    assert whole["closing"]["ended"] == "runs"
+    assert whole["closing"]["end_reason"] == "runs"
     assert any("15 beliefs beside" in note for note in whole["suites"][0]["generation"]["notes"])
-    assert "disturbances" in whole["closing"]["ways"]
+    assert "disturbances" in whole["closing"]["strategies"]
 
 
 LIFT = '''
@@ -253,22 +253,22 @@ def test_a_lift_that_leaves_as_the_robot_enters_is_found_by_the_search_after_clo
     before = report(lamps.path)["closing"]
     assert closed.ret == 0
     assert "violated" not in closed.stdout.str()
-    (lift,) = [near for near in before["near"] if near["requirement"] == "R9"]
+    (lift,) = [near for near in before["closest_runs"] if near["requirement"] == "R9"]
     assert lift["margin"] > 0.02
     assert before.get("searched", 0) == lift["searched"] == 0
-    assert before["kinds_left"]["kinds"] == 0
+    assert before["estimated_undetected"]["kinds"] == 0
     closed.stdout.fnmatch_lines(["  no new violation in * runs: below * of runs show another (95 %)"])
     searched = lamps.runpytest_inprocess(*options, "--hri-close-search=64")
     after = report(lamps.path)["closing"]
     assert searched.ret == 1
-    assert after["ended"] == before["ended"] == "closed"
+    assert after["end_reason"] == before["end_reason"] == "closed"
     assert after["runs"] <= 200
-    assert after["searched"] == after["runs"] - before["runs"] == after["ways"]["violations"]["runs"]
+    assert after["searched"] == after["runs"] - before["runs"] == after["strategies"]["violations"]["runs"]
     (kind,) = [violation for violation in after["violations"] if not violation.get("known")]
     assert kind["requirement"] == "R9"
     failed = [test["id"] for test in report(lamps.path)["tests"] if test["outcome"] == "failed"]
     assert failed == [kind["test"]]
-    assert {near["requirement"]: near["searched"] for near in after["near"]}[
+    assert {near["requirement"]: near["searched"] for near in after["closest_runs"]}[
         "R2"
     ] == 0  # it is known, whatever violates it
     hashes = {test["id"]: test["record_sha256"] for test in report(lamps.path)["tests"]}

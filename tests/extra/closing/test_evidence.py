@@ -55,7 +55,7 @@ def test_a_hit_point_names_a_test_of_the_suite_and_the_way_that_led_there_first(
     add(archive, "early", STATEMENTS[0])
     late = add(archive, "late", *STATEMENTS[:2], way="disturbances")
     result = shown(archive, late)
-    assert [(each.point, each.test, each.way, each.run) for each in result.hit] == [
+    assert [(each.point, each.test, each.strategy, each.run) for each in result.hit] == [
         (STATEMENTS[0], "late-1", "model", 1),
         (STATEMENTS[1], "late-1", "disturbances", 2),
     ]
@@ -99,7 +99,7 @@ def test_of_equally_near_tests_of_a_bin_that_counts_which_planned_the_same_and_t
 def test_a_nearest_test_that_is_in_no_suite_can_be_read_back() -> None:
     archive = Archive(BINS[:2])
     add(archive, "near", BINS[0])
-    ((name, text),) = shown(archive).nearest.items()
+    ((name, text),) = shown(archive).closest_tests.items()
     (test,) = parse_tests(text, file="nearest.txt", suite="nearest")
     assert name == test.id == "near-1"
     assert test == archive.entries[0].test
@@ -167,16 +167,16 @@ def test_growth_counts_new_points_by_kind_and_way_without_the_time_of_given_test
     add(archive, "third", STATEMENTS[1], way="disturbances")
     result = shown(archive)
     assert [each.run for each in result.hit] == [0, 3, 1, 1]
-    assert [(each.run, each.sim_s, each.way, dict(each.new)) for each in result.growth] == [
+    assert [(each.run, each.sim_s, each.strategy, dict(each.new)) for each in result.growth] == [
         (0, 0.0, GIVEN, {"statement": 1}),
         (1, 10.0, "model", {"bin": 2}),
         (3, 30.0, "disturbances", {"statement": 1}),
     ]
-    assert {way: (each.runs, each.sim_s, dict(each.new)) for way, each in result.ways.items()} == {
+    assert {way: (each.runs, each.sim_s, dict(each.new)) for way, each in result.strategies.items()} == {
         "model": (2, 20.0, {"bin": 2}),
         "disturbances": (1, 10.0, {"statement": 1}),
     }
-    assert (result.runs, result.given, result.sim_s) == (3, 1, 30.0)
+    assert (result.runs, result.initial_runs, result.sim_s) == (3, 1, 30.0)
 
 
 def test_good_turing_takes_what_one_run_only_has_hit_for_what_is_left() -> None:

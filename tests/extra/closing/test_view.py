@@ -111,14 +111,14 @@ def test_a_report_without_a_loop_says_nothing_of_it() -> None:
 
 NEAR = {
     "searched": 40,
-    "near": [
+    "closest_runs": [
         {"requirement": "R1", "margin": 4.0, "spread": 5.0, "test": "closure-x", "runs": 90, "searched": 2},
         {"requirement": "R2", "margin": 0.25, "spread": 50.0, "test": "closure-near", "runs": 300, "searched": 30},
         {"requirement": "R3", "margin": None, "spread": None, "test": "", "runs": 7, "searched": 8}
-        | {"never_decisive": ["on(<b>late</b>)"]},
+        | {"vacuous_alternatives": ["on(<b>late</b>)"]},
         {"requirement": "R4", "margin": -1.0, "spread": 2.0, "test": "closure-x", "runs": 9, "searched": 0},
     ],
-    "kinds_left": {"kinds": 9, "once": 2, "runs": 400, "new": 0.005},
+    "estimated_undetected": {"kinds": 9, "once": 2, "runs": 400, "new": 0.005},
 }
 
 
@@ -133,10 +133,10 @@ def test_the_summary_says_what_came_nearest_and_what_a_further_run_would_find() 
     assert "  a further run would find 0.005 more kinds of violations (2 of 9 came once)" in lines
     (nearest,) = [line for line in lines if line.startswith("  nearest to a violation: ")]
     assert re.fullmatch(r"  nearest to a violation: R2 by 0\.25\b.*, R1 by 4\b.*", nearest)  # R4 is violated
-    none = with_near(kinds_left={"kinds": 0, "once": 0, "runs": 300, "new": 0.0})
+    none = with_near(estimated_undetected={"kinds": 0, "once": 0, "runs": 300, "new": 0.0})
     lines = [line.text for line in terminal.summary(sample.typed(none), Path("out"), 120)]
     assert "  no new violation in 300 runs: below 1.0 % of runs show another (95 %)" in lines
-    again = with_near(kinds_left={"kinds": 3, "once": 0, "runs": 300, "new": 0.0})
+    again = with_near(estimated_undetected={"kinds": 3, "once": 0, "runs": 300, "new": 0.0})
     lines = [line.text for line in terminal.summary(sample.typed(again), Path("out"), 80)]
     assert "  each kind of violations came again: below 1.0 % of runs show another (95 %)" in lines
 

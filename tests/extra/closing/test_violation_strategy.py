@@ -15,7 +15,7 @@ from pytest_hricdv.extra.closing.loop import GENERATION, Loop, OnlineWeights, se
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import ViolationEstimate
 from pytest_hricdv.extra.closing.strategy import Proposal
-from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, never_decisive
+from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, vacuous_alternatives
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
 from pytest_hricdv.generate.abstract import AbstractTest, Draft
 from pytest_hricdv.generate.concrete import Concretization, concretize
@@ -146,7 +146,7 @@ def test_what_was_never_decisive_is_aimed_at_until_it_is() -> None:
     archive = closed(400, 150)
     aimed = [entry.targets[0][2] for entry in archive.entries if entry.targets and entry.targets[0][0] == "part"]
     assert set(aimed) == {"early", "late"}
-    assert never_decisive(archive, "R3") == ("early",)
+    assert vacuous_alternatives(archive, "R3") == ("early",)
     last = max(entry.number for entry in archive.entries if ("part", "R3", "late") in entry.targets)
     assert "early" in {entry.targets[0][-1] for entry in archive.entries[last:]}
 

@@ -32,7 +32,7 @@ VOCABULARY = Vocabulary(signals={"moving": bool, "speed": float, "force": float}
 FORMULA = "always(moving -> speed < 1 & force < 5)"
 R1 = Requirement("R1", "", "", FORMULA, parse_formula(FORMULA, VOCABULARY))
 LINES = ("disturb dark", "ask", "wait", "disturb noise", "ask")
-ACTED_S = (0.5, 1.0, 3.0, 5.0, 6.0)
+ACTION_TIMES_S = (0.5, 1.0, 3.0, 5.0, 6.0)
 STATES = ((0.0, "Idle"), (2.0, "Fetch"), (6.5, "Offer"))
 
 
@@ -66,7 +66,7 @@ def points(
                 triggers=count,
                 passes=0,
                 failures=count,
-                vacuous=0,
+                untriggered=0,
                 pending=0,
                 violations=violations,
                 margin=-1.0,
@@ -74,8 +74,8 @@ def points(
             ),
         ),
         code=None,
-        acted_s=ACTED_S,
-        begun=tuple(range(len(ACTED_S))),
+        action_times_s=ACTION_TIMES_S,
+        begun=tuple(range(len(ACTION_TIMES_S))),
         ending_faults=faults,
     )
     kinds = violation_points(

@@ -60,7 +60,7 @@ def test_experiments_run_on_the_engine_of_the_session(surging: pytest.Pytester) 
     surge, wish = report(surging.path)["causes"]
     assert (surge["change"], len(surge["tests"]), len(wish["tests"])) == ("surge", 3, 2)
     assert surge["confirmed"] >= 2
-    assert "--hri-engine=led" in report(surging.path)["rerun"]["options"]
+    assert "--hri-engine=led" in report(surging.path)["rerun_options"]["options"]
 
 
 def test_what_fails_on_one_of_two_engines_is_no_cause_and_is_called_so(surging: pytest.Pytester) -> None:  # noqa: F811

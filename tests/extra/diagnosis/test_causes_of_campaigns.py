@@ -32,7 +32,7 @@ def run_of(number: int, failing: bool) -> TestResult:
 
 def campaign(runs: int, every: int) -> Report:
     tests = tuple(run_of(number, number % every == 0) for number in range(runs))
-    return replace(sample.report(tests=0), tests=tests, known_violations={}, known_while={}, strict=False)
+    return replace(sample.report(tests=0), tests=tests, known_violations={}, known_when={}, strict=False)
 
 
 def test_each_cause_has_its_share_of_runs_with_an_interval() -> None:

@@ -40,6 +40,6 @@ def test_a_bug_of_a_node_is_a_cause_at_its_statement(tmp_path: Path) -> None:
     node.write_text(text.replace("moves = not self.is_near", "moves = True"), encoding="utf-8")
     (cause,) = causes(tmp_path)
     assert (cause["requirements"], len(cause["tests"])) == (["R2"], 2)
-    assert cause["decision"]["test"] in cause["tests"]
-    assert "moves = True" in [place["text"] for place in cause["places"]]
+    assert cause["minimal_pair"]["test"] in cause["tests"]
+    assert "moves = True" in [place["text"] for place in cause["locations"]]
     assert causes(tmp_path, "-n", "2") == [cause]

@@ -26,6 +26,6 @@ def test_on_mujoco_the_table_s_known_fault_is_where_the_hand_closes(tmp_path: Pa
     report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     (cause,) = report["causes"]
     assert (cause["requirements"], cause["state"]) == (["R3"], "Move_hand")
-    assert [place["function"] for place in cause["places"][:2]] == ["grasp", "grasp"]
+    assert [place["function"] for place in cause["locations"][:2]] == ["grasp", "grasp"]
     assert report["diagnosis"]["runs"] == 2
     assert "--hri-engine=mujoco" in done.stdout.partition("FAILURES")[0]

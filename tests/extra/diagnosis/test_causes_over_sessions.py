@@ -29,7 +29,7 @@ def report_with(*names: str, known: str = "", began: str = "2026-11-20") -> Repo
     causes = tuple(Cause(id=name, requirements=("R1",), tests=ids, is_known=name == known) for name in names)
     tests = tuple(replace(test, outcome="failed") for test in REPORT.tests) if names else REPORT.tests
     report = replace(REPORT, tests=tests, origin=replace(ORIGIN, began=f"{began}T08:00:00+00:00"))
-    report = DIAGNOSIS.put(report, Diagnosis(runs=0, budget=2, ended="done")) if names else report
+    report = DIAGNOSIS.put(report, Diagnosis(runs=0, budget=2, end_reason="done")) if names else report
     return CAUSES.put(report, causes)
 
 

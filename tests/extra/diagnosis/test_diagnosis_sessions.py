@@ -64,14 +64,14 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     surge, wish = written["causes"]
     assert (surge["change"], surge["requirements"], len(surge["tests"]), surge["confirmed"]) == ("surge", ["R2"], 3, 2)
     assert (wish.get("change"), wish["requirements"], len(wish["tests"])) == (None, ["R2"], 2)
-    assert (written["diagnosis"]["budget"], written["diagnosis"]["ended"]) == (11, "runs")
-    assert surge["decision"]["kind"] == "disturbance"
-    assert surge["decision"]["failing"][0]["text"] == "R2 is violated"
-    assert wish["decision"]["neighbour"]["abstract"][0] == "enter cellar"
-    assert "\tvisitor\twish\t" in wish["decision"]["neighbour"]["timeline"]["messages"][0]
-    assert surge["decision"]["neighbour"]["lines"]["nodes"]
-    assert wish["decides"] == "passes with enter cellar instead of enter hall"
-    sees = {name: [event["text"] for event in wish["decision"][name]] for name in ("failing", "passing")}
+    assert (written["diagnosis"]["budget"], written["diagnosis"]["end_reason"]) == (11, "runs")
+    assert surge["minimal_pair"]["kind"] == "disturbance"
+    assert surge["minimal_pair"]["failing"][0]["text"] == "R2 is violated"
+    assert wish["minimal_pair"]["neighbour"]["abstract"][0] == "enter cellar"
+    assert "\tvisitor\twish\t" in wish["minimal_pair"]["neighbour"]["timeline"]["messages"][0]
+    assert surge["minimal_pair"]["neighbour"]["lines"]["nodes"]
+    assert wish["deciding_change"] == "passes with enter cellar instead of enter hall"
+    sees = {name: [event["text"] for event in wish["minimal_pair"][name]] for name in ("failing", "passing")}
     assert sees == {
         "failing": ["visitor: wish level=100 cellar=False", "R2 is violated", "guide: switched level=100"],
         "passing": ["visitor: wish level=100 cellar=True", "guide: switched level=80"],
@@ -87,7 +87,7 @@ def test_causes_come_before_failures_and_are_confirmed_by_runs(
     page = (surging.path / "hri-report" / "index.html").read_text(encoding="utf-8")
     assert "passes without the disturbance surge" in page
     assert "The same test passes with enter cellar instead of enter hall" in page
-    violated = next(event for event in wish["decision"]["failing"] if event["text"] == "R2 is violated")
+    violated = next(event for event in wish["minimal_pair"]["failing"] if event["text"] == "R2 is violated")
     assert re.search(rf'href="#test/[^"]+@{violated["time_s"]:.3f}">{violated["time_s"]:.3f} s</a>', page)
 
 
@@ -101,7 +101,7 @@ def test_a_merged_report_has_the_causes_of_all_shards(surging: pytest.Pytester) 
     merged = report(surging.path)
     json_schema.REPORT.validate(merged)
     parts, once = (
-        [[cause.get(key) for key in ("id", "tests", "decision")] for cause in causes]
+        [[cause.get(key) for key in ("id", "tests", "minimal_pair")] for cause in causes]
         for causes in (merged["causes"], whole)
     )
     assert [part[:2] for part in parts] == [part[:2] for part in once]
@@ -132,11 +132,11 @@ def test_a_diagnosis_that_is_killed_goes_on_and_is_in_a_rebuilt_report(surging: 
     assert killed.ret == -9
     command("rebuild", "hri-report")
     surge, wish = report(surging.path)["causes"]
-    assert (surge["change"], surge["confirmed"], wish.get("decides")) == ("surge", 2, None)
+    assert (surge["change"], surge["confirmed"], wish.get("deciding_change")) == ("surge", 2, None)
     surging.runpytest_subprocess(*arguments, "--hri-resume")
     written = report(surging.path)
     surge, wish = written["causes"]
-    assert (surge["confirmed"], wish["decides"]) == (2, "passes with enter cellar instead of enter hall")
+    assert (surge["confirmed"], wish["deciding_change"]) == (2, "passes with enter cellar instead of enter hall")
     made = (surging.path / "experiments").read_text(encoding="utf-8").splitlines()
     assert len(made) == len({*made}) + 1  # the one at which it was killed
 
@@ -155,10 +155,10 @@ def test_a_test_is_reduced_to_what_it_needs_and_kept(surging: pytest.Pytester) -
 def test_the_budget_and_zero(surging: pytest.Pytester) -> None:
     surging.runpytest_inprocess(*SUITE)
     written = report(surging.path)
-    assert {key: written["diagnosis"][key] for key in ("runs", "budget", "ended")} == {
+    assert {key: written["diagnosis"][key] for key in ("runs", "budget", "end_reason")} == {
         "runs": 2,
         "budget": 2,
-        "ended": "runs",
+        "end_reason": "runs",
     }
     surging.runpytest_inprocess(*SUITE, "--hri-diagnose=0")
     assert "causes" not in report(surging.path)

@@ -15,16 +15,16 @@ from tests.report import sample_tests
 LINES = ("nurse: load", "disturb draught", "porter: open", "disturb unseen")
 
 
-def result_of(acted_s: tuple[float, ...], acted: tuple[int, ...] | None) -> TestResult:
+def result_of(action_times_s: tuple[float, ...], acted: tuple[int, ...] | None) -> TestResult:
     """A test that violates R1 at 51.5 s."""
     made = sample_tests.test(random.Random(1), "rl")
     made["requirements"] = {"R1": sample_tests.requirement_result("Failed", 1.0)}
     result = convert(made, TestResult)
-    return replace(result, abstract=LINES, acted_s=acted_s, acted=acted)
+    return replace(result, abstract=LINES, action_times_s=action_times_s, action_indices=acted)
 
 
-def disturbances(acted_s: tuple[float, ...], acted: tuple[int, ...] | None) -> tuple[str, ...]:
-    (failure,) = failures_of(result_of(acted_s, acted), "state.name", {})
+def disturbances(action_times_s: tuple[float, ...], acted: tuple[int, ...] | None) -> tuple[str, ...]:
+    (failure,) = failures_of(result_of(action_times_s, acted), "state.name", {})
     return failure.disturbances
 
 

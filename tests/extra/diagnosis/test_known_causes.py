@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_hricdv.results.gates import KNOWN, MAY_BE_NC, ExemptionError, parse_exemption
+from pytest_hricdv.results.gates import ALLOWED_UNTRIGGERED, KNOWN, ExemptionError, parse_exemption
 from tests.extra.diagnosis.test_diagnosis_sessions import surging  # noqa: F401 (a fixture)
 from tests.plugin.project import report
 
@@ -12,9 +12,9 @@ SUITE = ("--hri-suite=surges.txt", "--hri-allow-nc=R3")
 
 
 def test_an_entry_names_causes() -> None:
-    entry = parse_exemption("R2 of 965b64b5,0dc13159 while on(wish) until 2027-01-31: dim: later [lab]", KNOWN)
+    entry = parse_exemption("R2 of 965b64b5,0dc13159 when on(wish) until 2027-01-31: dim: later [lab]", KNOWN)
     assert (entry.causes, entry.condition, entry.reason) == (("965b64b5", "0dc13159"), "on(wish)", "dim: later [lab]")
-    assert entry.text == "of 965b64b5,0dc13159 while on(wish): dim: later [lab]"
+    assert entry.text == "of 965b64b5,0dc13159 when on(wish): dim: later [lab]"
     assert parse_exemption("R2: dim", KNOWN).causes == ()
 
 
@@ -24,7 +24,7 @@ def test_an_entry_names_causes() -> None:
         ("R2 of 965b64b: dim", KNOWN, "'965b64b' is no id of a cause; expected eight of 0-9 and a-f"),
         ("R2 of surge: dim", KNOWN, "'surge' is no id of a cause"),
         ("R2 of 965b64b5, 0dc13159: dim", KNOWN, r"expected 'REQUIREMENT: reason' or 'REQUIREMENT \[of CAUSE,...\]"),
-        ("R2 of 965b64b5: dim", MAY_BE_NC, "expected 'REQUIREMENT: reason'"),
+        ("R2 of 965b64b5: dim", ALLOWED_UNTRIGGERED, "expected 'REQUIREMENT: reason'"),
     ],
 )
 def test_what_is_no_id_is_refused(line: str, form: str, message: str) -> None:

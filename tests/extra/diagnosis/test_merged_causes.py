@@ -17,11 +17,11 @@ def part(number: int) -> Report:
     """The report of a part, whose causes are at a place of their own."""
     numbers = range(20 * number, 20 * (number + 1))
     tests = tuple(replace(run_of(test, test % 5 == 0), code=None) for test in numbers)
-    report = replace(sample.report(tests=0), tests=tests, known_violations={}, known_while={}, strict=False)
+    report = replace(sample.report(tests=0), tests=tests, known_violations={}, known_when={}, strict=False)
     report = associated(report, is_of_all_runs=False)
     place = SuspiciousPlace(file="controller/states.py", line=number + 1, function="discard", score=1.0)
-    report = CAUSES.put(report, tuple(replace(cause, places=(place,)) for cause in CAUSES.of(report)))
-    return DIAGNOSIS.put(report, Diagnosis(runs=number + 1, budget=9, ended="done"))
+    report = CAUSES.put(report, tuple(replace(cause, locations=(place,)) for cause in CAUSES.of(report)))
+    return DIAGNOSIS.put(report, Diagnosis(runs=number + 1, budget=9, end_reason="done"))
 
 
 def causes(*reports: Report) -> str:

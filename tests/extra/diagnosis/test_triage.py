@@ -41,15 +41,15 @@ def test_an_entry_that_is_pasted_makes_known_what_fails_for_its_cause_and_nothin
 @pytest.mark.slow
 def test_an_entry_joins_the_one_that_is_there(surging: pytest.Pytester) -> None:
     change(
-        surging.path, "pytest.ini", WITHOUT_KNOWN[0], "hri_known_violations =\n    R2 while once(on(wish)): no dimmer"
+        surging.path, "pytest.ini", WITHOUT_KNOWN[0], "hri_known_violations =\n    R2 when once(on(wish)): no dimmer"
     )
     surging.runpytest_inprocess(SUITE)
     done = command("triage", "hri-report")
     (entry,) = re.findall(r"^    (R2 of .*)$", done.stdout, re.MULTILINE)
     assert re.match(r"R2 of [0-9a-f]{8},[0-9a-f]{8} while \(once\(on\(wish\)\)\) \| \(", entry)
     assert entry.endswith(": no dimmer; why is this tolerated? [owner?]")
-    assert "instead of the entry R2 while once(on(wish))" in done.stdout
-    change(surging.path, "pytest.ini", "R2 while once(on(wish)): no dimmer", entry)
+    assert "instead of the entry R2 when once(on(wish))" in done.stdout
+    change(surging.path, "pytest.ini", "R2 when once(on(wish)): no dimmer", entry)
     assert surging.runpytest_inprocess(SUITE, "--hri-allow-nc=R3").ret == 0  # both causes are named
     assert sorted(set(outcomes(surging.path).values())) == ["known-violation", "passed"]
 

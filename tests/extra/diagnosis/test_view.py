@@ -27,7 +27,7 @@ CAUSE = Cause(id="a", requirements=("R1",), tests=(REPORT.tests[0].id,))
     [("done", ""), ("runs", "; the budget is used up"), ("interrupted", "; interrupted")],
 )
 def test_it_says_why_experiments_ended(ended: DiagnosisEnd, said: str) -> None:
-    report = DIAGNOSIS.put(CAUSES.put(REPORT, (CAUSE,)), Diagnosis(runs=2, budget=2, ended=ended))
+    report = DIAGNOSIS.put(CAUSES.put(REPORT, (CAUSE,)), Diagnosis(runs=2, budget=2, end_reason=ended))
     shown = VIEW.causes(report, 100)
     assert shown is not None
     assert shown.remark == f"causes: by association over all tests, and 2 runs of experiments{said}"
@@ -36,6 +36,6 @@ def test_it_says_why_experiments_ended(ended: DiagnosisEnd, said: str) -> None:
 def test_a_decision_on_a_test_that_the_report_has_not_is_shown_without_links() -> None:
     event = ShownEvent(time_s=1.5, text="hand_closing on")
     decision = Decision(words="without it", kind="action", test="gone", runs=3, failing=(event,), passing=(event,))
-    page = render(CAUSES.put(REPORT, (replace(CAUSE, decision=decision),)))
+    page = render(CAUSES.put(REPORT, (replace(CAUSE, minimal_pair=decision),)))
     assert "<th>gone fails</th>" in page
     assert "1.500 s" in page

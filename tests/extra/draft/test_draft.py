@@ -139,7 +139,7 @@ def test_nobody_speaks_to_a_robot_that_has_ended_while_a_deadline_is_open(tmp_pa
     subprocess.run(command, cwd=tmp_path / "draft", capture_output=True, check=False)  # an order is not answered
     report = json.loads((tmp_path / "draft" / "hri-report" / "report.json").read_text(encoding="utf-8"))
     (test,) = report["tests"]
-    assert test["ended"] == "the robot has ended its work"
+    assert test["end_reason"] == "the robot has ended its work"
     assert test["sim_s"] > 60.0  # the first order's deadline was open until then
     assert sum("\torder\t" in line for line in test["timeline"]["messages"]) == 1
 

@@ -118,8 +118,8 @@ def test_engines_that_agree_change_nothing(lamps: pytest.Pytester, options: tupl
     both = report(lamps.path)
     json_schema.REPORT.validate(both)
     for one, two in zip(alone["tests"], both["tests"], strict=True):
-        assert two["beside"]["differences"] == []
-        assert {k: v for k, v in two.items() if k not in ("beside", "wall_s")} == {
+        assert two["cross_check"]["differences"] == []
+        assert {k: v for k, v in two.items() if k not in ("cross_check", "wall_s")} == {
             key: value for key, value in one.items() if key != "wall_s"
         }
 
@@ -142,9 +142,9 @@ def test_a_verdict_that_depends_on_the_engine_is_no_pass(lamps: pytest.Pytester,
         ]
     )
     for test in found["passed"]:
-        assert test["beside"]["differences"] == []
+        assert test["cross_check"]["differences"] == []
     for test in found["failed"]:  # a hall that glares does so on both
-        assert test["requirements"]["R2"]["verdict"] == test["beside"]["requirements"]["R2"]["verdict"] == "Failed"
+        assert test["requirements"]["R2"]["verdict"] == test["cross_check"]["requirements"]["R2"]["verdict"] == "Failed"
 
 
 @pytest.mark.slow
@@ -177,7 +177,7 @@ def test_what_is_known_to_fail_on_both_is_known_still(lamps: pytest.Pytester) ->
 @pytest.mark.slow
 def test_what_fails_on_one_engine_outside_of_the_known_condition_is_not_known(lamps: pytest.Pytester) -> None:
     two_engines(lamps, shift=-2.0)
-    known = "--hri-known=R2 while lamp_level > 99: the hall has no dimmer"
+    known = "--hri-known=R2 when lamp_level > 99: the hall has no dimmer"
     lamps.runpytest_inprocess("--hri-suite=rl", known)
     glaring = {test["id"] for test in outcomes(lamps)["known-violation"]}
     assert "failed" not in outcomes(lamps)

@@ -23,7 +23,7 @@ def _beside(test: dict[str, Any], verdict: str) -> dict[str, Any]:
         "outcomes": test["outcomes"],
         "record_sha256": "0" * 64,
         "requirements": requirements,
-        "faults": [],
+        "errors": [],
         "differences": [{"what": "R3", "text": text, "tolerated": False}] if differs else [],
     }
 
@@ -33,7 +33,7 @@ def test_the_tests_that_depend_on_the_engine_come_first_and_the_summary_leads_to
     for number, test in enumerate(report["tests"]):
         was = test["requirements"]["R3"]["verdict"]
         test["engine"] = "pybullet"
-        test["beside"] = _beside(test, "NC" if number == 1 else was)
+        test["cross_check"] = _beside(test, "NC" if number == 1 else was)
     page = Page(html.page(sample.typed(report))[0])
     words = " ".join(page.words.split())
     count = 3 * len(report["tests"][0]["requirements"])

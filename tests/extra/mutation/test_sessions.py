@@ -58,7 +58,7 @@ def fates(found: dict[str, Any]) -> dict[str, tuple[str, set[str]]]:
     return {
         f"{each['operator']}: {each['before'] if each['after'] == 'pass' else each['after']}": (
             each["status"],
-            {oracle for run in each["runs"] for oracle in run["oracles"]},
+            {oracle for run in each["runs"] for oracle in run["assertions"]},
         )
         for each in found["mutants"]
     }
@@ -79,11 +79,11 @@ def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pyte
         f"another keyword: {loop})) is None:": ("killed", {"R1"}),
         "message dropped: bus.publish(Switched(wish.level))": ("killed", {"R1"}),
         "call repeated: bus.publish(Switched(wish.level)); bus.publish(Switched(wish.level))": ("survived", set()),
-        "true or false: return False": ("not executed", set()),
+        "true or false: return False": ("no coverage", set()),
     }
-    score = {"mutants": 8, "killed": 4, "survived": 2, "unchanged": 1, "not_executed": 1, "not_tried": 0}
+    score = {"mutants": 8, "killed": 4, "survived": 2, "unchanged": 1, "no_coverage": 1, "not_run": 0}
     assert found["total"] == found["suites"]["by-hand"] == score | {"percent": 50.0}
-    assert found["oracles"]["R1"] == found["groups"]["light"] == {"killed": 2, "only": 2}
+    assert found["assertions"]["R1"] == found["groups"]["light"] == {"killed": 2, "killed_only_by": 2}
     result.stdout.fnmatch_lines(
         [
             "hricdv: trying 8 mutants on 4 tests, *",
@@ -95,7 +95,7 @@ def test_each_fault_is_noticed_or_not_and_the_report_says_why(guide: pytest.Pyte
             "    lamps/guide.py:11  call repeated: bus.publish(Switched(wish.level)) ->*",
             "      by-hand-cellar-polite-*: at * `switched(level=100)` is extra",
             "  1 unchanged: no record changed: a stimulus is missing, or it is equivalent",
-            "  1 not executed: no test executes the statement",
+            "  1 no coverage: no test executes the statement",
         ]
     )
     page = (guide.path / "hri-report" / "index.html").read_text(encoding="utf-8")
@@ -113,7 +113,7 @@ def test_the_result_depends_on_the_seed_and_not_on_the_number_of_processes(
         guide.runpytest_inprocess(*ASKED, "--hri-mutate-faults=3", "--hri-seed=3")
         found.append(mutation(guide))
     assert found[0] == found[1]
-    assert (len(found[0]["mutants"]), found[0]["made"], found[0]["seed"]) == (3, 8, 3)
+    assert (len(found[0]["mutants"]), found[0]["generated"], found[0]["seed"]) == (3, 8, 3)
 
 
 @pytest.mark.slow
@@ -126,7 +126,7 @@ def test_a_fault_is_tried_on_as_few_tests_as_asked_for(guide: pytest.Pytester) -
 def test_after_the_first_failure_further_tests_are_run_for_the_matrix_only(guide: pytest.Pytester) -> None:
     guide.runpytest_inprocess(*ASKED, "--hri-mutate-matrix")
     (dropped,) = (each for each in mutation(guide)["mutants"] if each["operator"] == "message dropped")
-    assert [run["oracles"] for run in dropped["runs"]] == [["R1"]] * 4
+    assert [run["assertions"] for run in dropped["runs"]] == [["R1"]] * 4
 
 
 @pytest.mark.slow
@@ -138,9 +138,9 @@ def test_when_time_is_over_no_fault_is_begun_and_the_summary_says_so(
     change(guide.path, "conftest.py", "    lamp = Lamp()\n", "    lamp = Lamp()\n    __import__('time').sleep(0.3)\n")
     result = guide.runpytest_inprocess(*ASKED, "--hri-mutate-seconds=1")
     found = mutation(guide)
-    assert found["ended"] == "seconds"
-    assert 0 < found["total"]["not_tried"] < 8
-    result.stdout.fnmatch_lines([f"  {found['total']['not_tried']} not tried: time was over *"])
+    assert found["end_reason"] == "seconds"
+    assert 0 < found["total"]["not_run"] < 8
+    result.stdout.fnmatch_lines([f"  {found['total']['not_run']} not run: time was over *"])
 
 
 @pytest.mark.slow
@@ -156,12 +156,12 @@ def test_ctrl_c_keeps_what_was_found(guide: pytest.Pytester, monkeypatch: pytest
     result = guide.runpytest_inprocess(*ASKED, no_reraise_ctrlc=True)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     found = mutation(guide)
-    assert found["ended"] == "interrupted"
+    assert found["end_reason"] == "interrupted"
     assert sum(each["complete"] and bool(each["runs"]) for each in found["mutants"]) == 1
     # Two are tried at a time: by then the other one may have been found out, though not in all of its tests.
-    not_tried = found["total"]["not_tried"]
-    assert not_tried in (5, 6)
-    result.stdout.fnmatch_lines([f"  {not_tried} mutants not tried: it was interrupted"])
+    not_run = found["total"]["not_run"]
+    assert not_run in (5, 6)
+    result.stdout.fnmatch_lines([f"  {not_run} mutants not tried: it was interrupted"])
 
 
 @pytest.mark.slow
@@ -189,8 +189,8 @@ def test_tests_that_fail_without_a_fault_take_no_part(guide: pytest.Pytester) ->
     result = guide.runpytest_inprocess(SUITE, "--hri-mutate", "--hri-mutate-faults=2")
     assert result.ret == 1
     found = mutation(guide)
-    assert len(found["left_out"]) == 2
-    assert not {run["test"] for each in found["mutants"] for run in each["runs"]} & {*found["left_out"]}
+    assert len(found["excluded_tests"]) == 2
+    assert not {run["test"] for each in found["mutants"] for run in each["runs"]} & {*found["excluded_tests"]}
     result.stdout.fnmatch_lines(["  2 tests took no part, failing or unmeasured without a fault: *"])
 
 

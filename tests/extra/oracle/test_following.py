@@ -76,7 +76,7 @@ def test_what_corresponds_to_no_act_is_left_open(toy: Toy) -> None:
 
 def test_an_agent_that_had_nothing_to_do_has_checked_nothing(toy: Toy) -> None:
     verdict = toy.follow((0.0, "holding", False), (3.0, "thank"))
-    assert (verdict.verdict, verdict.vacuous) == ("NC", 1)
+    assert (verdict.verdict, verdict.untriggered) == ("NC", 1)
     assert toy.follow((3.0, "offer")).verdict == "Failed", "but it has not done this either"
 
 

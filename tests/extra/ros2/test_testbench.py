@@ -109,7 +109,7 @@ def test_each_process_has_a_terminal_at_which_a_person_types(
 
     bench = replace(testbench, code=("typed_node",), run=run, time=VirtualTime(allowed_endings=("idle",)))
     result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
-    assert (result.faults, result.sim_s) == ((), 4.0)
+    assert (result.errors, result.sim_s) == ((), 4.0)
     assert sys.modules["typed_node"].pressed == ["r", "l", "interrupted", "interrupted"]
     assert [" ".join(str(message).split()) for message in result.record.messages] == [
         "1.000 person terminal_input terminal=right text=r",
@@ -142,6 +142,6 @@ def test_a_node_of_a_run_waits_in_virtual_time(
 
     bench = replace(testbench, code=("sleeping_node",), run=run, time=VirtualTime(allowed_endings=("idle",)))
     result = execute(RunSettings(bench), ConcreteTest(id="t", suite="by-hand", seed=0, actions=()))
-    assert (result.outcome.ended, result.sim_s, result.faults) == ("idle", 2.0, ())
+    assert (result.outcome.ended, result.sim_s, result.errors) == ("idle", 2.0, ())
     assert result.has_measured_node
     assert result.notes == ("nobody is here",)

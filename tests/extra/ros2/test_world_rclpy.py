@@ -141,7 +141,7 @@ def test_an_action_client_of_rclpy_is_served_by_a_stand_in(tmp_path: Path, monke
         Navigation(ros, PlanarBase(ros, odom="", tf=""), speed_m_s=1.0).navigate_to_pose()
 
     result = play(tmp_path, COMMANDER, world, monkeypatch)
-    assert result.faults == ()
+    assert result.errors == ()
     assert sys.modules["played_node"].log == [True, 4, 1, 5, (24, 2.0)]
 
 
@@ -161,7 +161,7 @@ def test_a_person_drives_a_base_by_the_keys_of_a_node(tmp_path: Path, monkeypatc
         run.kernel.spawn("person", person)
 
     result = play(tmp_path, TELEOP, world, monkeypatch, topics={"/cmd_vel": "geometry_msgs/msg/Twist"})
-    assert result.faults == ()
+    assert result.errors == ()
     speeds = [message.fields["linear.x"] for message in result.record.messages if message.topic == "cmd_vel"]
     assert speeds == [0.5, 0.0, -0.5]
     assert bases[0].pose.x_m == pytest.approx(1.0 - 0.5 * (20.0 - 6.0))  # nobody stops it after ctrl-c

@@ -105,7 +105,7 @@ def test_ctrl_c_in_a_search_keeps_the_report(lamps: pytest.Pytester) -> None:
     assert result.ret == pytest.ExitCode.INTERRUPTED
     written = report(lamps.path)
     assert [test["outcome"] for test in written["tests"]].count("passed") == 3
-    assert written["search"]["R1"]["ended"] == "interrupted"
+    assert written["search"]["R1"]["end_reason"] == "interrupted"
     assert list(written["search"]) == ["R1"]
 
 

@@ -34,7 +34,7 @@ def test_the_shortest_failing_test_of_a_requirement_is_shrunk_and_can_be_replaye
     ((test, shrunk),) = [(each, each["shrunk"]["R2"]) for each in written["tests"] if each.get("shrunk")]
     assert test["abstract"] == LONG
     assert shrunk["abstract"] == ["set_lamp level = 100"]
-    assert (shrunk["actions_before"], shrunk["ended"], shrunk["reason"]) == (7, "done", ["lamp_level <= 80"])
+    assert (shrunk["actions_before"], shrunk["end_reason"], shrunk["reason"]) == (7, "done", ["lamp_level <= 80"])
     assert shrunk["replay"] == f"hri-report/failures/{shrunk['id']}.json"
     command = f"pytest --hri-replay={shrunk['replay']} --hri-strict"
     result.stdout.fnmatch_lines(
@@ -81,7 +81,7 @@ def test_each_requirement_is_shrunk_by_itself_for_its_own_reason(long: pytest.Py
 def test_runs_are_bounded_and_the_summary_says_so(long: pytest.Pytester) -> None:
     result = long.runpytest_inprocess(SUITE, "--hri-shrink", "--hri-shrink-runs=3")
     (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
-    assert (test["shrunk"]["R2"]["runs"], test["shrunk"]["R2"]["ended"]) == (3, "runs")
+    assert (test["shrunk"]["R2"]["runs"], test["shrunk"]["R2"]["end_reason"]) == (3, "runs")
     result.stdout.fnmatch_lines(["*(3 runs, * s; the budget of runs is used up, a shorter test may exist):"])
 
 
@@ -102,7 +102,7 @@ def test_ctrl_c_keeps_the_best_so_far_and_the_report(long: pytest.Pytester, limi
     assert result.ret == pytest.ExitCode.INTERRUPTED
     (test,) = [test for test in report(long.path)["tests"] if test.get("shrunk")]
     shrunk = test["shrunk"]["R2"]
-    assert (shrunk["ended"], len(shrunk["abstract"])) == ("interrupted", actions)
+    assert (shrunk["end_reason"], len(shrunk["abstract"])) == ("interrupted", actions)
     result.stdout.fnmatch_lines(["*; interrupted, a shorter test may exist):"])
     if shrunk["replay"]:
         assert (long.path / shrunk["replay"]).is_file()

@@ -68,7 +68,9 @@ def test_a_trace_has_the_record_and_the_verdicts(lamps: pytest.Pytester, workers
         every = list(messages(path))
         assert next(each[2] for each in every if each[0] == "/hricdv/end")["verdicts"]["R1"] == "Passed"
         said = [content["message"] for topic, _, content, _ in every if topic == "/hricdv/log"]
-        assert len(said) == sum(len(of["violations"]) for of in test["requirements"].values()) + len(test["acted_s"])
+        assert len(said) == sum(len(of["violations"]) for of in test["requirements"].values()) + len(
+            test["action_times_s"]
+        )
     result.stdout.fnmatch_lines(["traces: 4 of 4 tests, beside the report"])
 
 

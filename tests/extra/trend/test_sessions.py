@@ -28,7 +28,7 @@ def test_each_session_adds_a_line_and_the_report_has_those_that_can_be_compared(
     written = report(lamps.path)
     json_schema.REPORT.validate(written)
     kept = lines(lamps)
-    assert [each.get("whole", True) for each in kept] == [True, False, True, True]
+    assert [each.get("complete", True) for each in kept] == [True, False, True, True]
     assert written["history"] == [kept[0], kept[3]]
     (suite,) = written["suites"]
     tally = suite["requirements"]["R2"]

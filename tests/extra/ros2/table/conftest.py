@@ -60,7 +60,7 @@ def run(run: Any) -> Any:
         ended = run.go(LIMIT_S)
         commands, messages = [action.command for action in run.enacted.actions], run.recorder.messages
         turns = observed_turns(messages)
-        ended_as_planned = ended_turns(commands, run.acted_s, messages)
+        ended_as_planned = ended_turns(commands, run.action_times_s, messages)
         cross = {"decision": turns, "handover": [(*turn, outcome) for turn, outcome in ended_as_planned]}
         return Outcome(ended, tuple(outcome for _, outcome in turns), shop.world.frozen_s, cross, fidelity)
 
