@@ -11,7 +11,7 @@ from rcl_interfaces.msg import Log as LogMessage
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
-from rclpy.node import GraphNode
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Int32
 from test_msgs.srv import BasicTypes
@@ -26,7 +26,7 @@ def several(log: Log) -> None:
         context.init(domain_id=domain)
     log("domains", [context.get_domain_id() for context in contexts])
     heard: dict[int, list[int]] = {0: [], 1: [], 2: []}
-    nodes = [GraphNode(f"node{number}", context=context) for number, context in enumerate(contexts)]
+    nodes = [Node(f"node{number}", context=context) for number, context in enumerate(contexts)]
     executors = [SingleThreadedExecutor(context=context) for context in contexts]
     for number, (node, executor) in enumerate(zip(nodes, executors, strict=True)):
         node.create_subscription(Int32, "numbers", lambda each, number=number: heard[number].append(each.data), 10)
@@ -52,7 +52,7 @@ def several(log: Log) -> None:
 def ending(log: Log) -> None:
     """A callback shuts the context down: what spinning does, what is called, what is not possible afterwards."""
     rclpy.init()
-    node, called = GraphNode("node"), []
+    node, called = Node("node"), []
     publisher = node.create_publisher(Int32, "numbers", 10)
     service = node.create_service(BasicTypes, "service", lambda request, response: response)
     rclpy.get_default_context().on_shutdown(lambda: called.append("on shutdown"))
@@ -65,22 +65,22 @@ def ending(log: Log) -> None:
     log("publish", raised(lambda: publisher.publish(Int32())))
     log("new publisher", raised(lambda: node.create_publisher(Int32, "others", 10)))
     log("new timer", raised(lambda: node.create_timer(1.0, print)))
-    log("new node", raised(lambda: GraphNode("other")))
+    log("new node", raised(lambda: Node("other")))
     log("log", raised(lambda: node.get_logger().info("after the end")))
     log("destroyed", [node.destroy_service(service), raised(node.destroy_node)])
     rclpy.init()
-    other = GraphNode("other")
+    other = Node("other")
     log("a new life", [rclpy.ok(), other.get_name()])
 
 
 def beginning(log: Log) -> None:
     """What is not possible before `init`, and twice."""
     log("ok", rclpy.ok())
-    log("node", raised(lambda: GraphNode("node")))
+    log("node", raised(lambda: Node("node")))
     log("shutdown", [raised(rclpy.shutdown), raised(rclpy.try_shutdown)])
     rclpy.init(args=["--ros-args", "--log-level", "warn"])
     log("twice", raised(rclpy.init))
-    node = GraphNode("node")
+    node = Node("node")
     log("level", [node.get_logger().get_effective_level().name])
     log("destroyed", [raised(node.destroy_node), raised(node.destroy_node)])
     log(
@@ -97,7 +97,7 @@ def beginning(log: Log) -> None:
 def ending_from_outside(log: Log) -> None:
     """A thread shuts the context down: what others who wait in it do."""
     rclpy.init()
-    node, outcomes = GraphNode("node"), {}
+    node, outcomes = Node("node"), {}
 
     def wait(name: str, action: Any) -> threading.Thread:
         def note() -> None:
@@ -120,7 +120,7 @@ def ending_from_outside(log: Log) -> None:
 
 def logging_(log: Log) -> None:
     rclpy.init()
-    node = GraphNode("logging")
+    node = Node("logging")
     logger = node.get_logger()
     logger.info("first")
     logger.debug("not seen")
@@ -140,7 +140,7 @@ def logging_(log: Log) -> None:
 
 def hearing_logs(log: Log) -> None:
     rclpy.init()
-    node, lines = GraphNode("hearing"), []
+    node, lines = Node("hearing"), []
     profile = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
     def hear(message: Any) -> None:
