@@ -84,7 +84,6 @@ class ActionServer(Destroyable):
         self._indices: tuple[list[int], int] = ([], 0)
 
     def destroy(self) -> None:
-        """Leave the graph."""
         for entity in (self._goal, self._cancel, self._result, self._feedback, self._status, self._expiry):
             entity.destroy_when_not_in_use()
 
@@ -208,11 +207,9 @@ class ActionGoalHandle(Destroyable):
         self._goal = server.accept(goal_info)
 
     def get_status(self) -> int:
-        """Its state."""
         return int(self._goal.state)
 
     def is_active(self) -> bool:
-        """Whether it is not over."""
         return self._goal.is_active
 
     def update_goal_state(self, event: GoalEvent) -> None:

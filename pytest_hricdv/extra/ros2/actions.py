@@ -80,7 +80,6 @@ class ActionClient(Destroyable):
         self._indices: tuple[list[int], list[int]] = ([], [])
 
     def destroy(self) -> None:
-        """Leave the graph."""
         for entity in (self.goal, self._cancel, self._result, self._feedback, self._status):
             entity.destroy_when_not_in_use()
 

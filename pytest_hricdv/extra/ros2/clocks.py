@@ -137,7 +137,6 @@ class Clock(Destroyable):
         return None if is_awaited else self._override_ns
 
     def get_ros_time_override_is_enabled(self) -> bool:
-        """Whether it is overridden."""
         self._require_ros()
         return self._is_overridden
 
@@ -205,7 +204,6 @@ class ClockEvent(Waitable):
         self._is_set = False
 
     def is_set(self) -> bool:
-        """Whether it is set."""
         return self._is_set
 
     is_ready = is_set
@@ -216,7 +214,6 @@ class ClockEvent(Waitable):
         self.wake()
 
     def clear(self) -> None:
-        """Unset it."""
         self._is_set = False
 
     def _wait_until(self, clock: Clock, until: TimePoint) -> None:
@@ -263,7 +260,6 @@ class RosTimer(Waitable):
         self._canceled = not autostart
 
     def is_ready(self) -> bool:
-        """Whether it is due."""
         return not self._canceled and self._next_ns <= self._clock.now_ns()
 
     is_timer_ready = is_ready
@@ -280,7 +276,6 @@ class RosTimer(Waitable):
 
     @property
     def clock(self) -> Clock:
-        """The clock that it goes by."""
         return self._clock
 
     def call_timer(self) -> None:
@@ -317,11 +312,9 @@ class RosTimer(Waitable):
     clear_on_reset_callback = Waitable.clear_callback
 
     def cancel_timer(self) -> None:
-        """Let it not be due any more."""
         self._canceled = True
 
     def is_timer_canceled(self) -> bool:
-        """Whether it was cancelled."""
         return self._canceled
 
     def change_timer_period(self, period_nsec: int) -> None:
@@ -329,7 +322,6 @@ class RosTimer(Waitable):
         self._period_ns = period_nsec
 
     def get_timer_period(self) -> int:
-        """The period (ns)."""
         return self._period_ns
 
     def time_until_next_call(self) -> int | None:

@@ -48,7 +48,6 @@ class Context(Destroyable):
         return graph_of(self.kernel, self._domain)
 
     def get_domain_id(self) -> int:
-        """Its domain."""
         return self._domain
 
     def ok(self) -> bool:
@@ -127,7 +126,6 @@ class GraphNode(Destroyable):
         return namespace if namespace.startswith("/") else f"/{namespace}"
 
     def destroy(self) -> None:
-        """Leave the graph."""
         self.leave()
 
     def leave(self) -> None:
@@ -153,11 +151,9 @@ class GraphNode(Destroyable):
             self.graph.carrier.admit(domain, name, full_name, type_name(kind))
 
     def get_node_name(self) -> str:
-        """Its name."""
         return self._name
 
     def get_namespace(self) -> str:
-        """Its namespace."""
         return self._namespace
 
     def get_fully_qualified_name(self) -> str:
@@ -209,7 +205,6 @@ class GraphNode(Destroyable):
     get_count_services = partialmethod(_count, "services")
 
     def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
-        """All nodes of the graph."""
         return [(node.get_node_name(), node.get_namespace()) for node in self.graph.nodes]
 
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:

@@ -123,7 +123,6 @@ class LifecycleStateMachine(Destroyable):
         self._services = [service for service in vars(self).values() if isinstance(service, ServiceServer)]
 
     def destroy(self) -> None:
-        """Leave the graph."""
         self.initialized = False
         for service in self._services:
             service.destroy_when_not_in_use()
@@ -137,12 +136,10 @@ class LifecycleStateMachine(Destroyable):
 
     @property
     def available_states(self) -> list[tuple[int, str]]:
-        """All states."""
         return list(_STATES.items())
 
     @property
     def transition_graph(self) -> list[Transition]:
-        """All transitions."""
         return list(_GRAPH)
 
     @property
@@ -159,7 +156,6 @@ class LifecycleStateMachine(Destroyable):
         self._go(self._transition_with(0, transition_id), publish_update)
 
     def trigger_transition_by_label(self, label: str, publish_update: bool) -> None:
-        """The same, by label."""
         self._go(self._transition_with(1, label), publish_update)
 
     def _transition_with(self, column: int, value: int | str) -> Transition:

@@ -139,16 +139,13 @@ class ServiceServer(_ServiceEndpoint):
 
     @property
     def name(self) -> str:
-        """Its full name."""
         return self.full_name
 
     @property
     def qos(self) -> dict[str, Any]:
-        """Its quality of service."""
         return self._profile.to_dict()
 
     def deliver(self, request: Any, request_id: RequestId) -> None:
-        """Add a request to the queue."""
         self._enqueue(request, request_id, system_ns(self.kernel))
 
     set_on_new_request_callback = QueueHandle.set_callback
@@ -201,7 +198,6 @@ class Client(_ServiceEndpoint):
         return self.full_name
 
     def servers(self) -> list[ServiceServer]:
-        """Its servers."""
         every = self.node.graph.services.get(self.full_name, ())
         return [service for service in every if type_name(service.kind) == type_name(self.kind)]
 
@@ -234,7 +230,6 @@ class Client(_ServiceEndpoint):
         return bool(self.servers())
 
     def deliver(self, response: Any, request_id: RequestId) -> None:
-        """Add a response to the queue."""
         self._answered = request_id.sequence_number
         self._enqueue(response, request_id, system_ns(self.kernel))
 

@@ -46,7 +46,6 @@ class _TopicEndpoint(GraphEntity):
                 )
 
     def get_topic_name(self) -> str:
-        """The full name of its topic."""
         return self.full_name
 
     def matches(self, subscription: TopicSubscription) -> bool:
@@ -97,7 +96,6 @@ class Publisher(_TopicEndpoint):
             subscription.events.match(-1, self.lease.is_alive)
 
     def leases(self) -> list[Lease]:
-        """Its own."""
         return [self.lease]
 
     def assert_liveliness(self) -> None:
@@ -234,7 +232,6 @@ class TopicSubscription(_TopicEndpoint, QueueHandle):
     clear_on_new_message_callback = QueueHandle.clear_callback
 
     def is_cft_enabled(self) -> bool:
-        """Whether it has a filter."""
         return self._passes is not None
 
     def get_content_filter(self) -> Any:

@@ -83,7 +83,6 @@ class WaitSet(Destroyable):
 
     @property
     def entities(self) -> list[Waitable]:
-        """All that it waits for."""
         return [entity for kind in _KINDS for entity in self._entities[kind]]
 
     def any_is_ready(self) -> bool:
