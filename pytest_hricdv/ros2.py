@@ -2,7 +2,6 @@
 
 from pytest_hricdv.extra.ros2.kit.bag import BagPlayer
 from pytest_hricdv.extra.ros2.kit.base import Laser, PlanarBase, PlanarPose
-from pytest_hricdv.extra.ros2.kit.managed import ManagedNode
-from pytest_hricdv.extra.ros2.kit.navigation import JointTrajectoryFollower, Navigation
+from pytest_hricdv.extra.ros2.kit.servers import JointTrajectoryFollower, ManagedNode, Navigation
 
 __all__ = ["BagPlayer", "JointTrajectoryFollower", "Laser", "ManagedNode", "Navigation", "PlanarBase", "PlanarPose"]

@@ -14,9 +14,8 @@ from typing import Any
 from mcap.writer import CompressionType, Writer
 
 from pytest_hricdv._base import atomic_file
-from pytest_hricdv.extra.ros2.cdr import class_of, serialize
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
-from pytest_hricdv.extra.ros2.messages import RosMessage, type_name
+from pytest_hricdv.extra.ros2.messages import RosMessage, class_of, serialize, type_name
 from pytest_hricdv.runtime import Record
 from pytest_hricdv.runtime.kernel import US_PER_S
 

@@ -2,18 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
-from pytest_hricdv.extra.ros2.delivery import Arrival, Delivery, is_timed, timing_fields
-from pytest_hricdv.extra.ros2.messages import RosMessage, fields_of
-from pytest_hricdv.extra.ros2.vocabulary import ROSOUT, requirement_name
+from pytest_hricdv.extra.ros2.delivery import Arrival, Delivery, check_timing, is_timed, timing_fields
+from pytest_hricdv.extra.ros2.interface_packages import provide_interfaces
+from pytest_hricdv.extra.ros2.messages import RosMessage, fields_of, import_type, kinds_of
+from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.runtime import Bus
 from pytest_hricdv.runtime.json_value import Value
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
+
+ROSOUT = "rosout"
+
+_TERMINAL = "terminal_input"
+"""What `run.terminal` records when keys are pressed."""
+
+
+def vocabulary(declared: Ros2) -> dict[str, dict[str, Kind]]:
+    """What requirements can name of a declared system: name in requirements -> its fields with their types.
+
+    Raises:
+        Ros2Error: a name or type is none, or two have the same name in requirements.
+    """
+    provide_interfaces(declared.interfaces)
+    check_timing(declared)
+    names: dict[str, dict[str, Kind]] = {
+        ROSOUT: {"level": float, "name": str, "msg": str},
+        _TERMINAL: {"terminal": str, "text": str},
+    }
+    for name, kinds in _kinds(declared):
+        if name in names:
+            raise Ros2Error(f"ros2: two topics or services are called {name!r} in requirements; rename one of them")
+        names[name] = kinds
+    return names
+
+
+def _kinds(declared: Ros2) -> Iterator[tuple[str, dict[str, Kind]]]:
+    for full_name, kind in declared.topics.items():
+        if full_name == f"/{ROSOUT}":
+            raise Ros2Error(f"ros2: requirements know /{ROSOUT} without its being declared; leave it out")
+        yield requirement_name(full_name), kinds_of(import_type(kind, "msg"))
+    for full_name, kind in declared.services.items():
+        name, service = requirement_name(full_name), import_type(kind, "srv")
+        yield f"{name}_request", kinds_of(service.Request)
+        yield f"{name}_response", kinds_of(service.Response)
+    for full_name, kind in declared.actions.items():
+        name, action = requirement_name(full_name), import_type(kind, "action")
+        yield f"{name}_goal", kinds_of(action.Goal)
+        yield f"{name}_answer", {"accepted": bool}
+        yield f"{name}_feedback", kinds_of(action.Feedback)
+        yield f"{name}_cancel", {}
+        yield f"{name}_result", {"status": float, **kinds_of(action.Result)}
+
+
+def requirement_name(full_name: str) -> str:
+    """What a topic, service or action is called in requirements.
+
+    Raises:
+        Ros2Error: the name is not full.
+    """
+    if not full_name.startswith("/") or len(full_name) < 2:
+        raise Ros2Error(f'ros2: {full_name!r} is no full name; expected one with "/" in front, such as "/arm/state"')
+    return full_name[1:].replace("/", "_")
+
 
 AT_ONCE = Arrival()
 """When messages arrive where nobody has said anything else."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.execution.execution_feature import ExecutionFeature
-from pytest_hricdv.extra.ros2.vocabulary import vocabulary
+from pytest_hricdv.extra.ros2.bridge import vocabulary
 from pytest_hricdv.monitor.names import Kind
 from pytest_hricdv.testbench import Testbench
 

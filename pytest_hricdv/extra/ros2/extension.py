@@ -13,7 +13,6 @@ from typing import Any
 from pytest_hricdv.extra.ros2 import (
     actions,
     arguments,
-    cdr,
     clocks,
     contexts,
     events,
@@ -21,11 +20,11 @@ from pytest_hricdv.extra.ros2 import (
     handles,
     lifecycle,
     logging,
+    messages,
     names,
     qos,
 )
-from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
-from pytest_hricdv.extra.ros2.actions import ActionClient
+from pytest_hricdv.extra.ros2.actions import ActionClient, ActionGoalHandle, ActionServer
 from pytest_hricdv.extra.ros2.executor import events_executor
 from pytest_hricdv.extra.ros2.services import Client, IntrospectionState, RequestId, ServiceInfo, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
@@ -234,8 +233,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "rclpy_get_subscriptions_info_by_topic": graph.subscriptions_info,
     "rclpy_qos_check_compatible": qos.check_compatible,
     "rclpy_action_get_rmw_qos_profile": lambda name: qos.ACTION_STATUS.to_dict(),
-    "rclpy_serialize": cdr.serialize,
-    "rclpy_deserialize": cdr.deserialize,
+    "rclpy_serialize": messages.serialize,
+    "rclpy_deserialize": messages.deserialize,
     "rclpy_assert_liveliness": Publisher.assert_liveliness,
     "rclpy_logging_initialize": logging.reset_levels,
     "rclpy_logging_shutdown": logging.reset_levels,

@@ -196,7 +196,7 @@ def _check(name: str, kind: FieldType, value: Any) -> None:
 
 
 def slot_type(kind: FieldType) -> Any:
-    """As `rosidl_parser.definition` has it, as far as `cdr` asks."""
+    """As `rosidl_parser.definition` has it, as far as `messages` asks."""
     if kind.is_message:
         *namespaces, name = kind.name.split("/")
         element: Any = SimpleNamespace(namespaces=namespaces, name=name)

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
 from pytest_hricdv.extra.ros2.content_filter import content_filter
 from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.events import EndpointEvents, Lease
 from pytest_hricdv.extra.ros2.graph import GraphEntity, note
 from pytest_hricdv.extra.ros2.handles import QueueHandle, RCLError
-from pytest_hricdv.extra.ros2.messages import copy_message, type_name
+from pytest_hricdv.extra.ros2.messages import copy_message, deserialize, serialize, type_name
 from pytest_hricdv.extra.ros2.qos import BEST_EFFORT, Profile, effective, last_policy, mismatches, policies_text
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all

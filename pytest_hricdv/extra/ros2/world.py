@@ -13,9 +13,9 @@ from pytest_hricdv.extra.ros2.actions import part_names
 from pytest_hricdv.extra.ros2.clocks import whole_ns
 from pytest_hricdv.extra.ros2.contexts import DEFAULT_DOMAIN, Context, GraphNode
 from pytest_hricdv.extra.ros2.handles import Waitable
+from pytest_hricdv.extra.ros2.messages import import_type
 from pytest_hricdv.extra.ros2.services import Client, ServiceServer
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
-from pytest_hricdv.extra.ros2.vocabulary import import_type
 from pytest_hricdv.extra.ros2.wait_set import WaitSet
 from pytest_hricdv.extra.ros2.world_action_server import Execute, ServedAction, ServedGoal
 from pytest_hricdv.runtime import Kernel

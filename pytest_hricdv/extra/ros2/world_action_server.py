@@ -9,8 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.extra.ros2.action_server import ActionGoalHandle, ActionServer
-from pytest_hricdv.extra.ros2.actions import GoalEvent, GoalState
+from pytest_hricdv.extra.ros2.actions import ActionGoalHandle, ActionServer, GoalEvent, GoalState
 from pytest_hricdv.extra.ros2.clocks import Clock, ClockType
 from pytest_hricdv.extra.ros2.contexts import GraphNode
 from pytest_hricdv.extra.ros2.qos import ACTION_STATUS, Profile

@@ -11,10 +11,9 @@ from typing import Any
 import pytest
 from mcap.writer import Writer
 
-from pytest_hricdv.extra.ros2.cdr import serialize
 from pytest_hricdv.extra.ros2.clocks import EPOCH_NS
 from pytest_hricdv.extra.ros2.kit.bag import BagError, read_bag
-from pytest_hricdv.extra.ros2.vocabulary import import_type
+from pytest_hricdv.extra.ros2.messages import import_type, serialize
 from pytest_hricdv.ros2 import BagPlayer
 from tests.extra.ros2.test_kit import World
 

@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
-from pytest_hricdv.extra.ros2.bridge import Bridge
+from pytest_hricdv.extra.ros2.bridge import Bridge, vocabulary
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.messages import fields_of
-from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.extra.ros2.world import WorldNode
 from pytest_hricdv.monitor import Vocabulary
 from pytest_hricdv.runtime import Bus, Kernel, Recorder

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_hricdv.extra.ros2.cdr import CdrError, deserialize, serialize
+from pytest_hricdv.extra.ros2.messages import CdrError, deserialize, serialize
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,11 @@ import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2 import qos
-from pytest_hricdv.extra.ros2.bridge import Bridge
+from pytest_hricdv.extra.ros2.bridge import Bridge, vocabulary
 from pytest_hricdv.extra.ros2.delivery import Delivery
 from pytest_hricdv.extra.ros2.events import EventHandle, SubscriptionEventType
 from pytest_hricdv.extra.ros2.graph import carry_with
 from pytest_hricdv.extra.ros2.topics import Publisher, TopicSubscription
-from pytest_hricdv.extra.ros2.vocabulary import vocabulary
 from pytest_hricdv.extra.ros2.world import wait_for
 from pytest_hricdv.generate.sampler import Uniform
 from pytest_hricdv.runtime.bus import MessageFault

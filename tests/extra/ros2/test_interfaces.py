@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
-from pytest_hricdv.extra.ros2.cdr import deserialize, serialize
+from pytest_hricdv.extra.ros2.bridge import vocabulary
 from pytest_hricdv.extra.ros2.interface_text import parts_of
-from pytest_hricdv.extra.ros2.messages import copy_message, kinds_of, type_name
-from pytest_hricdv.extra.ros2.vocabulary import import_type, vocabulary
+from pytest_hricdv.extra.ros2.messages import copy_message, deserialize, import_type, kinds_of, serialize, type_name
 
 MESSAGE = r"""
 # Everything that a field can be: "quoted", it's said.

@@ -13,7 +13,7 @@ import pytest
 from pytest_hricdv.declarations.ros2 import Ros2, Ros2Error
 from pytest_hricdv.extra.ros2 import interface_packages
 from pytest_hricdv.extra.ros2.kit.base import distance_m
-from pytest_hricdv.extra.ros2.vocabulary import import_type
+from pytest_hricdv.extra.ros2.messages import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.ros2 import JointTrajectoryFollower, Laser, ManagedNode, Navigation, PlanarBase, PlanarPose
 from tests.docs.page import blocks

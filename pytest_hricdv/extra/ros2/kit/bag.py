@@ -14,9 +14,8 @@ from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv._base.input_file import unmerged_log
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
-from pytest_hricdv.extra.ros2.cdr import CdrError, class_of, deserialize
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.vocabulary import import_type
+from pytest_hricdv.extra.ros2.messages import CdrError, class_of, deserialize, import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 from pytest_hricdv.run import TestbenchError
 

@@ -1,4 +1,4 @@
-"""A planar base: driven by `/cmd_vel`, it publishes `/odom` and `/tf`."""
+"""A planar base, which obeys `/cmd_vel`, and a laser scanner in a world of polygons."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_hricdv.extra.ros2.clocks import system_ns
-from pytest_hricdv.extra.ros2.vocabulary import import_type
+from pytest_hricdv.extra.ros2.messages import import_type
 from pytest_hricdv.extra.ros2.world import StartedSystem
 
 _NS_PER_S = 1_000_000_000
