@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 
-from pytest_hricdv.generate.actors import PAUSE_S, TURN, TURN_WAIT_S, act_of, actor_of, interleaving, stay_of
+from pytest_hricdv.generate.actors import PAUSE_S, TURN, TURN_WAIT_S, act_of, actor_of, interleave, stay_of
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.scheduling import Turns
@@ -34,7 +34,7 @@ class Lanes:
         self._lanes = {name: [number for number, actor in enumerate(actors) if actor == name] for name in test.actors}
         self._above, self._below = _disturbances(actors)
         turns = [action.parameters.get(TURN, 0.0) for action in test.actions]
-        order = [number - 1 for number in interleaving(lines, turns, test.after)]
+        order = [number - 1 for number in interleave(lines, turns, test.after)]
         after = {number - 1: [cause - 1 for cause in causes] for number, causes in test.after.items()}
         self._turns = Turns(kernel, actors, order, after, test.run.get(TURN_WAIT_S, 0.0))
         self._left = set(order)

@@ -382,7 +382,7 @@ class Run:
             self.kernel.look_each(LOOKS_EACH_S, look)
         why = self.kernel.run(limit_s)
         self.kernel.look_each(math.inf, lambda: None)
-        how = "cycle" if cycle is not None and why == "goes round" else "stopped" if self.kernel.stopped else why
+        how = "cycle" if cycle is not None and why == "goes round" else "stopped" if self.kernel.is_stopped else why
         if how == "limit" and not self.may_go_round:
             cycle = repetition.cycle(self.kernel.now_s / 2)
         self.ending = Ending(how, self.kernel.now_s, cycle=cycle)

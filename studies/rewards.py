@@ -59,7 +59,7 @@ SIZES = (Size(800, 134, 10), Size(800, 134, 1), Size(800, 20, 1), Size(4000, 134
 FIGURES: Mapping[str, Callable[[Suite], float]] = {
     "model runs": lambda suite: suite.generation.bdi_runs,
     "plans of human (48)": lambda suite: len(diagnose(suite).plans["human"]),
-    "suites with all 60 plans": lambda suite: not suite.uncovered_plans(),
+    "suites with all 60 plans": lambda suite: not suite.plans_not_covered(),
     "distinct texts": lambda suite: diagnose(suite).distinct_texts,
     "entropy of beliefs, bit": lambda suite: diagnose(suite).belief_entropy_bits,
 }

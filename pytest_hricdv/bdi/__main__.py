@@ -103,9 +103,9 @@ def _corpus(options: argparse.Namespace) -> int:
     corpus = read_corpus(Path(options.folder))
     print(visible(table(corpus), keep="\n\t"))
     if options.all:
-        for result in corpus.refused:
+        for result in corpus.failures:
             print(visible(f"\n{result.message}", keep="\n\t"))
-    return 1 if corpus.refused else 0
+    return 1 if corpus.failures else 0
 
 
 def _run_project(options: argparse.Namespace, trace: bool) -> Result:

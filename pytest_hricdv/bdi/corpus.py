@@ -58,7 +58,7 @@ class CorpusResult:
     results: tuple[FileResult, ...]
 
     @property
-    def refused(self) -> list[FileResult]:
+    def failures(self) -> list[FileResult]:
         """The files that cannot be parsed."""
         return [result for result in self.results if result.kind]
 
@@ -95,7 +95,7 @@ def table(corpus: CorpusResult) -> str:
         lines.append(
             f"{suffix:8}{count:7,}{len(results):10,}{len(results) - refused:8,}{refused:9,}{percent if refused else ''}"
         )
-    lines += _counts("refused", [(result.kind, result.message, result.path) for result in corpus.refused])
+    lines += _counts("refused", [(result.kind, result.message, result.path) for result in corpus.failures])
     calls = [(kind, message, result.path) for result in corpus.results for kind, message in result.calls]
     lines += _counts("parsed, but a run with such a call ends or does not begin", calls)
     slowest = sorted(corpus.results, key=lambda result: -result.seconds)[:5]

@@ -50,7 +50,7 @@ class AgentNames:
         """The goals without parameters that it has plans for, sorted."""
         return self._plain_goals
 
-    def heard(self, hears: PerceptMapping) -> Structure:
+    def literal_of_percept(self, hears: PerceptMapping) -> Structure:
         """The literal of what it hears. Raises CouplingError for one that it does not know."""
         literal = _parse(hears.owner, hears.literal.removeprefix("!"))
         kind, predicates = ("goal", self._goals) if hears.is_goal else ("belief", self._beliefs)
@@ -67,7 +67,7 @@ class AgentNames:
         self._require(owner, literal, "action or message", self._acts)
         return literal
 
-    def failing(self, owner: str, act: str) -> Structure:
+    def literal_of_failure(self, owner: str, act: str) -> Structure:
         """The literal of an act that can fail. Raises CouplingError if it is no external action."""
         literal = None if act.startswith("@") else _parse(owner, act)
         if literal is None or literal.key not in self._actions:

@@ -69,12 +69,12 @@ class CoupledAgent(Agent, ABC):
     def is_external(self, intention: Intention) -> bool:
         """Whether an intention is about to execute an external action."""
         means = intention.stack[-1]
-        return not means.finished and isinstance(means.statement, ExternalAction)
+        return not means.is_finished and isinstance(means.statement, ExternalAction)
 
     def _act_of(self, intention: Intention) -> Structure | None:
         """The message or external action that an intention is about to send or execute."""
         means = intention.stack[-1]
-        if means.finished:
+        if means.is_finished:
             return None
         statement = means.statement
         written: object = None

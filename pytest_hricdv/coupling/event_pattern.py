@@ -85,7 +85,9 @@ def parse_heard(
     for hears in declared:
         if hears.source != PERCEPT and hears.source not in others:
             raise CouplingError(f"{hears.owner}: no agent {hears.source!r}{nearest(hears.source, others)}")
-    return tuple(parse_event(hears.owner, names.heard(hears), hears.when, vocabulary) for hears in declared)
+    return tuple(
+        parse_event(hears.owner, names.literal_of_percept(hears), hears.when, vocabulary) for hears in declared
+    )
 
 
 def _sources(

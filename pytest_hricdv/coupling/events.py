@@ -16,7 +16,7 @@ ORDER_S = 1e-9
 """Events with one time stamp are kept apart by this much: the resolution of the monitors."""
 
 
-class Occurrence(NamedTuple):
+class EventOccurrence(NamedTuple):
     """An instant at which declared events happened.
 
     Args:
@@ -64,14 +64,14 @@ class Events:
         self._changes: dict[str, Value] = {}
         """Signals that have changed at the instant `_signals_s`, which is not judged yet."""
 
-    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> Iterator[Occurrence]:
+    def message(self, time_s: float, topic: str, fields: Mapping[str, Value]) -> Iterator[EventOccurrence]:
         """A message of a topic in `topics` has arrived: what has happened up to it."""
         yield from self.advance(time_s)
         self.values.update((f"{topic}.{name}", value) for name, value in fields.items())
         self._monitors.message(self._now_s, topic, fields)
         yield from self._judge(time_s, topic, _message_text(topic, fields))
 
-    def signal(self, time_s: float, name: str, value: Value) -> Iterator[Occurrence]:
+    def signal(self, time_s: float, name: str, value: Value) -> Iterator[EventOccurrence]:
         """A signal in `signals` has a new value: what has happened before this instant."""
         if time_s > self._signals_s:
             yield from self.advance(time_s)
@@ -86,7 +86,7 @@ class Events:
         """Whether signals have changed at an instant that is not judged yet."""
         return bool(self._changes)
 
-    def flush(self) -> Iterator[Occurrence]:
+    def flush(self) -> Iterator[EventOccurrence]:
         """What has happened with the last changes of signals."""
         if self._changes:
             text = ", ".join(f"{name} = {_value_text(value)}" for name, value in self._changes.items())
@@ -94,7 +94,7 @@ class Events:
             self._changes.clear()
             yield from self._judge(self._signals_s, names, text)
 
-    def advance(self, time_s: float) -> Iterator[Occurrence]:
+    def advance(self, time_s: float) -> Iterator[EventOccurrence]:
         """Time has reached `time_s`: what has happened before, also what only takes time.
 
         `rise(historically[0:2](near))` becomes true when somebody was near for 2 s, whatever else is going on then.
@@ -108,13 +108,13 @@ class Events:
         for began_s, changes in groupby(due, key=itemgetter(0)):
             numbers = tuple(number for _, number in changes)
             text = ", ".join(self._texts[number] for number in numbers)
-            yield Occurrence(began_s, text, text, numbers)
+            yield EventOccurrence(began_s, text, text, numbers)
 
-    def _judge(self, time_s: float, name: str, text: str) -> Iterator[Occurrence]:
+    def _judge(self, time_s: float, name: str, text: str) -> Iterator[EventOccurrence]:
         self._now_s += ORDER_S
         self._monitors.advance(self._now_s)
         if self._numbers:
-            yield Occurrence(time_s, name, text, tuple(sorted(number for _, number in self._numbers)))
+            yield EventOccurrence(time_s, name, text, tuple(sorted(number for _, number in self._numbers)))
             self._numbers.clear()
 
     def _differs(self, number: int, time_s: float, holds: bool) -> None:

@@ -36,7 +36,7 @@ class MeasuredTest:
 
 
 @dataclass(frozen=True)
-class Step:
+class GrowthStep:
     """A test of the minimal suite: points it adds to the tests before it; points and cost of all up to it."""
 
     name: str
@@ -45,7 +45,7 @@ class Step:
     cost_s: float
 
 
-def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[Step, ...]:
+def minimal_suite(tests: Sequence[MeasuredTest]) -> tuple[GrowthStep, ...]:
     """A small part of the tests that covers as much as all of them, those that add most per simulated second first.
 
     Greedy: within a factor of ln(n) + 1 of the cheapest suite (Chvatal 1979). Tests that later ones made redundant are
@@ -112,14 +112,14 @@ def _without_redundant(chosen: Sequence[MeasuredTest]) -> list[MeasuredTest]:
     return kept
 
 
-def _sort(chosen: Sequence[MeasuredTest]) -> tuple[Step, ...]:
-    steps: list[Step] = []
+def _sort(chosen: Sequence[MeasuredTest]) -> tuple[GrowthStep, ...]:
+    steps: list[GrowthStep] = []
     covered, cost_s = 0, 0.0
     for test in _greedy(chosen):
         gain = (test.points & ~covered).bit_count()
         covered |= test.points
         cost_s += test.cost_s
-        steps.append(Step(test.name, gain, covered.bit_count(), round(cost_s, 6)))
+        steps.append(GrowthStep(test.name, gain, covered.bit_count(), round(cost_s, 6)))
     return tuple(steps)
 
 

@@ -36,10 +36,10 @@ from pytest_hricdv.monitor import (
 from pytest_hricdv.run import Actions
 from pytest_hricdv.runtime import Bus, Kernel, NodeError, Record, Recorder
 from pytest_hricdv.runtime.json_value import Value
-from pytest_hricdv.runtime.random_numbers import seeded_by
+from pytest_hricdv.runtime.random_numbers import seed_run
 from pytest_hricdv.runtime.termination import refusal, word_of
 from pytest_hricdv.runtime.virtual import VirtualModules
-from pytest_hricdv.runtime.virtual.outside import guarded
+from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.testbench import Outcome, Run, Testbench, TestbenchError
 
 __tracebackhide__ = True  # a failing test shows its author's own frames; pytest's --full-trace shows these, too
@@ -223,10 +223,10 @@ def execute(
     try:
         with (
             measurement.importing(context),
-            modules.installed(),
-            guarded(kernel),
-            seeded_by(test.seed),
-            kernel.supervision.watched(),
+            modules.install(),
+            guard_run(kernel),
+            seed_run(test.seed),
+            kernel.supervision.watch(),
         ):
             outcome, verdicts, record = _finish(settings, followers, run)
     except BaseException as error:

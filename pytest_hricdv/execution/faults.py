@@ -71,11 +71,11 @@ class CodeUnderTest:
 
     def is_running(self) -> bool:
         """Whether the caller is one of its nodes."""
-        return self._kernel.running() in self._nodes
+        return self._kernel.own_node() in self._nodes
 
     def is_other_running(self) -> bool:
         """Whether the caller is a node that is none of its, such as a person; the kernel and the world are no nodes."""
-        node = self._kernel.running()
+        node = self._kernel.own_node()
         return node is not None and node not in self._nodes
 
     @property

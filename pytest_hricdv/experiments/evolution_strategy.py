@@ -184,4 +184,4 @@ def _other_value(value: float, sampler: Sampler, step: float, rng: Random) -> fl
         return pick(rng, sampler.simple_values())
     # 0.0 of a chance that did not occur may be outside: then the step starts at a sample.
     start = value if inside.contains(value) else inside.sample(rng)
-    return inside.clipped(start + (2.0 * rng.random() - 1.0) * step * (inside.high - inside.low))
+    return inside.clip(start + (2.0 * rng.random() - 1.0) * step * (inside.high - inside.low))

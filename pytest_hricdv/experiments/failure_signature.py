@@ -11,13 +11,13 @@ from pytest_hricdv.monitor.formula import Eventually
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
 from pytest_hricdv.monitor.past_formula import (
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Negation,
+    NumberComparison,
     TextComparison,
 )
-from pytest_hricdv.monitor.terms import Arithmetic, Count, FloatName, Negative, Number, Text, TimeBetween
+from pytest_hricdv.monitor.terms import ArithmeticTerm, Count, FloatName, Negative, NumberTerm, Text, TimeBetween
 
 _RELATIONS: Mapping[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
@@ -72,7 +72,7 @@ def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
         case BooleanName():
             value = values.get(formula.name)
             return None if value is None else bool(value)
-        case Comparison(for_s=0):
+        case NumberComparison(for_s=0):
             left, right = _number(formula.left, values), _number(formula.right, values)
             return None if left is None or right is None else _RELATIONS[formula.relation](left, right)
         case TextComparison(for_s=0):
@@ -91,7 +91,7 @@ def _evaluate(formula: PastFormula, values: Mapping[str, Value]) -> bool | None:
 
 def _number(term: Term, values: Mapping[str, Value]) -> float | None:
     match term:
-        case Number():
+        case NumberTerm():
             return term.value
         case FloatName():
             value = values.get(term.name)
@@ -102,7 +102,7 @@ def _number(term: Term, values: Mapping[str, Value]) -> float | None:
         case Negative():
             inner = _number(term.operand, values)
             return None if inner is None else -inner
-        case Arithmetic():
+        case ArithmeticTerm():
             left, right = _number(term.left, values), _number(term.right, values)
             if left is None or right is None or (term.operator == "/" and right == 0):
                 return None

@@ -112,7 +112,7 @@ class _Shrinker:
     def _drop(self, parts: Sequence[Places]) -> None:
         """Delta debugging over parts of the actions: keep only one chunk, or leave one out; then smaller chunks."""
         whole = self.best
-        if not parts or self._is_failing(whole.keeping(())):
+        if not parts or self._is_failing(whole.keep(())):
             return
         count = 2
         while len(parts) > 1:
@@ -128,7 +128,7 @@ class _Shrinker:
         """The first of these that fails: one chunk, or all chunks but one."""
         without = [list(chain.from_iterable(chunks[:left] + chunks[left + 1 :])) for left in range(len(chunks))]
         for kept in (*chunks, *without):
-            if self._is_failing(whole.keeping(chain.from_iterable(kept))):
+            if self._is_failing(whole.keep(chain.from_iterable(kept))):
                 return kept
         return None
 

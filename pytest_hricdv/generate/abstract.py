@@ -229,7 +229,7 @@ def _spell(parts: Sequence[str | None]) -> str:
 
 
 @dataclass(frozen=True)
-class Draft:
+class AbstractDraft:
     """An abstract test without an id, as a method generates it; the fields are those of `AbstractTest`.
 
     Its seed comes from its content, unless it has one: that of the test whose beginning it has.
@@ -285,7 +285,7 @@ def content_digest(
     return digest("id", suite, tuple(beliefs), tuple(lines), seed, occurrence, *chosen)
 
 
-def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[AbstractTest, ...]:
+def identify(suite: str, master_seed: int, drafts: Iterable[AbstractDraft]) -> tuple[AbstractTest, ...]:
     """Give drafts their ids and seeds, in order.
 
     Drafts of equal content are numbered among themselves (their occurrence), so that the order of different drafts
@@ -293,7 +293,7 @@ def identify(suite: str, master_seed: int, drafts: Iterable[Draft]) -> tuple[Abs
     have 16 digits.
     """
     occurrences: dict[tuple[tuple[str, ...], tuple[str, ...], str, str, int | None], int] = {}
-    numbered: list[tuple[Draft, int, str]] = []
+    numbered: list[tuple[AbstractDraft, int, str]] = []
     for draft in drafts:
         values, after = canonical_json(chosen_values.to_data(draft.values)), canonical_json(after_to_data(draft.after))
         content = (draft.beliefs, draft.lines, values, after, draft.seed)

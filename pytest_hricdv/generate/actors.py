@@ -5,7 +5,7 @@ lines of an actor are its *lane*: their order is kept. Between lanes only that o
 (`# after 3: 1`: the third action comes after the first is done); how they interleave otherwise is drawn. Every action
 of a lane has the parameter `turn` for this, a key from 0 to 1: of the lanes' next actions, the one with the least key
 goes first, and of equal keys the one that is first in the text (J. C. Bean: Genetic Algorithms and Random Keys for
-Sequencing and Optimization, ORSA J. Computing 6(2), 1994). So an interleaving is a few numbers, and is chosen, searched
+Sequencing and Optimization, ORSA J. Computing 6(2), 1994). So an interleave is a few numbers, and is chosen, searched
 for, shrunk and stored as all other parameters are.
 """
 
@@ -106,7 +106,7 @@ def actors_of(lines: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(actor for line in lines if (actor := actor_of(line))))
 
 
-def interleaving(lines: Sequence[str], turns: Sequence[float], after: After) -> tuple[int, ...]:
+def interleave(lines: Sequence[str], turns: Sequence[float], after: After) -> tuple[int, ...]:
     """In which order actions are to begin: their numbers, from 1; lines without an actor are left out.
 
     Args:

@@ -157,10 +157,10 @@ def read_belief_sets(path: Path, space: BeliefSpace) -> tuple[BeliefSets, ...]:
     except (FileNotFoundError, MalformedError) as error:
         fault = ": no such file" if isinstance(error, FileNotFoundError) else error
         raise GenerateError(f"{path}{fault}; expected a TOML file of belief subsets") from None
-    return tuple(_Reader(path, text, space).read(data))
+    return tuple(_BeliefFileReader(path, text, space).read(data))
 
 
-class _Reader:
+class _BeliefFileReader:
     """Reads the entries of one file; has its text, to report where an error is."""
 
     def __init__(self, path: Path, text: str, space: BeliefSpace) -> None:

@@ -38,13 +38,13 @@ def causes(trace: Trace, programs: Mapping[str, Program], actors: Collection[str
         programs: of the agents.
         actors: those whose external actions are the test.
     """
-    finder = _Finder(programs, actors)
+    finder = _CauseFinder(programs, actors)
     for step in trace:
         finder.take(step)
     return finder.direct()
 
 
-class _Finder:
+class _CauseFinder:
     def __init__(self, programs: Mapping[str, Program], actors: Collection[str]) -> None:
         self._names = {agent: _names_of_plans(program) for agent, program in programs.items()}
         self._actors = actors

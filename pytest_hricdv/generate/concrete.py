@@ -116,7 +116,7 @@ class Concretization:
             )
         return replace(self, commands=commands, run={**self.run, **stays})
 
-    def shown(self, test: ConcreteTest) -> tuple[str, ...]:
+    def describe(self, test: ConcreteTest) -> tuple[str, ...]:
         """A concrete test for people: one line per action, then one for the run, each value with its unit."""
         lines = [
             _show(action.command, action.parameters, self.commands.get(action.command, {})) for action in test.actions
@@ -125,7 +125,7 @@ class Concretization:
 
 
 def _show(heading: str, parameters: Parameters, samplers: Mapping[str, Sampler]) -> str:
-    values = [f"{name} {samplers.get(name, _UNITLESS).shown(value)}" for name, value in parameters.items()]
+    values = [f"{name} {samplers.get(name, _UNITLESS).format(value)}" for name, value in parameters.items()]
     return f"{heading}: {', '.join(values)}" if values else heading
 
 
@@ -167,7 +167,7 @@ class ConcreteTest:
     after: After = field(default_factory=dict, hash=False)
     """Which actions of other actors have to be done before an action begins, by numbers from 1."""
 
-    def keeping(self, places: Iterable[int]) -> ConcreteTest:
+    def keep(self, places: Iterable[int]) -> ConcreteTest:
         """The same test with only the actions at these places (from 0); their order is kept."""
         kept, lines = sorted(places), [action.command for action in self.actions]
         after = after_of_kept(self.after, [place + 1 for place in kept], lines) if self.after else {}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import Draft, Plans
+from pytest_hricdv.generate.abstract import AbstractDraft, Plans
 from pytest_hricdv.generate.actors import NO_ORDER, After
 from pytest_hricdv.generate.beliefs import MAX_TESTS, BeliefSpace
 from pytest_hricdv.generate.model import Model, ModelRun, file_digests
@@ -125,10 +125,10 @@ class Method(Protocol):
         """
 
 
-def draft_of(run: ModelRun, space: BeliefSpace, name: str = "", after: After = NO_ORDER) -> Draft:
+def draft_of(run: ModelRun, space: BeliefSpace, name: str = "", after: After = NO_ORDER) -> AbstractDraft:
     """The test that a run of the model gives; `after` is the order between its actors."""
     plans: Plans = {agent: tuple(sorted(labels)) for agent, labels in sorted(run.plans.items())}
-    return Draft(space.target(run.beliefs), run.beliefs, run.lines, plans, name, after=after)
+    return AbstractDraft(space.target(run.beliefs), run.beliefs, run.lines, plans, name, after=after)
 
 
 def evenly_spaced(items: Sequence[T], count: int | None) -> list[T]:

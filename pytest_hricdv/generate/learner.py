@@ -17,11 +17,11 @@ from typing import Protocol
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import ModelRun
-from pytest_hricdv.generate.qlearning import COLD_START, REWARDS, Plan, QLearning, QTable, Reward, WarmStart
-from pytest_hricdv.generate.rng import make_rng, pick, random_index, shuffled
+from pytest_hricdv.generate.qlearning import COLD_START, REWARDS, Plan, QLearning, QTable, RewardFunction, WarmStart
+from pytest_hricdv.generate.rng import make_rng, pick, random_index, shuffle
 
 
-class Runner(Protocol):
+class SubsetRunner(Protocol):
     """Runs a model with belief subsets, as `ModelRunner` does."""
 
     def run(self, beliefs: Iterable[str]) -> ModelRun:
@@ -71,7 +71,7 @@ def boltzmann_choice(rng: Random, choices: Sequence[str], row: Mapping[str, floa
 
 
 def learn(
-    runner: Runner,
+    runner: SubsetRunner,
     space: BeliefSpace,
     parameters: QLearning,
     seed: int,
@@ -121,7 +121,9 @@ def learn(
 class _Learner:
     """The state of learning: the table, the reward, the plans seen, and the random stream."""
 
-    def __init__(self, runner: Runner, space: BeliefSpace, parameters: QLearning, rng: Random, reward: Reward) -> None:
+    def __init__(
+        self, runner: SubsetRunner, space: BeliefSpace, parameters: QLearning, rng: Random, reward: RewardFunction
+    ) -> None:
         self.runner = runner
         self.space = space
         self.parameters = parameters
@@ -142,7 +144,7 @@ class _Learner:
         for state, row in start.q.items():
             self.q[state].update(row)
         for subset in start.subsets:
-            state, others = subset[0], shuffled(rng, subset[1:])
+            state, others = subset[0], shuffle(rng, subset[1:])
             options = list(self.space.others)
             self.reward.begin()
             self._run(grown := [state])
@@ -193,7 +195,7 @@ def rankings(q: QTable, space: BeliefSpace, *seed: int) -> dict[str, tuple[str, 
     """The beliefs of each state, best first. Ties are broken at random, so that the declared order has no effect."""
     ranked = {}
     for state in space.beliefs:
-        drawn = shuffled(make_rng("policy-ties", *seed, state), list(q[state]))
+        drawn = shuffle(make_rng("policy-ties", *seed, state), list(q[state]))
         ranked[state] = tuple(sorted(drawn, key=lambda belief: -q[state][belief]))
     return ranked
 

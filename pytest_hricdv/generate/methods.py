@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import Draft, target_of_commands
+from pytest_hricdv.generate.abstract import AbstractDraft, target_of_commands
 from pytest_hricdv.generate.actors import actor_of, actors_of
 from pytest_hricdv.generate.beliefs import read_belief_sets
 from pytest_hricdv.generate.context import GenerationContext, Method, draft_of, evenly_spaced
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _DRAWS_PER_TEST = 1000
 
 
-def _draft(runner: ModelRunner, run: ModelRun, name: str = "") -> Draft:
+def _draft(runner: ModelRunner, run: ModelRun, name: str = "") -> AbstractDraft:
     return draft_of(run, runner.space, name, runner.order(run.beliefs))
 
 
@@ -53,7 +53,7 @@ class ByHand:
         if context.by_hand is None:
             raise GenerateError("tests by hand need a file of belief subsets, but the testbench names none")
         runner, space = context.model_runner(), context.beliefs
-        drafts: list[Draft] = []
+        drafts: list[AbstractDraft] = []
         for entry in read_belief_sets(context.by_hand, space):
             for subset in entry.subsets:
                 drafts += [_draft(runner, runner.run(subset), entry.name)] * entry.concretizations
@@ -112,7 +112,7 @@ class Pseudorandom:
         drafts = [self._draw(context, number) for number in range(context.tests or self.size)]
         return Suite.of_drafts(self.name, context.seed, drafts, Generation())
 
-    def _draw(self, context: GenerationContext, number: int) -> Draft:
+    def _draw(self, context: GenerationContext, number: int) -> AbstractDraft:
         rng = make_rng(self.name, context.seed, number)
         lines = _draw_lines(rng, context.commands, context.lengths)
         actors = actors_of(context.commands)
@@ -127,7 +127,7 @@ class Pseudorandom:
             ]
             # By turns, so that the order of the text, which is the simplest interleaving, is one.
             lines = tuple(line for lines in zip_longest(*lanes) for line in lines if line is not None)
-        return Draft(target_of_commands(lines), (), lines)
+        return AbstractDraft(target_of_commands(lines), (), lines)
 
 
 def _draw_lines(rng: Random, commands: Sequence[str], lengths: tuple[int, int]) -> tuple[str, ...]:
@@ -216,7 +216,7 @@ class ReinforcementLearning:
         notes = (*runner.notes(), *_notes(rounds, len(drafts), count, context))
         generation = replace(_generation(rounds, runner, context), notes=notes)
         suite = Suite.of_drafts(self.name, context.seed, drafts, generation)
-        missed = [f"{agent}: {' '.join(labels)}" for agent, labels in suite.uncovered_plans().items()]
+        missed = [f"{agent}: {' '.join(labels)}" for agent, labels in suite.plans_not_covered().items()]
         suite = suite.with_note("uncovered plans: " + "; ".join(missed)) if missed else suite
         warning = diagnose(suite).warning
         return suite.with_note(warning) if warning else suite

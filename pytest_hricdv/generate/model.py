@@ -197,7 +197,7 @@ def list_model(model: Model, root: Path) -> dict[str, Any]:
     return listed
 
 
-def untested_beliefs(model: Model, beliefs: Iterable[str]) -> tuple[str, ...]:
+def beliefs_without_test(model: Model, beliefs: Iterable[str]) -> tuple[str, ...]:
     """The beliefs that no agent tests: in no trigger, context, condition, test goal or rule.
 
     Choosing them can change no test, whatever else the programs do with their names. None where a variable stands for

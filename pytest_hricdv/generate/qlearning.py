@@ -33,7 +33,7 @@ _MANY = 1_000_000
 """Most of anything that learning repeats: a thousand times what any model has needed."""
 
 
-class Reward(Protocol):
+class RewardFunction(Protocol):
     """The quantity that learning maximizes."""
 
     maxima: dict[str, int]
@@ -46,7 +46,7 @@ class Reward(Protocol):
         """The reward of the belief that was added last, from the plans that the run with it executed."""
 
 
-class Published:
+class PublishedReward:
     """The paper's reward: the nearer an agent's coverage comes to the most measured so far, the higher.
 
     +100 for at least the maximum, +5 for one plan less, +1 for two less, else -100 (`QLearning.rewards`), added over
@@ -70,7 +70,7 @@ class Published:
         return reward
 
 
-class Uncovered:
+class UncoveredReward:
     """The gain for the suite: plans that few of its tests execute have a high value, plans of many tests a low one.
 
     A plan that n tests of the suite so far execute has the value 100 / (1 + n)**2. A run has the sum over its plans,
@@ -101,9 +101,9 @@ class Uncovered:
 
 #: Makes a reward from the tiers of the published one, from how many tests of the suite so far execute each plan, and
 #: from the maxima that are known already.
-RewardFactory = Callable[[Tier, Mapping[Plan, int], Mapping[str, int]], Reward]
+RewardFactory = Callable[[Tier, Mapping[Plan, int], Mapping[str, int]], RewardFunction]
 
-REWARDS: Mapping[str, RewardFactory] = {"published": Published, "uncovered": Uncovered}
+REWARDS: Mapping[str, RewardFactory] = {"published": PublishedReward, "uncovered": UncoveredReward}
 
 #: Rounds of learning; each adds a part of the suite. Only a reward that depends on the suite needs several:
 #: docs/studies/rewards.md compares one and ten of them (python -m studies.rewards).

@@ -56,13 +56,13 @@ def pick(rng: Random, choices: Sequence[T]) -> T:
     return choices[random_index(rng, len(choices))]
 
 
-def weighted(rng: Random, weights: Mapping[T, float]) -> T:
+def pick_weighted(rng: Random, weights: Mapping[T, float]) -> T:
     """One of the keys, each with a probability in proportion to its weight."""
     *sums, total = accumulate(weights.values())
     return [*weights][bisect(sums, rng.random() * total)]
 
 
-def shuffled(rng: Random, items: Sequence[T]) -> list[T]:
+def shuffle(rng: Random, items: Sequence[T]) -> list[T]:
     """The items in random order (Fisher and Yates)."""
     result = list(items)
     for last in range(len(result) - 1, 0, -1):

@@ -33,7 +33,7 @@ class Sampler(ABC):
         """Whether a value can be chosen; any finite one if the sampler has no bounds."""
         return math.isfinite(value)
 
-    def shown(self, value: float) -> str:
+    def format(self, value: float) -> str:
         """A value with its unit, for people."""
         return f"{value:.6g} {self.unit}".rstrip()
 
@@ -49,7 +49,7 @@ class Constant(Sampler):
         _check_finite("constant", self.value)
 
     def __str__(self) -> str:
-        return self.shown(self.value)
+        return self.format(self.value)
 
     def sample(self, rng: Random) -> float:
         """The value."""
@@ -96,11 +96,11 @@ class Uniform(Sampler):
         """A value in the range; rounding never takes it above the high end."""
         share = rng.random()
         # Not low + share * (high - low): the difference of two finite bounds can be infinite.
-        return self.clipped(self.low * (1.0 - share) + self.high * share)
+        return self.clip(self.low * (1.0 - share) + self.high * share)
 
     def corners(self) -> tuple[float, ...]:
         """Both ends; of a half-open range, the greatest number below its high end."""
-        return (float(self.low), self.clipped(self.high))
+        return (float(self.low), self.clip(self.high))
 
     def simple_values(self) -> tuple[float, ...]:
         """The middle, then the ends that are in the range."""
@@ -109,7 +109,7 @@ class Uniform(Sampler):
         ends = (self.low,) if self.open_high else (self.low, self.high)
         return (rounded if self.contains(rounded) else middle, *map(float, ends))
 
-    def clipped(self, value: float) -> float:
+    def clip(self, value: float) -> float:
         """The value in the range that is nearest to this one."""
         highest = math.nextafter(self.high, -math.inf) if self.open_high else float(self.high)
         return min(max(value, float(self.low)), highest)
@@ -153,9 +153,9 @@ class Sometimes(Sampler):
         """Whether it is 0.0 or a value of `then`, however rare that is."""
         return value == 0.0 or self.then.contains(value)
 
-    def shown(self, value: float) -> str:
+    def format(self, value: float) -> str:
         """As of `then`."""
-        return self.then.shown(value)
+        return self.then.format(value)
 
 
 #: How parameters are drawn: a function of the sampler and of the parameter's own random stream.

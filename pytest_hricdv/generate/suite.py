@@ -12,7 +12,7 @@ from msgspec import Struct
 from pytest_hricdv._base.input_file import MalformedError, from_json
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, Plans, TestData, check_suite_name, identify
+from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, Plans, TestData, check_suite_name, identify
 from pytest_hricdv.generate.rng import canonical_json
 
 SCHEMA = "hricdv-suite/3"
@@ -68,7 +68,7 @@ class Suite:
             seen.add(test.id)
 
     @classmethod
-    def of_drafts(cls, name: str, seed: int, drafts: Iterable[Draft], generation: Generation) -> Suite:
+    def of_drafts(cls, name: str, seed: int, drafts: Iterable[AbstractDraft], generation: Generation) -> Suite:
         """A suite of drafts, with their ids and seeds."""
         return cls.of_tests(name, seed, identify(name, seed, drafts), generation)
 
@@ -82,7 +82,7 @@ class Suite:
         """The same suite with one more note."""
         return replace(self, generation=replace(self.generation, notes=(*self.generation.notes, note)))
 
-    def covered_plans(self) -> Plans:
+    def plans_covered(self) -> Plans:
         """The coverage plans that the model executed in at least one of the tests, by agent."""
         covered: dict[str, set[str]] = {agent: set() for agent in self.generation.declared_plans}
         for test in self.tests:
@@ -90,9 +90,9 @@ class Suite:
                 covered.setdefault(agent, set()).update(labels)
         return {agent: tuple(sorted(labels)) for agent, labels in covered.items()}
 
-    def uncovered_plans(self) -> Plans:
+    def plans_not_covered(self) -> Plans:
         """The declared coverage plans that no test executed, by agent; agents without any are left out."""
-        covered = self.covered_plans()
+        covered = self.plans_covered()
         left = {
             agent: tuple(label for label in labels if label not in covered[agent])
             for agent, labels in self.generation.declared_plans.items()
@@ -147,7 +147,7 @@ def schema_of(text: str) -> str | int | None:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class SuiteDiagnosis:
     """How varied the tests of a suite are, before any of them has run.
 
     Args:
@@ -177,7 +177,7 @@ class Diagnosis:
         return f"mostly repeats: only {self.distinct_texts} of {self.tests} tests differ as text"
 
 
-def diagnose(suite: Suite) -> Diagnosis:
+def diagnose(suite: Suite) -> SuiteDiagnosis:
     """The diagnosis of a suite."""
     uses = Counter(belief for test in suite.tests for belief in test.beliefs)
     seen: set[tuple[str, str]] = set()
@@ -186,13 +186,13 @@ def diagnose(suite: Suite) -> Diagnosis:
         executed = {(agent, label) for agent, labels in test.plans.items() for label in labels}
         last_new_plan_at = number if executed - seen else last_new_plan_at
         seen |= executed
-    return Diagnosis(
+    return SuiteDiagnosis(
         tests=len(suite.tests),
         distinct_texts=len({test.lines for test in suite.tests}),
         distinct_subsets=len({test.beliefs for test in suite.tests if test.beliefs}),
         belief_entropy_bits=entropy_bits(uses),
         belief_entropy_most_bits=math.log2(len(uses)) if uses else 0.0,
-        plans=suite.covered_plans(),
+        plans=suite.plans_covered(),
         last_new_plan_at=last_new_plan_at,
     )
 

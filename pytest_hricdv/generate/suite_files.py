@@ -18,7 +18,14 @@ from pytest_hricdv._base.input_file import MAX_DIGITS, MalformedError, from_json
 from pytest_hricdv._base.message import quoted
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.generate import GenerateError, chosen_values, name_place
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, identify, slug, target_of_commands
+from pytest_hricdv.generate.abstract import (
+    AbstractDraft,
+    AbstractTest,
+    canonical_command,
+    identify,
+    slug,
+    target_of_commands,
+)
 from pytest_hricdv.generate.actors import after_from_text, after_to_data, check_after
 from pytest_hricdv.generate.beliefs import MAX_TESTS
 from pytest_hricdv.generate.context import GenerationContext, evenly_spaced
@@ -85,7 +92,7 @@ def parse_tests(
     blocks = [block for block in _blocks(text, file, commands) if block.is_test]
     complete = [_complete_test(block) if "id" in block.headers else None for block in blocks]
     _check_ids(blocks)
-    drafts: dict[str, list[Draft]] = {}
+    drafts: dict[str, list[AbstractDraft]] = {}
     for block, test in zip(blocks, complete, strict=True):
         if test is None:
             drafts.setdefault(block.headers.get("suite", suite), []).append(_draft_of_block(block))
@@ -170,7 +177,7 @@ def _plans(block: _Block) -> dict[str, tuple[str, ...]]:
     return {key.split()[1]: tuple(value.split()) for key, value in block.headers.items() if key.startswith("plans ")}
 
 
-def _draft_of_block(block: _Block) -> Draft:
+def _draft_of_block(block: _Block) -> AbstractDraft:
     headers = block.headers
     for number, values in block.values.items():
         with name_place(block.value_places[number]):
@@ -182,7 +189,7 @@ def _draft_of_block(block: _Block) -> Draft:
     # 40 characters: the id of a named test, with its suite and eight digits, still fits a line of a terminal.
     target = headers.get("target") or (slug(name)[:40].rstrip("-") if name else target_of_commands(block.commands))
     beliefs = tuple(headers.get("beliefs", "").split())
-    return Draft(target, beliefs, tuple(block.commands), _plans(block), name, block.values, after=block.after)
+    return AbstractDraft(target, beliefs, tuple(block.commands), _plans(block), name, block.values, after=block.after)
 
 
 def _complete_test(block: _Block) -> AbstractTest:
@@ -301,7 +308,9 @@ def _decode(where: str, text: str, kind: type[T]) -> T:
         raise GenerateError(f"{where}{error}; {expected}") from None
 
 
-def _draft_of_entry(path: Path, suite: str, place: int, entry: _Entry, context: GenerationContext) -> Draft | None:
+def _draft_of_entry(
+    path: Path, suite: str, place: int, entry: _Entry, context: GenerationContext
+) -> AbstractDraft | None:
     """The draft of an entry; None if its steps were not recorded."""
     if entry.steps is None:
         return None
@@ -310,4 +319,4 @@ def _draft_of_entry(path: Path, suite: str, place: int, entry: _Entry, context: 
         _read_command(step, f"{where}, step {number}", context.commands) for number, step in enumerate(entry.steps, 1)
     )
     name = "" if entry.n is None else f"{suite} {entry.n}"
-    return Draft(target_of_commands(lines), (), lines, {}, " ".join(name.split()))
+    return AbstractDraft(target_of_commands(lines), (), lines, {}, " ".join(name.split()))

@@ -9,7 +9,7 @@ from pytest_hricdv.monitor.compiler import ExpressionCompiler, function_of
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.names import Kind, field_of, last_of
 from pytest_hricdv.monitor.node import PastFormula, Term
-from pytest_hricdv.monitor.past_formula import FLIPPED, Comparison, Conjunction, Disjunction, On, Relation
+from pytest_hricdv.monitor.past_formula import FLIPPED, Conjunction, Disjunction, NumberComparison, On, Relation
 from pytest_hricdv.monitor.terms import FloatName
 
 
@@ -95,7 +95,7 @@ def names_shown(formula: Formula) -> tuple[str, ...]:
 
 def limits(formula: Formula) -> tuple[Limit, ...]:
     """The limits in a formula, each once, in the order of the text; computed terms have none that could be drawn."""
-    comparisons = [part for part in _parts(formula) if isinstance(part, Comparison)]
+    comparisons = [part for part in _parts(formula) if isinstance(part, NumberComparison)]
     return tuple(dict.fromkeys(limit for part in comparisons if (limit := _limit(part)) is not None))
 
 
@@ -104,7 +104,7 @@ def _parts(formula: Formula) -> Iterator[PastFormula]:
         yield from walk(condition)
 
 
-def _limit(comparison: Comparison) -> Limit | None:
+def _limit(comparison: NumberComparison) -> Limit | None:
     left, right = comparison.left, comparison.right
     if isinstance(left, FloatName) and (value := _constant(right)) is not None:
         return Limit(_name_shown(left.name), comparison.relation, value)

@@ -28,8 +28,8 @@ from pytest_hricdv.monitor.evaluation_state import (
 from pytest_hricdv.monitor.log import Log, Update
 from pytest_hricdv.monitor.names import last_of
 from pytest_hricdv.monitor.node import HysteresisScope, PastFormula
-from pytest_hricdv.monitor.past_formula import Comparison, Conjunction, Disjunction, Negation
-from pytest_hricdv.monitor.terms import Arithmetic, ArithmeticOperator, Number
+from pytest_hricdv.monitor.past_formula import Conjunction, Disjunction, Negation, NumberComparison
+from pytest_hricdv.monitor.terms import ArithmeticOperator, ArithmeticTerm, NumberTerm
 from pytest_hricdv.monitor.verdict import NearMiss
 
 # A conjunct is evaluated by itself, so without the conjuncts that guard it in the antecedent.
@@ -168,11 +168,11 @@ def _compile(conjunct: PastFormula, compiler: ExpressionCompiler) -> _Conjunct:
 def _with_shifted_bounds(formula: PastFormula, *, wanted: bool) -> PastFormula:
     """`formula` with the bounds at which it becomes `wanted`: a comparison becomes true only past its hysteresis."""
     match formula:
-        case Comparison(for_s=0):
-            width = Number(formula.hysteresis if wanted else 0.0)
+        case NumberComparison(for_s=0):
+            width = NumberTerm(formula.hysteresis if wanted else 0.0)
             sign: ArithmeticOperator = "-" if formula.relation in ("<", "<=") else "+"
-            bound = Arithmetic(sign, formula.right, width) if width.value else formula.right
-            return Comparison(formula.relation, formula.left, bound)
+            bound = ArithmeticTerm(sign, formula.right, width) if width.value else formula.right
+            return NumberComparison(formula.relation, formula.left, bound)
         case Negation():
             return Negation(_with_shifted_bounds(formula.operand, wanted=not wanted))
         case Conjunction() | Disjunction():

@@ -229,7 +229,7 @@ def requirement(
 def _equality(relation: past_formula.Equality, left: Operand, right: Operand) -> ComparisonValue:
     if isinstance(left, str | TextValue) or isinstance(right, str | TextValue):
         return ComparisonValue(past_formula.TextComparison(relation, as_text(left), as_text(right)))
-    return ComparisonValue(past_formula.Comparison(relation, as_term(left), as_term(right)))
+    return ComparisonValue(past_formula.NumberComparison(relation, as_term(left), as_term(right)))
 
 
 def _field_name(name: str) -> str:

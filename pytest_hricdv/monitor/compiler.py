@@ -14,10 +14,10 @@ from typing import Any
 
 from pytest_hricdv.monitor.evaluation_state import Condition
 from pytest_hricdv.monitor.names import is_optional
-from pytest_hricdv.monitor.node import HysteresisScope, Node, PastFormula, Term
+from pytest_hricdv.monitor.node import FormulaNode, HysteresisScope, PastFormula, Term
 from pytest_hricdv.monitor.number_operators import NumberOperator
 from pytest_hricdv.monitor.operators import HysteresisOperator, Operator
-from pytest_hricdv.monitor.past_formula import Comparison, On, Rise, TextComparison
+from pytest_hricdv.monitor.past_formula import NumberComparison, On, Rise, TextComparison
 from pytest_hricdv.monitor.terms import leaves
 
 
@@ -52,7 +52,7 @@ class ExpressionCompiler:
         self.past_numbers: dict[str, int] = {}
         self.run_sources: list[frozenset[str]] = []
         self.trigger_sources: list[frozenset[str]] = []
-        self._outputs: dict[Node, str] = {}  # equal subformulas share one operator
+        self._outputs: dict[FormulaNode, str] = {}  # equal subformulas share one operator
 
     def output(self, formula: PastFormula, make: Callable[..., Operator], *operands: PastFormula) -> str:
         """The output of an operator over conditions; `make` constructs it from its number and their functions."""
@@ -75,7 +75,7 @@ class ExpressionCompiler:
             return f"m.get({operand.topic!r}, 0)"
         return Rise(operand).expression(self, HysteresisScope.RUN)
 
-    def comparison(self, formula: Comparison, scope: HysteresisScope) -> str:
+    def comparison(self, formula: NumberComparison, scope: HysteresisScope) -> str:
         """A comparison of numbers without duration: its expression, or the output of its hysteresis."""
         if formula.hysteresis == 0 or scope is HysteresisScope.NEVER:
             return self.comparison_text(formula)
@@ -92,12 +92,12 @@ class ExpressionCompiler:
         self.trigger_sources.append(formula.sources)
         return f"o[{index}]"
 
-    def comparison_text(self, formula: Comparison | TextComparison, shift: str = "") -> str:
+    def comparison_text(self, formula: NumberComparison | TextComparison, shift: str = "") -> str:
         """The expression of a comparison, without memory; false where a value is missing."""
         left, right = formula.left.expression(self), formula.right.expression(self)
         return f"({' and '.join([*self._guards(formula), f'{left} {formula.relation} {right}{shift}'])})"
 
-    def distance(self, formula: Comparison) -> str:
+    def distance(self, formula: NumberComparison) -> str:
         """Positive inside the bound, in the unit of the terms; 0 at the bound, for `<` and for `<=`."""
         left, right = formula.left.expression(self), formula.right.expression(self)
         gap = f"{right} - {left}" if formula.relation in ("<", "<=") else f"{left} - {right}"
@@ -105,13 +105,13 @@ class ExpressionCompiler:
         guard = " and ".join(self._guards(formula))
         return f"({distance} if {guard} else -INFINITY)" if guard else f"({distance})"
 
-    def _both_bounds(self, formula: Comparison) -> tuple[Condition, Condition]:
+    def _both_bounds(self, formula: NumberComparison) -> tuple[Condition, Condition]:
         """The comparison with its own bound, and with the bound shifted by the hysteresis."""
         sign = "-" if formula.relation in ("<", "<=") else "+"
         shifted = self.comparison_text(formula, f" {sign} {formula.hysteresis!r}")
         return function_of(self.comparison_text(formula)), function_of(shifted)
 
-    def _guards(self, formula: Comparison | TextComparison) -> list[str]:
+    def _guards(self, formula: NumberComparison | TextComparison) -> list[str]:
         """Whether there is what a comparison reads. A comparison with what is not there yet is false."""
         names = [f"{name!r} in v" for name, kind in formula.own_names.items() if is_optional(name, kind)]
         terms = [term for side in (formula.left, formula.right) for term in leaves(side) if isinstance(term, Term)]

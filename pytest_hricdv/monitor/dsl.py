@@ -10,13 +10,13 @@ from pytest_hricdv.monitor.formula import Holds, Response
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
 from pytest_hricdv.monitor.past_formula import (
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Negation,
+    NumberComparison,
     TextComparison,
 )
-from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number, Text, TextName
+from pytest_hricdv.monitor.terms import ArithmeticTerm, FloatName, Negative, NumberTerm, Text, TextName
 
 _PARENTHESES = "in Python & | ~ >> bind more strongly than comparisons: put parentheses around each, as in p & (x < 1)"
 
@@ -83,7 +83,7 @@ class TruthValue:
 class ComparisonValue(TruthValue):
     """A comparison, to which a minimum duration can be added."""
 
-    def __init__(self, comparison: Comparison | TextComparison) -> None:
+    def __init__(self, comparison: NumberComparison | TextComparison) -> None:
         super().__init__(comparison)
         self._comparison = comparison
 
@@ -95,7 +95,7 @@ class ComparisonValue(TruthValue):
 class Inequality(ComparisonValue):
     """A comparison with `< <= > >=`, to which a hysteresis can be added as well."""
 
-    def __init__(self, inequality: Comparison) -> None:
+    def __init__(self, inequality: NumberComparison) -> None:
         super().__init__(inequality)
         self._inequality = inequality
 
@@ -115,43 +115,43 @@ class NumberValue:
         self.term = term
 
     def __add__(self, other: NumberValue | float) -> NumberValue:
-        return NumberValue(Arithmetic("+", self.term, as_term(other)))
+        return NumberValue(ArithmeticTerm("+", self.term, as_term(other)))
 
     def __radd__(self, other: float) -> NumberValue:
-        return NumberValue(Arithmetic("+", as_term(other), self.term))
+        return NumberValue(ArithmeticTerm("+", as_term(other), self.term))
 
     def __sub__(self, other: NumberValue | float) -> NumberValue:
-        return NumberValue(Arithmetic("-", self.term, as_term(other)))
+        return NumberValue(ArithmeticTerm("-", self.term, as_term(other)))
 
     def __rsub__(self, other: float) -> NumberValue:
-        return NumberValue(Arithmetic("-", as_term(other), self.term))
+        return NumberValue(ArithmeticTerm("-", as_term(other), self.term))
 
     def __mul__(self, other: NumberValue | float) -> NumberValue:
-        return NumberValue(Arithmetic("*", self.term, as_term(other)))
+        return NumberValue(ArithmeticTerm("*", self.term, as_term(other)))
 
     def __rmul__(self, other: float) -> NumberValue:
-        return NumberValue(Arithmetic("*", as_term(other), self.term))
+        return NumberValue(ArithmeticTerm("*", as_term(other), self.term))
 
     def __truediv__(self, other: NumberValue | float) -> NumberValue:
-        return NumberValue(Arithmetic("/", self.term, as_term(other)))
+        return NumberValue(ArithmeticTerm("/", self.term, as_term(other)))
 
     def __rtruediv__(self, other: float) -> NumberValue:
-        return NumberValue(Arithmetic("/", as_term(other), self.term))
+        return NumberValue(ArithmeticTerm("/", as_term(other), self.term))
 
     def __neg__(self) -> NumberValue:
         return NumberValue(Negative(self.term))
 
     def __lt__(self, other: NumberValue | float) -> Inequality:
-        return Inequality(Comparison("<", self.term, as_term(other)))
+        return Inequality(NumberComparison("<", self.term, as_term(other)))
 
     def __le__(self, other: NumberValue | float) -> Inequality:
-        return Inequality(Comparison("<=", self.term, as_term(other)))
+        return Inequality(NumberComparison("<=", self.term, as_term(other)))
 
     def __gt__(self, other: NumberValue | float) -> Inequality:
-        return Inequality(Comparison(">", self.term, as_term(other)))
+        return Inequality(NumberComparison(">", self.term, as_term(other)))
 
     def __ge__(self, other: NumberValue | float) -> Inequality:
-        return Inequality(Comparison(">=", self.term, as_term(other)))
+        return Inequality(NumberComparison(">=", self.term, as_term(other)))
 
     __eq__ = TruthValue.__eq__
     __hash__ = None  # type: ignore[assignment]
@@ -210,8 +210,8 @@ def as_term(quantity: NumberValue | float) -> Term:
     if isinstance(quantity, NumberValue):
         return quantity.term
     if isinstance(quantity, int | float) and quantity < 0:
-        return Negative(Number(as_number(-quantity, "a number")))
-    return Number(as_number(quantity, "a number"))
+        return Negative(NumberTerm(as_number(-quantity, "a number")))
+    return NumberTerm(as_number(quantity, "a number"))
 
 
 def as_text(text: object) -> TextTerm:

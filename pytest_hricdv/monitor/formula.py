@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pytest_hricdv.monitor.node import Node, PastFormula, window_text
+from pytest_hricdv.monitor.node import FormulaNode, PastFormula, window_text
 
 
 @dataclass(frozen=True)
-class Holds(Node):
+class Holds(FormulaNode):
     """State response: true while the antecedent is true; a trigger is an episode of the antecedent."""
 
     condition: PastFormula
@@ -19,7 +19,7 @@ class Holds(Node):
 
 
 @dataclass(frozen=True)
-class _WindowedResponse(Node):
+class _ResponseInWindow(FormulaNode):
     """A response in [trigger + start_s, trigger + end_s]; a trigger starts when the antecedent becomes true."""
 
     WORD: ClassVar[str]
@@ -31,20 +31,20 @@ class _WindowedResponse(Node):
         return f"{self.WORD}{window_text(self.start_s, self.end_s)}({self.condition})"
 
 
-class Eventually(_WindowedResponse):
+class Eventually(_ResponseInWindow):
     """True at some time in the window."""
 
     WORD = "eventually"
 
 
-class AlwaysWithin(_WindowedResponse):
+class AlwaysWithin(_ResponseInWindow):
     """True at all times in the window."""
 
     WORD = "always"
 
 
 @dataclass(frozen=True)
-class HoldsUntil(Node):
+class HoldsUntil(FormulaNode):
     """Weak until: true from the trigger until `release` is first true, or to the end of the run.
 
     At the instant of `release`, `condition` may already be false.
@@ -61,7 +61,7 @@ Response = Holds | Eventually | AlwaysWithin | HoldsUntil
 
 
 @dataclass(frozen=True)
-class Formula(Node):
+class Formula(FormulaNode):
     """`always(antecedent -> response)`."""
 
     antecedent: PastFormula

@@ -30,10 +30,10 @@ def explain(verdicts: Iterable[Verdict], requirements: Iterable[Requirement], lo
         requirements: of the verdicts, in the same order.
         log: the run.
     """
-    instants, results = _crowded_instants(log), []
+    instants, results = _instants_with_several(log), []
     for verdict, requirement in zip(verdicts, requirements, strict=True):
         miss = near_miss(requirement.formula.antecedent, log) if verdict.untriggered else verdict.near_miss
-        masked = _masked_messages(requirement.formula, instants)
+        masked = _count_masked(requirement.formula, instants)
         results.append(replace(verdict, near_miss=miss, masked_messages=masked))
     return tuple(results)
 
@@ -107,7 +107,7 @@ Crowded = Mapping[str, Sequence[Sequence[LogMessage]]]
 """Topic -> the messages of each instant at which it has several, in the order in which they came."""
 
 
-def _crowded_instants(log: Log) -> Crowded:
+def _instants_with_several(log: Log) -> Crowded:
     """The instants of a run at which a topic has several messages."""
     instants: dict[str, list[list[LogMessage]]] = {}
     for _, group in groupby(log.messages, key=lambda message: nanoseconds(message.time_s)):
@@ -120,7 +120,7 @@ def _crowded_instants(log: Log) -> Crowded:
     return instants
 
 
-def _masked_messages(formula: Formula, instants: Crowded) -> dict[str, int]:
+def _count_masked(formula: Formula, instants: Crowded) -> dict[str, int]:
     """Topic -> how many of its messages a requirement with `on(topic)` ignored.
 
     An instant is judged once, after all its updates, and in virtual time code takes no time: a robot that publishes

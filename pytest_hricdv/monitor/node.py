@@ -59,7 +59,7 @@ class Compiler(Protocol):
         """The expression of a comparison's signed distance to its bound."""
 
 
-class Node:
+class FormulaNode:
     """Any part of a formula. A subclass whose text is not an atom sets `PRECEDENCE`."""
 
     PRECEDENCE: ClassVar[Precedence] = Precedence.ATOM
@@ -70,9 +70,9 @@ class Node:
         return self.PRECEDENCE
 
     @property
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[FormulaNode, ...]:
         """The nodes directly inside this one, in the order of the text."""
-        return tuple(part for part in vars(self).values() if isinstance(part, Node))
+        return tuple(part for part in vars(self).values() if isinstance(part, FormulaNode))
 
     @property
     def children(self) -> tuple[PastFormula, ...]:
@@ -93,7 +93,7 @@ class Node:
 
     def with_operands(self, change: Callable[[Any], Any]) -> Self:
         """The same operator with other operands."""
-        operands = {name: change(part) for name, part in vars(self).items() if isinstance(part, Node)}
+        operands = {name: change(part) for name, part in vars(self).items() if isinstance(part, FormulaNode)}
         return replace(self, **operands)  # type: ignore[type-var]
 
     def operand_text(self, minimum: Precedence) -> str:
@@ -101,7 +101,7 @@ class Node:
         return str(self) if self.precedence >= minimum else f"({self})"
 
 
-class Term(Node, ABC):
+class Term(FormulaNode, ABC):
     """A number at each time."""
 
     MAY_BE_MISSING: ClassVar[bool] = False
@@ -117,7 +117,7 @@ class Term(Node, ABC):
         """The Python expression of the number."""
 
 
-class TextTerm(Node, ABC):
+class TextTerm(FormulaNode, ABC):
     """A text at each time."""
 
     @abstractmethod
@@ -125,7 +125,7 @@ class TextTerm(Node, ABC):
         """The Python expression of the text."""
 
 
-class PastFormula(Node, ABC):
+class PastFormula(FormulaNode, ABC):
     """A formula about the present and the past: a condition, an antecedent, or what a response is made of."""
 
     @property
@@ -165,14 +165,14 @@ class PastFormula(Node, ABC):
 
 
 @dataclass(frozen=True)
-class _Label(Node):
+class _Label(FormulaNode):
     name: str
 
     def __str__(self) -> str:
         return self.name
 
 
-def text_with_names(node: Node, names: Mapping[Node, str]) -> str:
+def text_with_names(node: FormulaNode, names: Mapping[FormulaNode, str]) -> str:
     """The text of a formula in which names replace parts; of nested parts with names, the outermost is replaced."""
 
     def label(part: Any) -> Any:

@@ -16,11 +16,11 @@ from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.term_parser import Node, TermParser, UnknownOperatorError
 from pytest_hricdv.monitor.terms import (
     PAST_NUMBERS,
-    Arithmetic,
     ArithmeticOperator,
+    ArithmeticTerm,
     FloatName,
     Negative,
-    Number,
+    NumberTerm,
     TimeSince,
 )
 from pytest_hricdv.monitor.units import (
@@ -97,13 +97,13 @@ class NumberParser(TermParser):
         if not math.isfinite(value):
             raise self._error(node, "this number is too large for a float")
         if not written[2]:
-            return QuantityTerm(Number(value), None, "number")
+            return QuantityTerm(NumberTerm(value), None, "number")
         unit = unit_of(written[2])
         if not unit.is_known and unit.text not in self._vocabulary.units.values():
             advice = "a product of a number and a name is written with `*`"
             suggestion = nearest(unit.text, [*unit_names(), *self._vocabulary.units.values()])
             raise self._error(node, f"unknown unit {quoted(unit.text)}{suggestion}", advice)
-        return QuantityTerm(Number(value), unit, "quantity")
+        return QuantityTerm(NumberTerm(value), unit, "quantity")
 
     def _seconds(self, node: Node) -> float:
         """A time that is written without a unit, in seconds, or with one."""
@@ -157,7 +157,7 @@ class NumberParser(TermParser):
             unit, exact = _product_unit(left, right, symbol)
         else:
             raise UnknownOperatorError(tree.data, symbol)
-        term, origins = Arithmetic(symbol, left.term, right.term), (left.origin, right.origin)
+        term, origins = ArithmeticTerm(symbol, left.term, right.term), (left.origin, right.origin)
         if "value" in origins:
             return QuantityTerm(term, unit, "value", exact)
         return (

@@ -19,11 +19,11 @@ from pytest_hricdv.monitor.past_formula import (
     FLIPPED,
     OPERATORS,
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Equality,
     Negation,
+    NumberComparison,
     On,
     Relation,
     Since,
@@ -32,7 +32,7 @@ from pytest_hricdv.monitor.past_formula import (
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import MAX_DEPTH, nodes, syntax_tree
 from pytest_hricdv.monitor.term_parser import Node, UnknownOperatorError
-from pytest_hricdv.monitor.terms import Count, Number, TimeBetween, TimeSince, leaves
+from pytest_hricdv.monitor.terms import Count, NumberTerm, TimeBetween, TimeSince, leaves
 from pytest_hricdv.monitor.units import QuantityTerm, constant
 from pytest_hricdv.monitor.vocabulary import Definition, Vocabulary
 
@@ -176,7 +176,7 @@ class FormulaParser(NumberParser):
         if any(isinstance(term, TimeSince) for term in terms):
             return self._time_since(tree, *terms)
         width = self._width(qualifiers["hysteresis"], (left, right), sides) if "hysteresis" in qualifiers else 0.0
-        return Comparison(cast("Relation", str(relation)), *terms, width, for_s)
+        return NumberComparison(cast("Relation", str(relation)), *terms, width, for_s)
 
     def _width(self, node: Node, nodes: tuple[Node, Node], sides: tuple[QuantityTerm, QuantityTerm]) -> float:
         """The width of a hysteresis, in the unit of the comparison."""
@@ -197,14 +197,14 @@ class FormulaParser(NumberParser):
             raise self._error(tree.children[3], "a comparison of time_since has no [hysteresis] and no [for]")
         if relation in ("==", "!="):
             raise self._error(tree.children[1], "time_since changes all the time: compare it with < <= > >=", advice)
-        if isinstance(right, TimeSince) and isinstance(left, Number):
+        if isinstance(right, TimeSince) and isinstance(left, NumberTerm):
             self._check_time(tree.children[0], left.value)
-            return Comparison(FLIPPED[relation], right, left)
-        if not isinstance(right, Number):
+            return NumberComparison(FLIPPED[relation], right, left)
+        if not isinstance(right, NumberTerm):
             node = tree.children[2] if isinstance(left, TimeSince) else tree.children[0]
             raise self._error(node, "a time_since is compared with a number of seconds", advice)
         self._check_time(tree.children[2], right.value)
-        return Comparison(relation, left, right)
+        return NumberComparison(relation, left, right)
 
     def _qualifiers(self, nodes: Sequence[Node]) -> dict[str, Node]:
         """The qualifiers of a comparison: word -> its number."""

@@ -15,8 +15,8 @@ from pytest_hricdv.monitor.evaluation_state import nanoseconds
 from pytest_hricdv.monitor.names import Kind, is_optional
 from pytest_hricdv.monitor.node import (
     Compiler,
+    FormulaNode,
     HysteresisScope,
-    Node,
     PastFormula,
     Precedence,
     Term,
@@ -31,7 +31,7 @@ from pytest_hricdv.monitor.operators import (
     SinceOperator,
     TimeSinceOperator,
 )
-from pytest_hricdv.monitor.terms import Number, TimeSince, window_of_past
+from pytest_hricdv.monitor.terms import NumberTerm, TimeSince, window_of_past
 
 Relation = Literal["<", "<=", ">", ">=", "==", "!="]
 Equality = Literal["==", "!="]
@@ -80,7 +80,7 @@ class On(PastFormula):
 
 
 @dataclass(frozen=True)
-class Comparison(PastFormula):
+class NumberComparison(PastFormula):
     """`left relation right [hysteresis h] [for d]`.
 
     With a hysteresis, a comparison that became false is true again only when it passes the bound by `hysteresis` (same
@@ -110,7 +110,7 @@ class Comparison(PastFormula):
         if self.for_s > 0:
             return compiler.output(self, _with_duration(self.for_s), replace(self, for_s=0.0))
         match self.left, self.right:
-            case TimeSince(operand), Number(bound_s):
+            case TimeSince(operand), NumberTerm(bound_s):
                 closed = self.relation in ("<=", ">")
                 elapsed = partial(TimeSinceOperator, bound_ns=nanoseconds(bound_s), closed=closed)
                 output = compiler.output(self, elapsed, operand)
@@ -173,7 +173,7 @@ class _Connective(PastFormula):
         object.__setattr__(self, "operands", operands)
 
     @property
-    def parts(self) -> tuple[Node, ...]:
+    def parts(self) -> tuple[FormulaNode, ...]:
         return self.operands
 
     def __str__(self) -> str:

@@ -23,7 +23,7 @@ from pytest_hricdv.monitor.patterns.pattern import argument_types
 from pytest_hricdv.monitor.requirement import FormulaSource
 from pytest_hricdv.monitor.syntax_tree import syntax_tree
 from pytest_hricdv.monitor.term_parser import Node
-from pytest_hricdv.monitor.terms import Negative, Number
+from pytest_hricdv.monitor.terms import Negative, NumberTerm
 from pytest_hricdv.monitor.units import NO_UNIT, QuantityTerm, unit_of
 from pytest_hricdv.monitor.vocabulary import Vocabulary
 
@@ -119,7 +119,7 @@ class RequirementParser(FormulaParser):
         if name in _SPEEDS:
             return self._in_one_unit(nodes["speed"], self._operand(nodes["speed"]), node, number)[1]
         unit = next((unit_of(unit) for end, unit in _UNITS.items() if name.endswith(end)), NO_UNIT)
-        return self._in_one_unit(node, QuantityTerm(Number(0.0), unit, "value"), node, number)[1]
+        return self._in_one_unit(node, QuantityTerm(NumberTerm(0.0), unit, "value"), node, number)[1]
 
     def _topic(self, node: Node) -> On | None:
         """The arrival of a message, for a topic alone: as an argument it cannot mean anything else."""
@@ -136,9 +136,9 @@ class RequirementParser(FormulaParser):
 def _number(term: Term) -> float | None:
     """The value of a number; None if signals or fields decide it."""
     match term:
-        case Number():
+        case NumberTerm():
             return term.value
-        case Negative(operand=Number(value=value)):
+        case Negative(operand=NumberTerm(value=value)):
             return -value
         case _:
             return None

@@ -22,7 +22,7 @@ def window_of_past(start_s: float, end_s: float) -> str:
 
 
 @dataclass(frozen=True)
-class Number(Term):
+class NumberTerm(Term):
     value: float
 
     def __str__(self) -> str:
@@ -62,7 +62,7 @@ class Negative(Term):
 
 
 @dataclass(frozen=True)
-class Arithmetic(Term):
+class ArithmeticTerm(Term):
     operator: ArithmeticOperator
     left: Term
     right: Term

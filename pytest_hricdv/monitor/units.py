@@ -15,7 +15,7 @@ from operator import add, mul, sub, truediv
 from typing import Literal
 
 from pytest_hricdv.monitor.node import Term
-from pytest_hricdv.monitor.terms import Arithmetic, Negative, Number
+from pytest_hricdv.monitor.terms import ArithmeticTerm, Negative, NumberTerm
 
 Dimension = tuple[tuple[str, int], ...]
 """Base units with their exponents, in the order of their names."""
@@ -151,11 +151,11 @@ class QuantityTerm:
 def constant(term: Term) -> Fraction:
     """The value of a term of numbers only, exactly as they are written. Raises ZeroDivisionError."""
     match term:
-        case Number():
+        case NumberTerm():
             return Fraction(repr(term.value))  # as written: 0.1 is a tenth, not the nearest float
         case Negative():
             return -constant(term.operand)
-        case Arithmetic():
+        case ArithmeticTerm():
             return _ARITHMETIC[term.operator](constant(term.left), constant(term.right))
         case _:
             raise TypeError(f"{term} is no constant")
@@ -163,7 +163,7 @@ def constant(term: Term) -> Fraction:
 
 def constant_term(value: Fraction) -> Term:
     """The nearest float, as it is written: a negative one has a sign before it. Raises OverflowError."""
-    return Negative(Number(float(-value))) if value < 0 else Number(float(value))
+    return Negative(NumberTerm(float(-value))) if value < 0 else NumberTerm(float(value))
 
 
 def _dimension(bases: Iterable[tuple[str, int]]) -> Dimension:

@@ -38,7 +38,7 @@ class Situation:
 
 
 @dataclass(frozen=True)
-class Decision:
+class ChoicePoint:
     """Something to decide.
 
     Args:
@@ -65,7 +65,7 @@ class Choice(NamedTuple):
 class Chooser(Protocol):
     """Decides what the model leaves open."""
 
-    def choose(self, decision: Decision) -> str:
+    def choose(self, decision: ChoicePoint) -> str:
         """One of the options."""
 
 
@@ -92,7 +92,7 @@ class WeightedChooser:
         self._rng: Random = make_rng("online", seed)
         self._weights = {tuple(key): weight for *key, weight in weights}
 
-    def choose(self, decision: Decision) -> str:
+    def choose(self, decision: ChoicePoint) -> str:
         """See `Chooser`."""
         weights = [self._weight(decision, option) for option in decision.options]
         left = self._rng.random() * sum(weights)
@@ -102,7 +102,7 @@ class WeightedChooser:
                 return option
         return decision.options[0]  # all weights are 0, or rounding left a little over
 
-    def _weight(self, decision: Decision, option: str) -> float:
+    def _weight(self, decision: ChoicePoint, option: str) -> float:
         situation = decision.situation
         number = situation.interaction
         for place in ((situation.state, number), (ANY_STATE, number), (ANY_STATE, ANY_INTERACTION)):

@@ -9,7 +9,7 @@ from pytest_hricdv.coupling.coupled_run import CoupledRun
 from pytest_hricdv.coupling.ready_acts import ReadyAct, ReadyActs
 from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.monitor import Value
-from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, Chooser, Decision, Situation
+from pytest_hricdv.online.chooser import ACT, DISTURBANCE, GOAL, NONE, Choice, ChoicePoint, Chooser, Situation
 from pytest_hricdv.online.declaration import InteractiveAgentError
 from pytest_hricdv.online.role import Role
 
@@ -45,7 +45,7 @@ class Decisions:
     def choose(self, about: str, options: tuple[str, ...], now_s: float) -> str:
         """One of the options. Raises InteractiveAgentError: the chooser chose something else."""
         situation = self._situation(now_s)
-        chosen = self._chooser.choose(Decision(about, options, situation))
+        chosen = self._chooser.choose(ChoicePoint(about, options, situation))
         if chosen not in options:
             alternatives = ", ".join(map(repr, options))
             raise InteractiveAgentError(

@@ -15,7 +15,7 @@ from pytest_hricdv.runtime.kernel import US_PER_S
 
 
 @dataclass(frozen=True)
-class Begun:
+class ActionStart:
     """An action that has begun.
 
     Args:
@@ -35,27 +35,27 @@ class LaneRecord:
     """Notes of one run when who began and ended what."""
 
     def __init__(self) -> None:
-        self._begun: list[Begun] = []
+        self._begun: list[ActionStart] = []
         self._done_us: dict[int, int] = {}
         self._done_before: dict[int, frozenset[int]] = {}
         """Of each action, which had ended when it began."""
         self._stays_us: dict[str, int] = {}
         self._given_up: set[int] = set()
 
-    def begun(self, action: Begun) -> None:
+    def begin(self, action: ActionStart) -> None:
         """An action begins."""
         self._begun.append(action)
         self._done_before[action.number] = frozenset(self._done_us)
 
-    def done(self, number: int, now_us: int) -> None:
+    def end(self, number: int, now_us: int) -> None:
         """An action has ended."""
         self._done_us[number] = now_us
 
-    def given_up(self, number: int) -> None:
+    def drop(self, number: int) -> None:
         """The agent has dropped what an action was part of while it was done: no step of the trace is for it."""
         self._given_up.add(number)
 
-    def left(self, actor: str, free_us: int, now_us: int) -> None:
+    def leave(self, actor: str, free_us: int, now_us: int) -> None:
         """An actor does nothing more; it had been free before."""
         self._stays_us[actor] = now_us - free_us
 
@@ -63,7 +63,7 @@ class LaneRecord:
         """Whether an actor does nothing more."""
         return actor in self._stays_us
 
-    def enacted(self, test: ConcreteTest, trace: Trace, programs: Mapping[str, Program]) -> ConcreteTest:
+    def as_test(self, test: ConcreteTest, trace: Trace, programs: Mapping[str, Program]) -> ConcreteTest:
         """The test that is the same run.
 
         Args:

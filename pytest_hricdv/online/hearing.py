@@ -7,13 +7,13 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pytest_hricdv.bdi import Structure
-from pytest_hricdv.coupling.events import Events, Occurrence
+from pytest_hricdv.coupling.events import EventOccurrence, Events
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.role import Role
 
 
-class Heard(NamedTuple):
+class HeardEvent(NamedTuple):
     """Something that has happened: when (s), what the agent hears, who says so, and whether it is a goal."""
 
     time_s: float
@@ -22,7 +22,7 @@ class Heard(NamedTuple):
     is_goal: bool
 
 
-class Hearing:
+class EventInbox:
     """Collects what one agent is to hear, up to when it listens.
 
     Args:
@@ -35,7 +35,7 @@ class Hearing:
             [event.condition for event in role.percepts],
             [name for event in role.percepts for name in event.sources.values()],
         )
-        self._heard: deque[Heard] = deque()
+        self._heard: deque[HeardEvent] = deque()
         self._error: CouplingError | None = None
         """Raised when the agent listens: when it occurs, another node runs, and it would be an error of this one."""
 
@@ -54,7 +54,7 @@ class Hearing:
         """Whether there may be something to listen to."""
         return bool(self._heard or self._error) or self._events.has_changes
 
-    def listen(self) -> Iterable[Heard]:
+    def listen(self) -> Iterable[HeardEvent]:
         """All that has happened since the agent listened last, in order.
 
         Raises:
@@ -67,7 +67,7 @@ class Hearing:
         heard, self._heard = self._heard, deque()
         return heard
 
-    def _note(self, occurrences: Iterable[Occurrence]) -> None:
+    def _note(self, occurrences: Iterable[EventOccurrence]) -> None:
         for occurrence in occurrences:
             for number in occurrence.numbers:
                 event, declared = self._role.percepts[number], self._role.declaration.percepts[number]
@@ -76,4 +76,4 @@ class Hearing:
                 except CouplingError as error:
                     self._error = self._error or error
                 else:
-                    self._heard.append(Heard(occurrence.time_s, literal, declared.source, declared.is_goal))
+                    self._heard.append(HeardEvent(occurrence.time_s, literal, declared.source, declared.is_goal))

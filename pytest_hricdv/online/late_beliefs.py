@@ -67,14 +67,14 @@ class LateBeliefs:
             return
         for belief in default_beliefs:
             if self._is_held(belief):
-                self._disbelieve(self._given(belief))
-        self._believe(self._given(chosen))
+                self._disbelieve(self._belief(belief))
+        self._believe(self._belief(chosen))
 
     def _is_held(self, belief: str) -> bool:
         key = _atom(belief).key
         return any(buckets.peek(key) for buckets in self._buckets)
 
-    def _given(self, belief: str) -> Structure:
+    def _belief(self, belief: str) -> Structure:
         return Structure(belief, (), (self._source,))
 
 

@@ -20,7 +20,7 @@ from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.chooser import NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
 from pytest_hricdv.online.declaration import InteractiveAgentError
-from pytest_hricdv.online.hearing import Hearing
+from pytest_hricdv.online.hearing import EventInbox
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.role import Role
 from pytest_hricdv.run import Run
@@ -48,7 +48,7 @@ class OnlineAgent:
     def __init__(self, role: Role, chooser: Chooser) -> None:
         self._role = role
         self._run = CoupledRun()
-        self._hearing = Hearing(role)
+        self._hearing = EventInbox(role)
         self._decisions = Decisions(role, chooser)
         self._begun = False
         self._doing: ReadyAct | None = None
@@ -171,7 +171,7 @@ class OnlineAgent:
     @property
     def plans(self) -> tuple[str, ...]:
         """The labels of the plans that it has executed, sorted, each once."""
-        return self._role.executed_plans(self._agent)
+        return self._role.plans_executed(self._agent)
 
 
 class OnlineActions:

@@ -21,7 +21,7 @@ from pytest_hricdv.bdi.agent.agent import Agent
 from pytest_hricdv.bdi.agent.intentions import PendingQuestion, PendingWait
 from pytest_hricdv.bdi.language.parser import parse_literal
 from pytest_hricdv.bdi.run.system import AgentTemplate
-from pytest_hricdv.bdi.run.tracing import Noting, Trace, TracedAgent
+from pytest_hricdv.bdi.run.tracing import StepNotes, Trace, TracedAgent
 from pytest_hricdv.coupling.coupled_run import CoupledRun
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.coupling.ready_acts import ReadyAct
@@ -32,8 +32,8 @@ from pytest_hricdv.monitor import Value
 from pytest_hricdv.online.chooser import NONE, Choice, Chooser
 from pytest_hricdv.online.decisions import Decisions
 from pytest_hricdv.online.declaration import InteractiveAgentError
-from pytest_hricdv.online.enacted_lanes import Begun, LaneRecord
-from pytest_hricdv.online.hearing import Hearing
+from pytest_hricdv.online.enacted_lanes import ActionStart, LaneRecord
+from pytest_hricdv.online.hearing import EventInbox
 from pytest_hricdv.online.late_beliefs import LateBeliefs
 from pytest_hricdv.online.online_agent import MOST_WAITS, ActingAgent
 from pytest_hricdv.online.role import Role
@@ -42,7 +42,7 @@ from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.kernel import US_PER_S, Node
 
 
-class _RunNotes(Noting, CoupledRun):
+class _RunNotes(StepNotes, CoupledRun):
     """A run in the time of something else, whose steps are noted."""
 
     def tell(self, receiver: Agent, literal: Structure, source: str, goal: bool) -> None:
@@ -63,7 +63,7 @@ class _Person:
     place: int
     role: Role
     agent: ActingAgent
-    hearing: Hearing
+    hearing: EventInbox
     is_asked: bool = False
     """Whether it has begun to live: its node has asked for its first action."""
     free_us: int = 0
@@ -117,7 +117,7 @@ class OnlinePeople:
         agent = _note(role.agent, self._run, _AgentNotes)
         assert isinstance(agent, ActingAgent)
         agent.couple()
-        return _Person(place, role, agent, Hearing(role))
+        return _Person(place, role, agent, EventInbox(role))
 
     @property
     def choices(self) -> list[Choice]:
@@ -176,7 +176,7 @@ class OnlinePeople:
                     f"InteractiveAgent: {actor} at {run.kernel.now_s:.3f} s: {error}"
                 ) from error
             if not ready:
-                self._record.left(actor, person.free_us, run.kernel.now_us)
+                self._record.leave(actor, person.free_us, run.kernel.now_us)
                 return
             if disturbance := self._decisions.disturbance(self._run.now_s):
                 yield draw_action(disturbance, self._commands, run.test.seed, len(run.taken))
@@ -197,7 +197,7 @@ class OnlinePeople:
             self._decisions.begin(self._run, self._steering)
             self._settle()
         if person.activity is not None:
-            self._record.done(person.activity[0], self._here.now_us)
+            self._record.end(person.activity[0], self._here.now_us)
             self._late.reopen()
             self._go_on_after(person)
             self._settle()
@@ -214,7 +214,7 @@ class OnlinePeople:
         if done in person.agent.ready_acts:
             person.agent.go_on_after(done)
         else:
-            self._record.given_up(number)
+            self._record.drop(number)
 
     def _waits(self, person: _Person) -> bool:
         """The person waits: whether there is something to do in the end."""
@@ -258,7 +258,7 @@ class OnlinePeople:
         act = self._decisions.act(person.agent.ready_acts, self._run.now_s)
         command = command_from_action(act.text, person.name)
         person.activity = number, act
-        self._record.begun(Begun(number, person.name, person.free_us, self._here.now_us))
+        self._record.begin(ActionStart(number, person.name, person.free_us, self._here.now_us))
         self._decisions.taken.append(command)
         return command
 
@@ -296,7 +296,7 @@ class OnlinePeople:
 
     # --- what the run became
 
-    def enacted(self, test: ConcreteTest, end_s: float) -> ConcreteTest:
+    def as_test(self, test: ConcreteTest, end_s: float) -> ConcreteTest:
         """The test that the run became, which is the same run without the agents.
 
         Args:
@@ -311,17 +311,17 @@ class OnlinePeople:
             if person.is_asked and not self._record.has_left(person.name):
                 since_us = end_us if is_busy else person.free_us
                 rest_us = end_us - since_us + round(person.role.declaration.patience_s * US_PER_S)
-                self._record.left(person.name, since_us, since_us + rest_us)
+                self._record.leave(person.name, since_us, since_us + rest_us)
         with suppress(BdiError):  # an agent cannot go on after its last action, which had not ended
             self._run.settle()
         programs = {role.agent.name: role.agent.program for role in self._roles}
         programs[self._steering.name] = self._roles[0].steering.program
-        return self._record.enacted(test, Trace(tuple(self._run.steps)), programs)
+        return self._record.as_test(test, Trace(tuple(self._run.steps)), programs)
 
     def plans(self, actor: str) -> tuple[str, ...]:
         """The labels of the plans that an actor's agent has executed, sorted, each once."""
         person = self._people[actor]
-        return person.role.executed_plans(person.agent)
+        return person.role.plans_executed(person.agent)
 
 
 def _note(template: AgentTemplate, run: _RunNotes, kind: type[TracedAgent]) -> TracedAgent:

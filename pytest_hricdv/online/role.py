@@ -49,7 +49,7 @@ class Role:
     state: str = ""
     planned: tuple[Planned, ...] = ()
 
-    def executed_plans(self, agent: Agent) -> tuple[str, ...]:
+    def plans_executed(self, agent: Agent) -> tuple[str, ...]:
         """The labels of the plans that the agent has executed in a run, sorted, each once."""
         labels = {plan.label for plan in self.agent.program.plans if plan.has_label}
         return tuple(sorted(labels.intersection(agent.executed)))

@@ -69,7 +69,7 @@ def real_wait(
     if not waits_in and inner is not None and frame is not own and not _is_substitute(inner):
         library = waits_in = f"{inner.f_globals.get('__name__', '?')}.{inner.f_code.co_qualname}"
     elif not waits_in and own is not None:
-        waits_in, library = _called(own)
+        waits_in, library = _call_of(own)
     place = UNKNOWN if own is None else f"{own.f_code.co_filename}:{own.f_lineno}"
     module = "" if own is None else str(own.f_globals.get("__name__", ""))
     advice = _remedy(module, who, library, code, virtual)
@@ -82,7 +82,7 @@ def _is_substitute(frame: FrameType) -> bool:
     return str(frame.f_globals.get("__name__", "")).startswith("pytest_hricdv.")
 
 
-def _called(frame: FrameType) -> tuple[str, str]:
+def _call_of(frame: FrameType) -> tuple[str, str]:
     """The function in C that a frame calls now, as its author wrote it, and its module; empty where not known."""
     nowhere = (None, None, None, None)  # with -X no_debug_ranges
     line, last_line, start, end = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None), nowhere)

@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from pytest_hricdv.runtime.json_value import Value
 from pytest_hricdv.runtime.kernel import Kernel, Node
-from pytest_hricdv.runtime.message_fields import fields_of, recorded
+from pytest_hricdv.runtime.message_fields import fields_of, record_fields
 from pytest_hricdv.runtime.record import Recorder
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
@@ -76,7 +76,7 @@ class MessageFault:
 
 
 @dataclass(frozen=True)
-class Carried:
+class MessageInTransit:
     """A message on its way; see `Bus.carry`."""
 
     sender: str
@@ -125,7 +125,7 @@ class Bus:
 
     def subscribe(self, kind: type[M]) -> Subscription[M]:
         """Subscribe to one kind of message. Raises TypeError for a kind that was not declared."""
-        subscription = Subscription(self, self._declared(kind))
+        subscription = Subscription(self, self._require_declared(kind))
         self._subscriptions[kind].append(subscription)
         waiting, self._waiting_publishers[kind] = self._waiting_publishers[kind], []
         for node in waiting:
@@ -134,7 +134,7 @@ class Bus:
 
     def has_subscribers(self, kind: type[Any]) -> bool:
         """Whether there is a subscriber; without one, a publisher need not publish."""
-        return bool(self._subscriptions[self._declared(kind)])
+        return bool(self._subscriptions[self._require_declared(kind)])
 
     def wait_for_subscriber(self, kind: type[Any]) -> None:
         """Block the calling node until `kind` has a subscriber; returns at once if it has one."""
@@ -144,8 +144,8 @@ class Bus:
 
     def publish(self, sender: str, message: object) -> None:
         """Deliver and record a message, unless a fault awaits it. Raises TypeError for a kind that was not declared."""
-        kind = self._declared(type(message))
-        fields = self._recorded(message)
+        kind = self._require_declared(type(message))
+        fields = self._fields_to_record(message)
         self.kernel.last_messages[sender] = message
         self.carry(sender, topic_of(kind), fields, partial(self._deliver, message), partial(self.has_subscribers, kind))
 
@@ -167,8 +167,8 @@ class Bus:
             deliver: delivers it; called once for each copy that arrives.
             is_heard: whether there is anybody to deliver it to.
             source: what it is, where it is no message of this bus (see `RecordedMessage`).
-            delay_s: how long it is on its way; a fault comes in its place. It is recorded as of `disturb`.
-            is_lost: whether it never arrives; recorded as of `disturb`.
+            delay_s: how long it is on its way; a fault comes in its place. It is record_fields as of `disturb`.
+            is_lost: whether it never arrives; record_fields as of `disturb`.
 
         Raises:
             SystemExit: the caller is in another thread than the run (see `Kernel.require_own_thread`).
@@ -176,7 +176,7 @@ class Bus:
         self.kernel.require_own_thread(f"{sender} published {topic}")
         if sender not in self.senders:
             self.senders[sender] = self._by_code()
-        message = Carried(sender, topic, fields, deliver, is_heard, source)
+        message = MessageInTransit(sender, topic, fields, deliver, is_heard, source)
         faults = self._faults.get(topic) if self._faults else None
         if faults:
             self._carry_with_fault(faults.popleft(), message)
@@ -188,7 +188,7 @@ class Bus:
             self._record(message)
             deliver()
 
-    def _carry_later(self, message: Carried, delay_s: float) -> None:
+    def _carry_later(self, message: MessageInTransit, delay_s: float) -> None:
         by_code = self._by_code()
         if by_code:
             self._record(message)
@@ -201,13 +201,13 @@ class Bus:
 
         self.kernel.spawn(f"{message.topic} on its way", arrive)
 
-    def _record(self, message: Carried) -> None:
+    def _record(self, message: MessageInTransit) -> None:
         self.recorder.message(self.kernel.now_s, message.sender, message.topic, message.fields, message.source)
 
-    def _recorded(self, message: object) -> dict[str, Value]:
+    def _fields_to_record(self, message: object) -> dict[str, Value]:
         """The fields of a message as the record has them."""
         try:
-            return recorded(message, self._fields[type(message)])
+            return record_fields(message, self._fields[type(message)])
         except TypeError as error:
             where = f"message {type(message).__name__} at {self.kernel.now_s:.6f} s"
             raise TypeError(f"{where}: {error}") from None
@@ -217,11 +217,11 @@ class Bus:
 
         The record has the message when the code under test could know of it: a message of the code when it is
         published, any other one when it is delivered, each copy of it. A late copy that nobody listens for any more is
-        recorded as unheard: the code under test owes it no answer.
+        record_fields as unheard: the code under test owes it no answer.
         """
         self._faults.setdefault(topic, deque()).append(fault)
 
-    def _carry_with_fault(self, fault: MessageFault, message: Carried) -> None:
+    def _carry_with_fault(self, fault: MessageFault, message: MessageInTransit) -> None:
         # Asked now: a late copy is delivered by a node of its own, in which nobody is the caller.
         by_code = self._by_code()
         self._record_disturbance(f"{fault.name} {message.topic}", message)
@@ -244,7 +244,7 @@ class Bus:
             else:
                 deliver_after(delay_s)
 
-    def _record_disturbance(self, event: str, message: Carried) -> None:
+    def _record_disturbance(self, event: str, message: MessageInTransit) -> None:
         self.recorder.disturbance(self.kernel.now_s, message.sender, event, message.fields)
 
     def _deliver(self, message: object) -> None:
@@ -256,7 +256,7 @@ class Bus:
         if subscription in self._subscriptions[kind]:
             self._subscriptions[kind].remove(subscription)
 
-    def _declared(self, kind: type[M]) -> type[M]:
+    def _require_declared(self, kind: type[M]) -> type[M]:
         if kind not in self._fields:
             declared = ", ".join(sorted(k.__name__ for k in self._fields))
             raise TypeError(f"{kind.__name__} is not a message of this bus; declared: {declared}")

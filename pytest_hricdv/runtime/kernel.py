@@ -28,7 +28,7 @@ from pytest_hricdv.runtime.source_location import place_of
 from pytest_hricdv.runtime.supervision import STUCK_AFTER_S, Supervision
 from pytest_hricdv.runtime.termination import word_of
 from pytest_hricdv.runtime.timeouts import PRUNE_AT, Timeouts
-from pytest_hricdv.runtime.world import World, advanced
+from pytest_hricdv.runtime.world import World, advance_world
 
 US_PER_S = 1_000_000
 """A day of microseconds is far from 2**53, so that `now_s` tells all of them apart."""
@@ -231,12 +231,12 @@ class Kernel:
 
     def current(self) -> Node:
         """The running node. Raises KernelError outside of a node."""
-        node = self.running()
+        node = self.own_node()
         if node is None:
             raise KernelError("only a node may block: start the activity with Kernel.spawn")
         return node
 
-    def running(self) -> Node | None:
+    def own_node(self) -> Node | None:
         """The running node; None outside of a node."""
         node = current_node()
         return node if node is not None and node.kernel is self else None
@@ -251,7 +251,7 @@ class Kernel:
         return self._runs
 
     @property
-    def stopped(self) -> bool:
+    def is_stopped(self) -> bool:
         """Whether `stop` ended the last run."""
         return self._stop is not None
 
@@ -264,7 +264,7 @@ class Kernel:
         Raises:
             NodeError: a node raised (its own exception is the cause), or nodes wake each other without end.
         """
-        with self.supervision.watched():
+        with self.supervision.watch():
             self._runs = True
             try:
                 return self._run(limit_s)
@@ -299,7 +299,9 @@ class Kernel:
     def wait_ends(self, began_by_s: float, ends_by_s: float) -> bool:
         """Whether a node has waited since `began_by_s`, and its time-out comes by `ends_by_s` (s of simulated time)."""
         ends_by_us = ends_by_s * US_PER_S
-        return any(due_us <= ends_by_us and node.blocked_s <= began_by_s for due_us, node in self._timeouts.pending())
+        return any(
+            due_us <= ends_by_us and node.blocked_s <= began_by_s for due_us, node in self._timeouts.open_timeouts()
+        )
 
     def skip(self, until_s: float) -> None:
         """Set the time to `until_s` after an idle run, in which nothing else can happen."""
@@ -313,7 +315,7 @@ class Kernel:
         """
         self._hub = greenlet.getcurrent()
         failed: BaseException | None = None
-        with self.supervision.watched():
+        with self.supervision.watch():
             for node in self._nodes:
                 if not node.ended and node.greenlet:
                     try:
@@ -328,7 +330,7 @@ class Kernel:
 
     def waits_for_ever(self, node: Node) -> bool:
         """Whether a node is blocked without a time-out: only another one can wake it."""
-        return node.blocked and not any(pending is node for _, pending in self._timeouts.pending())
+        return node.blocked and not any(pending is node for _, pending in self._timeouts.open_timeouts())
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -349,7 +351,7 @@ class Kernel:
 
     def node_info(self) -> str:
         """Of the running node, for the end of a message: its last message, else its name."""
-        node = self.running()
+        node = self.own_node()
         if node is None:
             return ""
         last = self.last_messages.get(node.name)
@@ -399,7 +401,7 @@ class Kernel:
             self.now_us = max(self.now_us, target_us)
             return
         while self.now_us < target_us and not self._ready and self._stop is None:
-            self.now_us = advanced(self.world, self.now_us, target_us)
+            self.now_us = advance_world(self.world, self.now_us, target_us)
             self.world.observe()
             for notice in self.after_steps:
                 notice()

@@ -49,14 +49,14 @@ def is_message(value: object) -> bool:
 EXPECTED = "a number, a bool, a text, a message, or a list, tuple, set or dict of these"
 
 
-def recorded(message: object, names: Iterable[str], above: str = "") -> dict[str, Value]:
+def record_fields(message: object, names: Iterable[str], above: str = "") -> dict[str, Value]:
     """The fields of a message; those of a message in it have paths, and one that is None is left out.
 
     Of a list, a tuple, a set, a dict or an array there is the length, as `name.length`, and a checksum of its content,
     as `name.crc`, so that runs with equal hashes had equal messages. So it is with messages of ROS 2.
 
     Args:
-        message: to be recorded.
+        message: to be record_fields.
         names: of its fields.
         above: the path of the message, with a dot at its end.
 
@@ -72,7 +72,7 @@ def recorded(message: object, names: Iterable[str], above: str = "") -> dict[str
     ... class Order:
     ...     to: Place
     ...     items: list[str]
-    >>> recorded(Order(Place(1.5), ["cup", "plate"]), ["to", "items"])
+    >>> record_fields(Order(Place(1.5), ["cup", "plate"]), ["to", "items"])
     {'to.x_m': 1.5, 'items.length': 2, 'items.crc': 3738132480}
     """
     fields: dict[str, Value] = {}
@@ -82,7 +82,7 @@ def recorded(message: object, names: Iterable[str], above: str = "") -> dict[str
         if single is not None:
             fields[path] = single
         elif (inner := fields_of(type(value))) is not None:
-            fields.update(recorded(value, inner, f"{path}."))
+            fields.update(record_fields(value, inner, f"{path}."))
         elif value is not None:
             content = _content(value)
             if content is None:

@@ -83,7 +83,7 @@ def getrandom(size: int, flags: int = 0) -> bytes:
     return _getrandom(size, flags) if stream is None else stream.randbytes(size)
 
 
-def _seeded(generator: random.Random, a: Any = None, version: int = 2) -> None:
+def _seed_generator(generator: random.Random, a: Any = None, version: int = 2) -> None:
     """As the method `seed` of `random.Random`: Python's own takes what it needs from the system, in C."""
     stream = _stream() if a is None else None
     _seed(generator, a if stream is None else stream.getrandbits(256), version)
@@ -91,21 +91,21 @@ def _seeded(generator: random.Random, a: Any = None, version: int = 2) -> None:
 
 def seed(a: Any = None, version: int = 2) -> None:
     """As of `random`."""
-    _seeded(_seed_global.__self__, a, version)  # type: ignore[attr-defined]  # a method of the global generator
+    _seed_generator(_seed_global.__self__, a, version)  # type: ignore[attr-defined]  # a method of the global generator
 
 
-def _untimed(name: str) -> Callable[..., uuid.UUID]:
+def _without_time(name: str) -> Callable[..., uuid.UUID]:
     """As a function of `uuid` that takes the time; in a run it names no machine and no time, but is one of `uuid4`."""
     real = getattr(uuid, name)
 
-    def made(*arguments: Any, **named: Any) -> uuid.UUID:
+    def call(*arguments: Any, **named: Any) -> uuid.UUID:
         return cast(uuid.UUID, real(*arguments, **named)) if _stream() is None else uuid.uuid4()
 
-    return made
+    return call
 
 
 _UNTIMED = [
-    (getattr(uuid, name), _untimed(name))
+    (getattr(uuid, name), _without_time(name))
     for name in ("uuid1", "uuid6", "uuid7")
     if hasattr(uuid, name)  # from 3.14 on
 ]
@@ -131,7 +131,7 @@ class _Names:
         self._modules = (0, "")
         self._names: list[tuple[dict[str, Any], str, object, object]] = []
 
-    def replaced(self) -> list[Callable[[], None]]:
+    def replace(self) -> list[Callable[[], None]]:
         """Replace all; returns what undoes it."""
         self.find()
         undo: list[Callable[[], None]] = []
@@ -146,16 +146,16 @@ class _Names:
         modules = (len(sys.modules), next(reversed(sys.modules)))  # others, when there are more, or one came anew
         if modules != self._modules:
             self._modules = modules
-            self._names = [*self._owned(), *self._searched()]
+            self._names = [*self._names_of_python(), *self._names_of_modules()]
 
-    def _owned(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
+    def _names_of_python(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
         """Where Python has them, also if somebody has just put something else there, as a test that patches them."""
         for real, other in _replacements():
             for module, name in ((os, "urandom"), (os, "getrandom"), (random, "seed"), (random, "_urandom")):
                 if getattr(real, "__name__", "") == name.lstrip("_"):
                     yield vars(module), name, real, other
 
-    def _searched(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
+    def _names_of_modules(self) -> Iterator[tuple[dict[str, Any], str, object, object]]:
         # By identity where that is possible: a bound method is another object each time that it is asked for.
         pairs = {id(real): (real, other) for real, other in _replacements()}
         for module in [*sys.modules.values()]:
@@ -224,7 +224,7 @@ def _seed_numpy(numpy_random: Any, key: str | None) -> None:
 
 
 @contextmanager
-def _drawing(key: str, *, with_numpy: bool = True) -> Iterator[None]:
+def _draw_from(key: str, *, with_numpy: bool = True) -> Iterator[None]:
     """Within, everything that is random is that of a key; afterwards it is as before."""
     global _entropy
     before, generators = _entropy, _Generators(with_numpy=with_numpy)
@@ -265,7 +265,7 @@ class _ImportsApart(MetaPathFinder):
         loader: Any = None if spec is None else spec.loader
         # A loader that has it in itself is the class that loads built-in modules, or one that is dealt with.
         if hasattr(loader, "exec_module") and "exec_module" not in getattr(loader, "__dict__", ("exec_module",)):
-            vars(loader)["exec_module"] = partial(_executed, loader.exec_module)
+            vars(loader)["exec_module"] = partial(_execute, loader.exec_module)
             self._loaders.append(loader)
         return spec
 
@@ -281,17 +281,17 @@ def _first_spec(fullname: str, path: Sequence[str] | None, target: ModuleType | 
     return next((spec for spec in specs if spec is not None), None)
 
 
-def _executed(execute: Callable[[ModuleType], None], module: ModuleType) -> None:
+def _execute(execute: Callable[[ModuleType], None], module: ModuleType) -> None:
     if _entropy is None or not _entropy.is_of_this_thread:
         execute(module)
         return
     # What numpy's generator was takes longer to keep than all else here: once for a module and all that it imports.
-    with _drawing(f"{_IMPORT}{module.__name__}", with_numpy=not _entropy.key.startswith(_IMPORT)):
+    with _draw_from(f"{_IMPORT}{module.__name__}", with_numpy=not _entropy.key.startswith(_IMPORT)):
         execute(module)
 
 
 @contextmanager
-def seeded_by(test_seed: int) -> Iterator[None]:
+def seed_run(test_seed: int) -> Iterator[None]:
     """A run: within, everything that is random depends on the test's seed only."""
     with suppress(OSError):
         tempfile.gettempdir()  # what it draws to find it, it draws once in a process
@@ -299,9 +299,9 @@ def seeded_by(test_seed: int) -> Iterator[None]:
     names: Any = tempfile  # the sequence of names has a generator of its own for as long as the process lives
     sequence = names._name_sequence
     seed_before = random.Random.seed
-    with _drawing(f"hricdv {test_seed}"):
-        undo = _NAMES.replaced()
-        random.Random.seed = _seeded  # type: ignore[method-assign, assignment]
+    with _draw_from(f"hricdv {test_seed}"):
+        undo = _NAMES.replace()
+        random.Random.seed = _seed_generator  # type: ignore[method-assign, assignment]
         names._name_sequence = None
         sys.meta_path.insert(0, finder)
         try:
@@ -319,15 +319,15 @@ def seeded_by(test_seed: int) -> Iterator[None]:
 _before_fork: list[object] = []
 
 
-def _forking() -> None:
+def _prepare_fork() -> None:
     _before_fork[:] = [random.getstate()] if _entropy is not None else []
 
 
-def _forked() -> None:
+def _restore_after_fork() -> None:
     """Python's own `random` has just drawn a new seed: a fork within a run goes on as its parent would."""
     if _before_fork:
         random.setstate(_before_fork.pop())  # type: ignore[arg-type]
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(before=_forking, after_in_child=_forked, after_in_parent=_before_fork.clear)
+    os.register_at_fork(before=_prepare_fork, after_in_child=_restore_after_fork, after_in_parent=_before_fork.clear)

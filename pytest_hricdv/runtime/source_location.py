@@ -31,7 +31,7 @@ def authors_frame(frame: FrameType | None) -> FrameType | None:
     return outermost
 
 
-def raised_at(error: BaseException) -> str:
+def error_line(error: BaseException) -> str:
     """Line of the innermost function that is its author's, of those that an exception left (see `authors_frame`)."""
     trace, place = error.__traceback__, UNKNOWN
     while trace is not None:

@@ -42,7 +42,7 @@ class SupervisedNode(Protocol):
     name: str
 
 
-class Supervised(Protocol):
+class SupervisedKernel(Protocol):
     """The kernel, as far as supervision needs it."""
 
     now_us: int
@@ -72,7 +72,7 @@ class Supervision:
         stuck_after_s: so long code may work without time passing (s of processor time); infinity: nobody looks.
     """
 
-    def __init__(self, kernel: Supervised, stuck_after_s: float) -> None:
+    def __init__(self, kernel: SupervisedKernel, stuck_after_s: float) -> None:
         self._kernel = kernel
         self._stuck_after_s = stuck_after_s
         self._node_waits_s = min(NODE_WAITS_S, stuck_after_s)
@@ -81,7 +81,7 @@ class Supervision:
         self._interrupted: int | None = None  # `Kernel.returns` when something was raised in what had control
 
     @contextmanager
-    def watched(self) -> Iterator[None]:
+    def watch(self) -> Iterator[None]:
         """Within, code that works without end, or waits in real time, is ended. `Kernel.run` does so by itself.
 
         The watchdog has no effect outside of the main thread, and on systems without signals.
@@ -91,7 +91,7 @@ class Supervision:
             return
         self._is_watched = True
         try:
-            with self._watch.watching():
+            with self._watch.watch():
                 yield
         finally:
             self._is_watched = False

@@ -49,7 +49,7 @@ class Timeouts(Generic[W]):
             if _is_pending(node, wait):
                 yield node
 
-    def pending(self) -> Iterator[tuple[int, W]]:
+    def open_timeouts(self) -> Iterator[tuple[int, W]]:
         """When each wait ends (us), in no order."""
         return ((due_us, node) for due_us, _, node, wait in self._due if _is_pending(node, wait))
 

@@ -105,7 +105,7 @@ class Watch:
         self._worked_s = self._second_s = 0.0
 
     @contextmanager
-    def watching(self) -> Iterator[None]:
+    def watch(self) -> Iterator[None]:
         """Within, the code is watched. Without effect where signals do not arrive: in other threads, and on Windows."""
         if not _HAS_SIGNALS or threading.current_thread() is not self._watched:
             yield
@@ -210,7 +210,7 @@ class _Usage:
 
     def _read(self) -> tuple[tuple[float, float, float], tuple[int, ...]]:
         """Times (s): real, worked, wanted; and counters that stay the same while a process waits."""
-        wanted_s = _wanted_s(self._own)
+        wanted_s = _demand_s(self._own)
         used = resource.getrusage(resource.RUSAGE_SELF) if resource is not None else None
         counters = () if used is None else (used.ru_majflt, used.ru_inblock, used.ru_oublock)
         if wanted_s is None:
@@ -219,7 +219,7 @@ class _Usage:
         return (_monotonic(), _clock_gettime(self._clock), wanted_s), counters
 
 
-def _wanted_s(but: str) -> float | None:
+def _demand_s(but: str) -> float | None:
     """For how long threads of this process had or wanted a processor (s); None where the system does not tell.
 
     Args:

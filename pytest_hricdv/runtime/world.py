@@ -24,7 +24,7 @@ class World(Protocol):
         """Publish what happened; the kernel's clock has the time that `advance` returned."""
 
 
-def advanced(world: World, now_us: int, target_us: int) -> int:
+def advance_world(world: World, now_us: int, target_us: int) -> int:
     """Let a world advance from `now_us` at most to `target_us`; returns the time that it reached (us).
 
     Raises:

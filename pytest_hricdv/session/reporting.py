@@ -21,7 +21,7 @@ from pytest_hricdv.coverage.reachability import Reachability, explore, unexplore
 from pytest_hricdv.execution.outcome import FAILING
 from pytest_hricdv.generate import GenerateError
 from pytest_hricdv.generate.context import GenerationContext
-from pytest_hricdv.generate.model import list_model, untested_beliefs
+from pytest_hricdv.generate.model import beliefs_without_test, list_model
 from pytest_hricdv.report import files
 from pytest_hricdv.results.codec import ReportError, encode
 from pytest_hricdv.results.gate_check import policy_of
@@ -286,7 +286,7 @@ class SessionReporter:
         space = self.collection.testbench.beliefs
         named = [belief for belief in space.beliefs if belief not in space.default_beliefs]
         try:
-            untested = untested_beliefs(self.collection.testbench.model, named)
+            untested = beliefs_without_test(self.collection.testbench.model, named)
         except GenerateError:
             return []
         if not untested:

@@ -10,7 +10,7 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.coverage.code_map import Bits, CodeMap
 from pytest_hricdv.extra.closing.observation import code_points
 from pytest_hricdv.extra.closing.records import CLOSING, ClosingResult
-from pytest_hricdv.generate.rng import make_rng, shuffled
+from pytest_hricdv.generate.rng import make_rng, shuffle
 from pytest_hricdv.results.model import Report, TestResult
 from studies.session import SessionError
 
@@ -81,7 +81,7 @@ def of_suite(series: str, seed: int, report: Report) -> Growth:
     code = CodeMap.of(report.code_under_test)
     if code is None or not report.code_under_test.measured:
         raise SessionError(f"{series} at seed {seed}: unmeasured: {report.code_under_test.reason}")
-    tests = shuffled(make_rng("closure", series, seed), report.tests)
+    tests = shuffle(make_rng("closure", series, seed), report.tests)
     steps = tuple(_steps(tests, code))
     return Growth(series, seed, steps, len(tests), sum(test.sim_s for test in tests), None, report.wall_s)
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
 
-from pytest_hricdv.generate.rng import make_rng, shuffled
+from pytest_hricdv.generate.rng import make_rng, shuffle
 from pytest_hricdv.results.codec import encode
 from pytest_hricdv.results.model import Report
 from studies.grouping.combining import Counted, both_show, combined, counted
@@ -63,7 +63,7 @@ class _Measuring:
         faults = [*planted(self._project.name, code), *mutants(code, options.seed, options.mutants)]
         alone = [(fault, result) for fault in faults if (result := self._counted([fault])) and result.failing]
         yield from (result for _, result in alone)
-        pairs = shuffled(make_rng("grouping", options.seed), [*combinations(alone, 2)])
+        pairs = shuffle(make_rng("grouping", options.seed), [*combinations(alone, 2)])
         left = options.pairs
         for (first, one), (second, other) in pairs:
             together = combined(first, second)

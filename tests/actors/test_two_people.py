@@ -58,7 +58,7 @@ def test_the_fault_is_found_and_shrunk_to_an_action_of_each() -> None:
 def test_each_of_them_alone_is_harmless() -> None:
     for actor in ("nurse", "child"):
         places = [place for place, action in enumerate(found().actions) if actor_of(action.command) == actor]
-        assert run(found().keeping(places)).failed == ()
+        assert run(found().keep(places)).failed == ()
 
 
 def test_without_the_fault_nothing_fails() -> None:

@@ -62,7 +62,7 @@ def test_all_prints_each_error_with_its_place(tmp_path: Path, capsys: pytest.Cap
 
 def test_included_files_need_not_be_there(tmp_path: Path) -> None:
     corpus = read_corpus(_folder(tmp_path, a_asl='{ include("$library/common.asl") } p.'))
-    assert not corpus.refused
+    assert not corpus.failures
 
 
 def test_bytes_that_are_no_text_and_broken_links_are_refused_not_raised(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_bytes_that_are_no_text_and_broken_links_are_refused_not_raised(tmp_path
     (tmp_path / "folder.asl").mkdir()
     (tmp_path / "folder.asl" / "good.asl").write_text("p.")
     corpus = read_corpus(tmp_path)
-    assert sorted(result.path.name for result in corpus.refused) == ["bytes.asl", "link.asl"]
+    assert sorted(result.path.name for result in corpus.failures) == ["bytes.asl", "link.asl"]
     assert corpus.files == {".asl": 3}
 
 
@@ -96,7 +96,7 @@ def test_calls_of_java_do_not_refuse_a_file_and_are_counted_once_for_each(tmp_pa
             b_asl="+!g <- ia.c(1).",
         )
     )
-    assert not corpus.refused
+    assert not corpus.failures
     kinds = [kind for result in corpus.results for kind, _ in result.calls]
     assert sorted(kinds) == [
         ".my_name takes 1 argument, found 0: .my_name",

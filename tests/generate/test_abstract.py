@@ -12,7 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError, abstract
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, command_from_action, identify
+from pytest_hricdv.generate.abstract import (
+    AbstractDraft,
+    AbstractTest,
+    canonical_command,
+    command_from_action,
+    identify,
+)
 from tests.generate.strategies import commands, words
 
 
@@ -84,22 +90,22 @@ def test_a_test_without_a_text_form_is_an_error(change: dict[str, object], messa
 
 
 drafts = st.builds(
-    Draft,
+    AbstractDraft,
     target=st.text(max_size=10).map(lambda text: " ".join(text.split()) or "x"),
     beliefs=st.lists(words, max_size=3).map(tuple),
     lines=st.lists(commands, max_size=3).map(tuple),
 )
-BY_CONTENT: Callable[[Draft], object] = lambda draft: (draft.beliefs, draft.lines)  # noqa: E731
+BY_CONTENT: Callable[[AbstractDraft], object] = lambda draft: (draft.beliefs, draft.lines)  # noqa: E731
 
 
 def test_ids_and_seeds_are_those_of_earlier_versions() -> None:
     """If this fails, every id and recorded seed has changed: raise GENERATOR_VERSION and note it in the changelog."""
-    (test,) = identify("by-hand", 0, [Draft("leg4", ("leg4", "m111l4"), ("tell leg", "receivesignal"))])
+    (test,) = identify("by-hand", 0, [AbstractDraft("leg4", ("leg4", "m111l4"), ("tell leg", "receivesignal"))])
     assert (test.id, test.seed) == ("by-hand-leg4-5444b870", 8698345077810159687)
 
 
 @given(st.lists(drafts, max_size=6), st.integers(0, 99))
-def test_ids_are_distinct_and_fit_for_a_command_line(listed: list[Draft], seed: int) -> None:
+def test_ids_are_distinct_and_fit_for_a_command_line(listed: list[AbstractDraft], seed: int) -> None:
     tests = identify("some-suite", seed, listed)
     assert len({test.id for test in tests}) == len(listed)
     assert all(re.fullmatch(r"some-suite-[A-Za-z0-9_-]+-[0-9a-f]{8}", test.id) for test in tests)
@@ -107,20 +113,20 @@ def test_ids_are_distinct_and_fit_for_a_command_line(listed: list[Draft], seed: 
 
 
 @given(st.lists(drafts, max_size=6, unique_by=BY_CONTENT), st.randoms())
-def test_ids_do_not_depend_on_the_order(listed: list[Draft], random: object) -> None:
+def test_ids_do_not_depend_on_the_order(listed: list[AbstractDraft], random: object) -> None:
     mixed = list(listed)
     random.shuffle(mixed)  # type: ignore[attr-defined]
     assert set(identify("s", 1, mixed)) == set(identify("s", 1, listed))
 
 
 def test_equal_texts_of_different_subsets_are_different_tests() -> None:
-    one, other = identify("s", 0, [Draft("a", ("x",), ("bored",)), Draft("a", ("y",), ("bored",))])
+    one, other = identify("s", 0, [AbstractDraft("a", ("x",), ("bored",)), AbstractDraft("a", ("y",), ("bored",))])
     assert one.id != other.id
     assert one.seed != other.seed
 
 
 def test_equal_drafts_have_different_ids() -> None:
-    draft = Draft("a", ("x",), ("bored",))
+    draft = AbstractDraft("a", ("x",), ("bored",))
     first, second, third = identify("s", 0, [draft] * 3)
     assert len({first.id, second.id, third.id}) == len({first.seed, second.seed, third.seed}) == 3
     assert identify("s", 0, [draft]) == (first,)
@@ -128,21 +134,22 @@ def test_equal_drafts_have_different_ids() -> None:
 
 def test_chosen_values_distinguish_drafts_but_keep_the_seed() -> None:
     drafts = [
-        Draft("a", (), ("go",), values=values) for values in ({}, {1: {"x_m": 1}}, {1: {"x_m": 2}}, {0: {"x_m": 1}})
+        AbstractDraft("a", (), ("go",), values=values)
+        for values in ({}, {1: {"x_m": 1}}, {1: {"x_m": 2}}, {0: {"x_m": 1}})
     ]
     tests = identify("s", 0, drafts)
     assert len({test.id for test in tests}) == 4
     assert len({test.seed for test in tests}) == 1
     assert [test.values for test in tests] == [draft.values for draft in drafts]
-    assert identify("s", 0, [Draft("a", (), ("go",), values={1: {"x_m": 1.0}})])[0].id == tests[1].id
+    assert identify("s", 0, [AbstractDraft("a", (), ("go",), values={1: {"x_m": 1.0}})])[0].id == tests[1].id
     first, second = identify("s", 0, [drafts[1]] * 2)
     assert first == tests[1]
     assert first.seed != second.seed
 
 
 def test_a_draft_with_the_beginning_of_another_test_keeps_its_seed() -> None:
-    (first,) = identify("rl", 1, [Draft("leg1", (), ("tell leg", "receivesignal"))])
-    begins_alike = Draft("leg1", (), ("tell leg", "bored"), seed=first.seed)
+    (first,) = identify("rl", 1, [AbstractDraft("leg1", (), ("tell leg", "receivesignal"))])
+    begins_alike = AbstractDraft("leg1", (), ("tell leg", "bored"), seed=first.seed)
     own, kept, again = identify("rl", 1, [replace(begins_alike, seed=None), begins_alike, begins_alike])
     assert own.seed != kept.seed == again.seed == first.seed
     assert len({own.id, kept.id, again.id}) == 3
@@ -158,7 +165,7 @@ def test_data_has_values_only_if_there_are_any() -> None:
 
 
 def test_the_master_seed_and_the_suite_change_seeds_and_ids() -> None:
-    draft = Draft("a", ("x",), ("bored",))
+    draft = AbstractDraft("a", ("x",), ("bored",))
     tests = [*identify("s", 0, [draft]), *identify("s", 1, [draft]), *identify("t", 0, [draft])]
     assert len({test.id for test in tests}) == len({test.seed for test in tests}) == 3
 
@@ -166,6 +173,6 @@ def test_the_master_seed_and_the_suite_change_seeds_and_ids() -> None:
 def test_colliding_short_ids_are_made_longer(monkeypatch: pytest.MonkeyPatch) -> None:
     real = abstract.content_digest
     monkeypatch.setattr(abstract, "content_digest", lambda *key: "0" * 8 + real(*key))
-    one, other = identify("s", 0, [Draft("a", ("x",), ("bored",)), Draft("a", ("y",), ("bored",))])
+    one, other = identify("s", 0, [AbstractDraft("a", ("x",), ("bored",)), AbstractDraft("a", ("y",), ("bored",))])
     assert one.id != other.id
     assert len(one.id) == len("s-a-") + 16

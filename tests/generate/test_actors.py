@@ -10,8 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, canonical_command, command_from_action, identify
-from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, after_of_kept, interleaving
+from pytest_hricdv.generate.abstract import (
+    AbstractDraft,
+    AbstractTest,
+    canonical_command,
+    command_from_action,
+    identify,
+)
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, after_of_kept, interleave
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, abstract_from, concretize
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import METHODS
@@ -35,7 +41,7 @@ def test_a_line_that_does_not_say_what_is_done_is_none(line: str) -> None:
 
 
 def drafted(after: dict[int, tuple[int, ...]]) -> AbstractTest:
-    (made,) = identify("s", 1, [Draft("t", (), LINES, after=after)])
+    (made,) = identify("s", 1, [AbstractDraft("t", (), LINES, after=after)])
     return made
 
 
@@ -80,7 +86,7 @@ def test_other_seeds_interleave_otherwise() -> None:
     orders = set()
     for k in range(60):
         test = concretize(drafted({}), SPACE, k)
-        orders.add(interleaving(LINES, [action.parameters[TURN] for action in test.actions], {}))
+        orders.add(interleave(LINES, [action.parameters[TURN] for action in test.actions], {}))
     assert len(orders) == 6, "all that keep the order of both lanes"
 
 
@@ -95,13 +101,13 @@ def test_an_interleaving_keeps_lanes_and_causes(lines: list[str], data: st.DataO
         others = [n for n in range(1, number) if actor_of(lines[n - 1]) not in ("", actor_of(line))]
         if others and actor_of(line) and data.draw(st.booleans()):
             after[number] = (data.draw(st.sampled_from(others)),)
-    order = interleaving(lines, turns, after)
+    order = interleave(lines, turns, after)
     assert sorted(order) == [number for number, line in enumerate(lines, 1) if actor_of(line)]
     for actor in "abc":
         lane = [number for number in order if actor_of(lines[number - 1]) == actor]
         assert all(before < number for before, number in pairwise(lane))
     assert all(order.index(cause) < order.index(number) for number, causes in after.items() for cause in causes)
-    assert interleaving(lines, [0.5] * len(lines), after) == tuple(sorted(order)), "equal turns: the text's order"
+    assert interleave(lines, [0.5] * len(lines), after) == tuple(sorted(order)), "equal turns: the text's order"
 
 
 def test_the_effects_of_a_dropped_action_come_after_its_causes() -> None:

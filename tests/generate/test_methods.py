@@ -73,7 +73,7 @@ def test_rl_learns_and_covers_the_small_model(context: GenerationContext) -> Non
     suite = ReinforcementLearning().generate(context)
     generation = suite.generation
     assert len({test.beliefs for test in suite.tests}) == len(suite.tests)
-    assert suite.covered_plans()["guide"] == generation.declared_plans["guide"]
+    assert suite.plans_covered()["guide"] == generation.declared_plans["guide"]
     assert generation.converged_at is not None
     assert generation.bdi_runs > generation.iterations
     assert len(generation.q_delta) == generation.iterations

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.qlearning import REWARDS, ROUNDS, Published, QLearning, Uncovered
+from pytest_hricdv.generate.qlearning import REWARDS, ROUNDS, PublishedReward, QLearning, UncoveredReward
 from pytest_hricdv.generate.rng import make_rng
 
 PLANS = st.frozensets(st.sampled_from("pqrst"))
@@ -81,7 +81,7 @@ def test_each_reward_has_its_number_of_rounds() -> None:
 
 
 def test_the_published_reward_is_added_over_agents_and_against_the_maxima() -> None:
-    reward = Published(QLearning().tier, {}, {})
+    reward = PublishedReward(QLearning().tier, {}, {})
     assert reward.of(_executed(a="pq", b="p")) == 200.0
     assert reward.of(_executed(a="p", b="p")) == 5.0 + 100.0
     assert reward.of(_executed(a="", b="")) == 1.0 + 5.0
@@ -91,7 +91,7 @@ def test_the_published_reward_is_added_over_agents_and_against_the_maxima() -> N
 
 
 def test_a_plan_that_no_test_executes_has_the_highest_value() -> None:
-    reward = Uncovered(QLearning().tier, {("a", "p"): 1, ("a", "q"): 3}, {})
+    reward = UncoveredReward(QLearning().tier, {("a", "p"): 1, ("a", "q"): 3}, {})
     reward.begin()
     assert reward.of(_executed(a="q")) == pytest.approx(100 / 16)
     assert reward.of(_executed(a="qp")) == pytest.approx(100 / 4)
@@ -109,8 +109,8 @@ def test_rewards_add_up_to_the_value_of_the_last_run(
     *way, last = runs
     totals = []
     for order in list(permutations(way))[:4]:
-        reward = Uncovered(QLearning().tier, suite, {})
+        reward = UncoveredReward(QLearning().tier, suite, {})
         reward.begin()
         totals.append(sum(reward.of(executed) for executed in (*order, last)))
-    direct = Uncovered(QLearning().tier, suite, {}).of(last)
+    direct = UncoveredReward(QLearning().tier, suite, {}).of(last)
     assert totals == pytest.approx([direct] * len(totals), abs=1e-9)

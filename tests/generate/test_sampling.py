@@ -70,7 +70,7 @@ def test_another_sampling_gives_other_ids_and_seeds() -> None:
 
 
 def test_a_concrete_test_is_shown_with_units() -> None:
-    shown = CONCRETIZATION.shown(concretize(TEST, CONCRETIZATION))
+    shown = CONCRETIZATION.describe(concretize(TEST, CONCRETIZATION))
     assert len(shown) == len(COMMANDS) + 1
     lines = dict(zip([*COMMANDS, "run"], shown, strict=True))
     assert lines["bored"] == "bored"
@@ -79,7 +79,7 @@ def test_a_concrete_test_is_shown_with_units() -> None:
     assert lines["set_param pressure = 1"].endswith(" N")
     assert lines["run"].startswith("run: sensing_timeout_s ")
     unknown = replace(concretize(TEST, CONCRETIZATION), run={"other": 2.5})
-    assert CONCRETIZATION.shown(unknown)[-1] == "run: other 2.5"
+    assert CONCRETIZATION.describe(unknown)[-1] == "run: other 2.5"
 
 
 @given(concrete_tests(CONCRETIZATION))

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.generate import GenerateError
-from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.context import GenerationContext
 from pytest_hricdv.generate.methods import ReinforcementLearning
 from pytest_hricdv.generate.suite import Generation, Suite, diagnose, entropy_bits
@@ -44,8 +44,8 @@ def test_covered_plans_are_those_of_all_tests() -> None:
     generation = Generation(declared_plans={"human": ("p1", "p2"), "robot": ("r1",)})
     text = "# id: {0}\n# suite: s\n# target: a\n# seed: 1\n# plans human: p{0}\n"
     tests = parse_tests("\n".join(map(text.format, (2, 1))), file="f", suite="s")
-    assert Suite.of_tests("s", 0, tests, generation).covered_plans() == {"human": ("p1", "p2"), "robot": ()}
-    assert Suite.of_tests("s", 0, tests, generation).uncovered_plans() == {"robot": ("r1",)}
+    assert Suite.of_tests("s", 0, tests, generation).plans_covered() == {"human": ("p1", "p2"), "robot": ()}
+    assert Suite.of_tests("s", 0, tests, generation).plans_not_covered() == {"robot": ("r1",)}
 
 
 @given(abstract_tests)
@@ -68,12 +68,12 @@ def test_other_text_is_no_suite(text: str, message: str) -> None:
         Suite.from_json(text)
 
 
-def _suite(*drafts: Draft) -> Suite:
+def _suite(*drafts: AbstractDraft) -> Suite:
     return Suite.of_drafts("s", 0, drafts, Generation(declared_plans={"a": ("p", "q", "r")}))
 
 
-def _draft(beliefs: str, line: str, plans: str) -> Draft:
-    return Draft("aim", tuple(beliefs), (line,), {"a": tuple(plans)})
+def _draft(beliefs: str, line: str, plans: str) -> AbstractDraft:
+    return AbstractDraft("aim", tuple(beliefs), (line,), {"a": tuple(plans)})
 
 
 def test_a_suite_by_hand() -> None:
@@ -86,7 +86,7 @@ def test_a_suite_by_hand() -> None:
 
 
 def test_tests_that_came_from_no_beliefs() -> None:
-    found = diagnose(_suite(Draft("aim", (), ("go",))))
+    found = diagnose(_suite(AbstractDraft("aim", (), ("go",))))
     assert (found.distinct_subsets, found.belief_entropy_bits, found.belief_entropy_most_bits) == (0, 0.0, 0.0)
     assert (found.last_new_plan_at, found.plans) == (0, {"a": ()})
 
@@ -118,7 +118,7 @@ def test_the_reward_uncovered_covers_all_plans_of_the_table_and_the_published_on
     published = ReinforcementLearning().generate(context)
     learning = replace(context.learning, reward="uncovered", model_runs=750)
     uncovered = ReinforcementLearning().generate(replace(context, learning=learning))
-    assert published.uncovered_plans()["human"]
-    assert uncovered.uncovered_plans() == {}
+    assert published.plans_not_covered()["human"]
+    assert uncovered.plans_not_covered() == {}
     assert uncovered.generation.bdi_runs <= published.generation.bdi_runs
     assert uncovered.generation.distinct_texts > published.generation.distinct_texts

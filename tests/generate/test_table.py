@@ -66,16 +66,16 @@ def test_rl_converges_and_covers_the_robot_model(seed: int) -> None:
     suite = _suite("rl", seed)
     assert len({test.beliefs for test in suite.tests}) == 134
     assert suite.generation.converged_at is not None
-    covered, declared = suite.covered_plans(), suite.generation.declared_plans
+    covered, declared = suite.plans_covered(), suite.generation.declared_plans
     assert len(declared["robot_code"]) == 12
     assert len(declared["human"]) == 48
     assert set(covered["robot_code"]) == set(declared["robot_code"])
     assert len(covered["human"]) >= 40
-    assert ("human" in suite.uncovered_plans()) == bool(suite.generation.notes)
+    assert ("human" in suite.plans_not_covered()) == bool(suite.generation.notes)
 
 
 def test_bdi_pseudorandom_covers_both_models() -> None:
-    assert _suite("bdi-random", 0).uncovered_plans() == {}
+    assert _suite("bdi-random", 0).plans_not_covered() == {}
 
 
 def test_other_seeds_give_other_tests() -> None:

@@ -15,8 +15,8 @@ from pytest_hricdv.online.chooser import (
     DISTURBANCE,
     GOAL,
     NONE,
+    ChoicePoint,
     Chooser,
-    Decision,
     Weight,
     WeightedChooser,
 )
@@ -81,7 +81,7 @@ class Wish:
         self._wishes = {about.replace("_", " "): options for about, options in wishes.items()}
         self.states: dict[str, list[str]] = {}
 
-    def choose(self, decision: Decision) -> str:
+    def choose(self, decision: ChoicePoint) -> str:
         """See `Chooser`."""
         if decision.about not in self._wishes:
             return NONE if NONE in decision.options else decision.options[0]

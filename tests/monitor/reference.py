@@ -11,7 +11,7 @@ from pytest_hricdv.monitor.analysis import names_of, names_read, walk
 from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Holds, HoldsUntil
 from pytest_hricdv.monitor.names import is_optional
 from pytest_hricdv.monitor.node import PastFormula
-from pytest_hricdv.monitor.past_formula import Comparison, Conjunction, Disjunction, Negation, On
+from pytest_hricdv.monitor.past_formula import Conjunction, Disjunction, Negation, NumberComparison, On
 from pytest_hricdv.monitor.terms import Count, TimeBetween, TimeSince, leaves
 from tests.monitor.logged_run import TICK_S, first_position, tick_of
 from tests.monitor.reference_past import PastEvaluator
@@ -47,9 +47,9 @@ def flattened(formula: PastFormula) -> list[PastFormula]:
 
 def compares(formula: PastFormula) -> bool:
     match formula:
-        case Comparison(left=TimeSince()):
+        case NumberComparison(left=TimeSince()):
             return False
-        case Comparison(for_s=0):
+        case NumberComparison(for_s=0):
             return True
         case Negation():
             return compares(formula.operand)
@@ -99,7 +99,7 @@ class ReferenceEvaluator(PastEvaluator):
 
     def distance_to_return(self, f: PastFormula, p: int, wanted: bool = True) -> float:
         match f:
-            case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
+            case NumberComparison(for_s=0) if not isinstance(f.left, TimeSince):
                 return self.distance(f, p) - (f.hysteresis if wanted else 0.0)
             case Negation():
                 return -self.distance_to_return(f.operand, p, not wanted)
@@ -216,7 +216,7 @@ def finite(margin: float) -> float | None:
 
 def numbers(formula: Formula, kind: type[Any]) -> list[Any]:
     parts = [node for part in formula.conditions for node in walk(part)]
-    terms = [term for node in parts if isinstance(node, Comparison) for term in (node.left, node.right)]
+    terms = [term for node in parts if isinstance(node, NumberComparison) for term in (node.left, node.right)]
     return [leaf for term in terms for leaf in leaves(term) if isinstance(leaf, kind)]
 
 

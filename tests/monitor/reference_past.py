@@ -12,12 +12,12 @@ from functools import cache
 from pytest_hricdv.monitor.node import PastFormula, Term, TextTerm
 from pytest_hricdv.monitor.past_formula import (
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Fall,
     Historically,
     Negation,
+    NumberComparison,
     On,
     Once,
     Previously,
@@ -26,11 +26,11 @@ from pytest_hricdv.monitor.past_formula import (
     TextComparison,
 )
 from pytest_hricdv.monitor.terms import (
-    Arithmetic,
+    ArithmeticTerm,
     Count,
     FloatName,
     Negative,
-    Number,
+    NumberTerm,
     Text,
     TimeBetween,
     TimeSince,
@@ -67,7 +67,7 @@ class PastEvaluator:
     def number(self, term: Term, p: int) -> float:
         """The value of a term that has one."""
         match term:
-            case Number():
+            case NumberTerm():
                 return term.value
             case FloatName():
                 return float(self.values[p].get(term.name, 0.0))
@@ -79,7 +79,7 @@ class PastEvaluator:
                 return elapsed
             case Negative():
                 return -self.number(term.operand, p)
-            case Arithmetic():
+            case ArithmeticTerm():
                 left, right = self.number(term.left, p), self.number(term.right, p)
                 return {"+": left + right, "-": left - right, "*": left * right}[term.operator]
             case _:
@@ -111,13 +111,13 @@ class PastEvaluator:
             times_s.append((tick_of(complete[-1][0]) - tick_of(complete[-1][1])) * TICK_S if complete else None)
         return times_s
 
-    def elapsed(self, f: Comparison) -> list[bool]:
+    def elapsed(self, f: NumberComparison) -> list[bool]:
         """Whether a time since is less than a bound (at most, with `<=`); the open intervals have no end.
 
         The distance of two positions in ticks: to an open interval, it is that to its end.
         """
         assert isinstance(f.left, TimeSince)
-        assert isinstance(f.right, Number)
+        assert isinstance(f.right, NumberTerm)
         a, bound = self.truth(f.left.operand), self.ticks(f.right.value)
 
         def is_within(p: int, q: int) -> bool:
@@ -135,12 +135,12 @@ class PastEvaluator:
         sides = {self.text(f.left, p), self.text(f.right, p)}
         return None not in sides and (len(sides) == 1) == (f.relation == "==")
 
-    def has_values(self, f: Comparison, p: int) -> bool:
+    def has_values(self, f: NumberComparison, p: int) -> bool:
         last = all(name in self.values[p] for name in f.own_names if name.startswith("last("))
         times = [leaf for leaf in (*leaves(f.left), *leaves(f.right)) if isinstance(leaf, TimeBetween)]
         return last and all(self.between(time)[p] is not None for time in times)
 
-    def compare(self, f: Comparison, p: int, shift: float = 0.0) -> bool:
+    def compare(self, f: NumberComparison, p: int, shift: float = 0.0) -> bool:
         if not self.has_values(f, p):
             return False
         left, right = self.number(f.left, p), self.number(f.right, p)
@@ -153,7 +153,7 @@ class PastEvaluator:
             "!=": left != right,
         }[f.relation]
 
-    def with_hysteresis(self, f: Comparison, since: int | None) -> list[bool]:
+    def with_hysteresis(self, f: NumberComparison, since: int | None) -> list[bool]:
         """`since`: the position from which on violations are remembered; None: never."""
         result: list[bool] = []
         for p in self.positions:
@@ -169,15 +169,17 @@ class PastEvaluator:
                 return [bool(self.values[p].get(f.name, False)) for p in ps]
             case On():
                 return [f.topic in self.arrived[p] for p in ps]
-            case Comparison(left=TimeSince()):
+            case NumberComparison(left=TimeSince()):
                 return self.elapsed(f)
-            case Comparison(for_s=0):
+            case NumberComparison(for_s=0):
                 return self.with_hysteresis(f, since)
             case TextComparison(for_s=0):
                 return [self.compare_texts(f, p) for p in ps]
-            case Comparison() | TextComparison():
+            case NumberComparison() | TextComparison():
                 ticks = self.ticks(f.for_s)
-                held = self.with_hysteresis(f, 0) if isinstance(f, Comparison) else self.truth(replace(f, for_s=0.0))
+                held = (
+                    self.with_hysteresis(f, 0) if isinstance(f, NumberComparison) else self.truth(replace(f, for_s=0.0))
+                )
                 return [p - 2 * ticks >= 1 and all(held[p - 2 * ticks : p + 1]) for p in ps]
             case Negation():
                 return [not a for a in self.truth(f.operand, since)]
@@ -218,9 +220,9 @@ class PastEvaluator:
 
     def distance(self, f: PastFormula, p: int) -> float:
         match f:
-            case Comparison(for_s=0) if not isinstance(f.left, TimeSince) and not self.has_values(f, p):
+            case NumberComparison(for_s=0) if not isinstance(f.left, TimeSince) and not self.has_values(f, p):
                 return -math.inf
-            case Comparison(for_s=0) if not isinstance(f.left, TimeSince):
+            case NumberComparison(for_s=0) if not isinstance(f.left, TimeSince):
                 gap = self.number(f.right, p) - self.number(f.left, p)
                 return {"<": gap, "<=": gap, ">": -gap, ">=": -gap, "==": -abs(gap), "!=": abs(gap)}[f.relation]
             case Negation():

@@ -20,19 +20,19 @@ from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Hol
 from pytest_hricdv.monitor.node import PastFormula, Term
 from pytest_hricdv.monitor.past_formula import (
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Fall,
     Historically,
     Negation,
+    NumberComparison,
     On,
     Once,
     Previously,
     Rise,
     Since,
 )
-from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number
+from pytest_hricdv.monitor.terms import ArithmeticTerm, FloatName, Negative, NumberTerm
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 
 Samples = dict[str, list[float]]
@@ -167,7 +167,7 @@ def past(formula: PastFormula, *, remembers: bool = True) -> str:
             return f"({_variable(formula.name)} > 0)"
         case On():
             return f"({_variable(formula.topic)} > 0)"
-        case Comparison():
+        case NumberComparison():
             return _comparison(formula, remembers)
         case Negation():
             return f"(not {past(formula.operand, remembers=remembers)})"
@@ -196,7 +196,7 @@ def _windowed(formula: Once | Historically) -> str:
     return f"({operator}{_window(formula.start_s, formula.end_s)}({operand}))"
 
 
-def _comparison(formula: Comparison, remembers: bool) -> str:
+def _comparison(formula: NumberComparison, remembers: bool) -> str:
     left, right = _term(formula.left), _term(formula.right)
     bare = f"({left} {formula.relation} {right})"
     if formula.hysteresis and (remembers or formula.for_s):
@@ -211,11 +211,11 @@ def _comparison(formula: Comparison, remembers: bool) -> str:
 
 def _term(term: Term) -> str:
     match term:
-        case Number():
+        case NumberTerm():
             return repr(term.value)
         case FloatName():
             return _variable(term.name)
-        case Arithmetic():
+        case ArithmeticTerm():
             return f"({_term(term.left)} {term.operator} {_term(term.right)})"
         case Negative():
             return f"(0 - {_term(term.operand)})"

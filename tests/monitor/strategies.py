@@ -13,22 +13,22 @@ from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.past_formula import (
     OPERATORS,
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Historically,
     Negation,
+    NumberComparison,
     On,
     Once,
     Since,
     TextComparison,
 )
 from pytest_hricdv.monitor.terms import (
-    Arithmetic,
+    ArithmeticTerm,
     Count,
     FloatName,
     Negative,
-    Number,
+    NumberTerm,
     Text,
     TextName,
     TimeBetween,
@@ -110,44 +110,46 @@ def windows(draw: st.DrawFn, least_end: int = 0) -> tuple[float, float]:
 
 terms = st.one_of(
     st.sampled_from(["x", "y"]).map(FloatName),
-    st.integers(0, 4).map(lambda value: Number(float(value))),
-    st.builds(Arithmetic, st.sampled_from(["+", "-", "*"]), st.just(FloatName("x")), st.just(FloatName("y"))),
+    st.integers(0, 4).map(lambda value: NumberTerm(float(value))),
+    st.builds(ArithmeticTerm, st.sampled_from(["+", "-", "*"]), st.just(FloatName("x")), st.just(FloatName("y"))),
     st.just(Negative(FloatName("x"))),
 )
 comparisons = st.one_of(
     st.builds(
-        Comparison,
+        NumberComparison,
         st.sampled_from(["<", "<=", ">", ">="]),
         st.just(FloatName("x")),
         terms,
         st.sampled_from([0.0, 1.0, 2.0]),
         st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
     ),
-    st.builds(Comparison, st.sampled_from(["==", "!="]), terms, terms),
+    st.builds(NumberComparison, st.sampled_from(["==", "!="]), terms, terms),
 )
 counted = st.sampled_from(
     [On("a"), On("b"), On("m"), BooleanName("p"), Negation(On("a")), Disjunction(On("a"), BooleanName("q"))]
 )
-since_bounds = st.integers(0, 6).map(lambda ticks: Number(ticks * TICK_S))
+since_bounds = st.integers(0, 6).map(lambda ticks: NumberTerm(ticks * TICK_S))
 past_comparisons = st.one_of(
     st.builds(
-        Comparison,
+        NumberComparison,
         st.sampled_from(["<", "<=", ">", ">=", "==", "!="]),
         st.builds(lambda operand, window: Count(operand, *window), counted, windows() | st.just((0.0, math.inf))),
-        st.integers(0, 3).map(lambda value: Number(float(value))) | st.builds(Count, counted) | st.just(FloatName("x")),
+        st.integers(0, 3).map(lambda value: NumberTerm(float(value)))
+        | st.builds(Count, counted)
+        | st.just(FloatName("x")),
         st.just(0.0),
         st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
     ),
-    st.builds(Comparison, st.sampled_from(["<", "<=", ">", ">="]), st.builds(TimeSince, counted), since_bounds),
+    st.builds(NumberComparison, st.sampled_from(["<", "<=", ">", ">="]), st.builds(TimeSince, counted), since_bounds),
     st.builds(
-        Comparison,
+        NumberComparison,
         st.sampled_from(["<", "<=", ">", ">=", "==", "!="]),
         st.builds(TimeBetween, counted, counted),
         since_bounds | st.just(FloatName("x")) | st.builds(TimeBetween, counted, counted),
         st.just(0.0),
         st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
     ),
-    st.builds(Comparison, st.sampled_from(["<", "=="]), st.just(FloatName("last(n.level)")), terms),
+    st.builds(NumberComparison, st.sampled_from(["<", "=="]), st.just(FloatName("last(n.level)")), terms),
     st.just(BooleanName("last(m.ok)")),
     st.sampled_from([TextComparison("!=", TextName("w.name"), TextName("last(w.name)"))]),
 )
@@ -173,11 +175,11 @@ def _windowed(kind: type[Once] | type[Historically], operand: PastFormula, windo
 
 
 def larger(inner: st.SearchStrategy[PastFormula]) -> st.SearchStrategy[PastFormula]:
-    numbers = st.integers(0, 3).map(lambda value: Number(float(value)))
+    numbers = st.integers(0, 3).map(lambda value: NumberTerm(float(value)))
     return st.one_of(
-        st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(Count, inner), numbers),
-        st.builds(Comparison, st.sampled_from(["<", "<="]), st.builds(TimeSince, inner), since_bounds),
-        st.builds(Comparison, st.sampled_from(["<", ">="]), st.builds(TimeBetween, inner, inner), since_bounds),
+        st.builds(NumberComparison, st.sampled_from(["<", ">="]), st.builds(Count, inner), numbers),
+        st.builds(NumberComparison, st.sampled_from(["<", "<="]), st.builds(TimeSince, inner), since_bounds),
+        st.builds(NumberComparison, st.sampled_from(["<", ">="]), st.builds(TimeBetween, inner, inner), since_bounds),
         st.builds(Negation, inner),
         st.builds(Conjunction, inner, inner),
         st.builds(Disjunction, inner, inner),

@@ -39,8 +39,8 @@ from pytest_hricdv.monitor.build import (
     unequal,
 )
 from pytest_hricdv.monitor.formula import Formula, Holds
-from pytest_hricdv.monitor.past_formula import Comparison, On
-from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Negative, Number
+from pytest_hricdv.monitor.past_formula import NumberComparison, On
+from pytest_hricdv.monitor.terms import ArithmeticTerm, FloatName, Negative, NumberTerm
 from tests.monitor.strategies import formulas
 from tests.monitor.vocabulary import R1, R2, R3, R4, SMALL, TABLE
 
@@ -129,19 +129,19 @@ def test_the_text_of_a_formula_is_read_as_the_same_formula(formula: Formula) -> 
     assert read == formula
 
 
-numbers = st.floats(0, 1e300).map(Number)
+numbers = st.floats(0, 1e300).map(NumberTerm)
 terms = st.recursive(
     numbers | st.sampled_from([FloatName("x"), FloatName("m.level")]),
-    lambda inner: st.builds(Negative, inner) | st.builds(Arithmetic, st.sampled_from("+-*/"), inner, inner),
+    lambda inner: st.builds(Negative, inner) | st.builds(ArithmeticTerm, st.sampled_from("+-*/"), inner, inner),
     max_leaves=8,
 )
 
 
 @given(left=terms, right=terms, hysteresis=st.floats(0, 1e9), for_s=st.floats(0, 1e9))
 def test_the_text_of_arithmetic_is_read_as_the_same_arithmetic(
-    left: Number, right: Number, hysteresis: float, for_s: float
+    left: NumberTerm, right: NumberTerm, hysteresis: float, for_s: float
 ) -> None:
-    formula = Formula(On("a"), Holds(Comparison("<", left, right, hysteresis, for_s)))
+    formula = Formula(On("a"), Holds(NumberComparison("<", left, right, hysteresis, for_s)))
     assert parse_formula(str(formula), SMALL) == formula
 
 

@@ -15,15 +15,15 @@ from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Res
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.past_formula import (
     BooleanName,
-    Comparison,
     Disjunction,
     Historically,
     Negation,
+    NumberComparison,
     On,
     Once,
     Rise,
 )
-from pytest_hricdv.monitor.terms import Count, FloatName, Number
+from pytest_hricdv.monitor.terms import Count, FloatName, NumberTerm
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun, Value
 from tests.monitor.slow_monitor import SlowMonitorSet
 from tests.monitor.strategies import formulas, larger, pasts, responses
@@ -77,10 +77,10 @@ def _over(kind: type[Once] | type[Historically], operand: PastFormula, window: t
 frequent: st.SearchStrategy[PastFormula] = st.sampled_from(
     [On("a"), On("m"), Disjunction(On("a"), On("b")), BooleanName("p"), Rise(BooleanName("q")), Negation(On("a"))]
 )
-x_is_small: PastFormula = Comparison("<", FloatName("x"), Number(3.0))
+x_is_small: PastFormula = NumberComparison("<", FloatName("x"), NumberTerm(3.0))
 remembered = st.builds(_over, st.sampled_from([Once, Historically]), frequent | st.just(x_is_small), wide)
 counted = st.builds(
-    lambda operand, window, least: Comparison(">=", Count(operand, *window), Number(float(least))),
+    lambda operand, window, least: NumberComparison(">=", Count(operand, *window), NumberTerm(float(least))),
     frequent,
     wide,
     st.integers(1, 9),

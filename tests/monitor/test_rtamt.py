@@ -14,19 +14,19 @@ from pytest_hricdv.monitor.formula import AlwaysWithin, Eventually, Formula, Hol
 from pytest_hricdv.monitor.node import PastFormula
 from pytest_hricdv.monitor.past_formula import (
     BooleanName,
-    Comparison,
     Conjunction,
     Disjunction,
     Fall,
     Historically,
     Negation,
+    NumberComparison,
     On,
     Once,
     Previously,
     Rise,
     Since,
 )
-from pytest_hricdv.monitor.terms import Arithmetic, FloatName, Number
+from pytest_hricdv.monitor.terms import ArithmeticTerm, FloatName, NumberTerm
 from tests.monitor.logged_run import TICK_S, Instant, LoggedRun
 from tests.monitor.logs import run
 from tests.monitor.strategies import (
@@ -86,10 +86,10 @@ def test_the_case_study_is_judged_as_by_rtamt(watched: Requirement, trace: Logge
 
 # --- random formulas of the part of the language that rtamt has as well
 
-halves = st.integers(0, 4).map(lambda value: Number(value + 0.5))
-sums = st.builds(Arithmetic, st.sampled_from("+-"), st.sampled_from(["x", "y"]).map(FloatName), halves)
+halves = st.integers(0, 4).map(lambda value: NumberTerm(value + 0.5))
+sums = st.builds(ArithmeticTerm, st.sampled_from("+-"), st.sampled_from(["x", "y"]).map(FloatName), halves)
 bare = st.builds(
-    Comparison,
+    NumberComparison,
     st.sampled_from(["<", "<=", ">", ">="]),
     st.just(FloatName("x")),
     halves | sums,
@@ -97,7 +97,7 @@ bare = st.builds(
     st.sampled_from([0.0, 0.0, TICK_S, 2 * TICK_S]),
 )
 remembering = st.builds(
-    Comparison,
+    NumberComparison,
     st.sampled_from(["<", "<=", ">", ">="]),
     st.just(FloatName("x")),
     halves,

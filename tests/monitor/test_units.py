@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_hricdv.monitor import RequirementError, Vocabulary, load_requirements, parse_condition, parse_formula
-from pytest_hricdv.monitor.past_formula import Comparison
-from pytest_hricdv.monitor.terms import Number
+from pytest_hricdv.monitor.past_formula import NumberComparison
+from pytest_hricdv.monitor.terms import NumberTerm
 from pytest_hricdv.monitor.units import unit_names, unit_of
 
 MEASURED = Vocabulary(
@@ -71,8 +71,8 @@ def test_a_number_is_converted_to_the_unit_of_the_other_side(text: str, plain: s
 
 def test_an_angle_in_degrees_is_converted_to_radians() -> None:
     parsed = parse_condition("angle < 40 deg", MEASURED)
-    assert isinstance(parsed, Comparison)
-    assert isinstance(parsed.right, Number)
+    assert isinstance(parsed, NumberComparison)
+    assert isinstance(parsed.right, NumberTerm)
     assert parsed.right.value == pytest.approx(math.radians(40), rel=1e-15)
 
 
@@ -159,8 +159,8 @@ def test_all_units_of_a_dimension_mean_the_same(value: float, unit: str, other: 
             parse_condition(text, vocabulary)
         return
     parsed = parse_condition(text, vocabulary)
-    assert isinstance(parsed, Comparison)
-    assert isinstance(parsed.right, Number)
+    assert isinstance(parsed, NumberComparison)
+    assert isinstance(parsed.right, NumberTerm)
     scale = unit_of(unit).scale / unit_of(other).scale
     assert parsed.right.value == pytest.approx(value * float(scale), rel=1e-15)
 

@@ -13,7 +13,7 @@ from pytest_hricdv.online.chooser import (
     ANY_STATE,
     GOAL,
     NONE,
-    Decision,
+    ChoicePoint,
     Situation,
     Weight,
     WeightedChooser,
@@ -27,7 +27,7 @@ def chosen(
 ) -> Counter[str]:
     """What is chosen how often."""
     chooser = WeightedChooser(1, weights)
-    return Counter(chooser.choose(Decision(about, options, ANYWHERE)) for _ in range(times))
+    return Counter(chooser.choose(ChoicePoint(about, options, ANYWHERE)) for _ in range(times))
 
 
 def everywhere(about: str, **weights: float) -> list[Weight]:
@@ -38,7 +38,7 @@ def everywhere(about: str, **weights: float) -> list[Weight]:
 def test_the_same_seed_chooses_the_same_and_another_seed_something_else() -> None:
     def sequence(seed: int) -> list[str]:
         chooser = WeightedChooser(seed)
-        return [chooser.choose(Decision("pose", ("a", "b", "c"), ANYWHERE)) for _ in range(20)]
+        return [chooser.choose(ChoicePoint("pose", ("a", "b", "c"), ANYWHERE)) for _ in range(20)]
 
     assert sequence(1) == sequence(1) != sequence(2)
 

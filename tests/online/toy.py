@@ -10,7 +10,7 @@ from pytest_hricdv.coupling.percept_mapping import PerceptMapping
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.model import Model
 from pytest_hricdv.monitor import Value, Vocabulary
-from pytest_hricdv.online.chooser import NONE, Decision
+from pytest_hricdv.online.chooser import NONE, ChoicePoint
 from pytest_hricdv.online.declaration import InteractiveAgent
 from pytest_hricdv.online.online_agent import OnlineAgent
 from pytest_hricdv.online.role import Role, load_role
@@ -73,9 +73,9 @@ class Wish:
 
     def __init__(self, **wishes: Sequence[str]) -> None:
         self._wishes = {about: [*options] for about, options in wishes.items()}
-        self.asked: list[Decision] = []
+        self.asked: list[ChoicePoint] = []
 
-    def choose(self, decision: Decision) -> str:
+    def choose(self, decision: ChoicePoint) -> str:
         """See `Chooser`."""
         self.asked.append(decision)
         wishes = self._wishes.get(decision.about)

@@ -17,7 +17,7 @@ from collections.abc import Callable
 import pytest
 
 from pytest_hricdv.runtime import Kernel, KernelError, NodeError
-from pytest_hricdv.runtime.virtual.outside import guarded
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that interrupt")
 
@@ -100,7 +100,7 @@ def refusing(wait: Callable[[], object]) -> str:
     """How a run ends in which a node waits, with what refuses it."""
     kernel = Kernel(stuck_after_s=30.0)
     kernel.spawn("waiter", lambda: _wait_after_1_s(kernel, wait))
-    with guarded(kernel), pytest.raises(NodeError) as raised:
+    with guard_run(kernel), pytest.raises(NodeError) as raised:
         kernel.run(10.0)
     kernel.close()
     return str(raised.value)
@@ -126,7 +126,7 @@ def test_what_does_not_wait_and_what_is_no_node_is_let_through() -> None:
     ended: list[object] = []
     kernel = Kernel(stuck_after_s=30.0)
     kernel.spawn("polling", lambda: ended.append(signal.sigtimedwait(set(), 0)))
-    with guarded(kernel):
+    with guard_run(kernel):
         assert os.system("exit 0") == 0
         assert kernel.run(10.0) == "idle"
     assert ended == [None]

@@ -36,7 +36,7 @@ class Robot:
 
     def __init__(self) -> None:
         kernel, recorder = Kernel(), Recorder()
-        bus = Bus(kernel, (State, Reading), recorder, lambda: kernel.running() in self.code)
+        bus = Bus(kernel, (State, Reading), recorder, lambda: kernel.own_node() in self.code)
         actions = tuple(ConcreteAction("wave", {}) for _ in range(20))
         test = ConcreteTest("t", "s", 0, actions)
         self.run = Run(test, kernel, bus, recorder, lambda body: body, MonitorSet([]), may_go_round=False)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from pytest_hricdv.message_types import comparable_fields
 from pytest_hricdv.runtime import Bus, Kernel, Recorder, fields_of
-from pytest_hricdv.runtime.message_fields import recorded
+from pytest_hricdv.runtime.message_fields import record_fields
 
 
 class Room(Enum):
@@ -49,7 +49,7 @@ class Odd:
 
 
 def fields(message: object) -> dict[str, object]:
-    return {**recorded(message, fields_of(type(message)) or ())}
+    return {**record_fields(message, fields_of(type(message)) or ())}
 
 
 def test_a_message_in_a_message_has_paths_and_what_is_none_is_left_out() -> None:

@@ -26,7 +26,7 @@ import pytest
 from numpy.random import mtrand
 
 from pytest_hricdv.runtime import Kernel
-from pytest_hricdv.runtime.random_numbers import find_names, in_runs, seeded_by
+from pytest_hricdv.runtime.random_numbers import find_names, in_runs, seed_run
 from pytest_hricdv.runtime.virtual import clocks
 
 ROOT = Path(__file__).parents[2]
@@ -115,7 +115,7 @@ if hasattr(os, "getrandom"):
 @pytest.mark.parametrize("draw", DRAWS.values(), ids=DRAWS.keys())
 def test_what_a_run_draws_depends_on_the_seed_of_its_test_only(draw: Callable[[], object]) -> None:
     def drawn(seed: int) -> list[object]:
-        with seeded_by(seed):
+        with seed_run(seed):
             return [draw(), draw()] if draw is not in_a_fork else [draw()]
 
     first = drawn(1)
@@ -130,7 +130,7 @@ def test_what_a_run_draws_depends_on_the_seed_of_its_test_only(draw: Callable[[]
 @pytest.mark.parametrize("draw", DRAWS.values(), ids=DRAWS.keys())
 def test_afterwards_everything_is_as_it_was(draw: Callable[[], object]) -> None:
     before = (random.getstate(), np.random.get_state(legacy=False), os.urandom, random.Random.seed, [*sys.meta_path])
-    with pytest.raises(ZeroDivisionError), seeded_by(1):
+    with pytest.raises(ZeroDivisionError), seed_run(1):
         print(draw(), 1 / 0)
     after = (random.getstate(), np.random.get_state(legacy=False), os.urandom, random.Random.seed, [*sys.meta_path])
     np.testing.assert_equal(after, before)
@@ -138,13 +138,13 @@ def test_afterwards_everything_is_as_it_was(draw: Callable[[], object]) -> None:
 
 
 def test_identifiers_keep_their_version() -> None:
-    with seeded_by(1):
+    with seed_run(1):
         assert uuid.uuid4().version == 4
 
 
 def test_a_seed_of_the_code_itself_counts() -> None:
     def drawn(test_seed: int) -> list[object]:
-        with seeded_by(test_seed):
+        with seed_run(test_seed):
             random.seed(7)
             np.random.seed(7)
             return [random.random(), float(np.random.rand()), random.Random(3).random()]
@@ -162,7 +162,7 @@ def test_another_bit_generator_of_numpy_is_seeded_and_restored() -> None:
         state = own.state
         drawn = []
         for _ in range(2):
-            with seeded_by(1):
+            with seed_run(1):
                 drawn.append(np.random.rand())
         assert drawn[0] == drawn[1]
         assert own.state == state
@@ -172,7 +172,7 @@ def test_another_bit_generator_of_numpy_is_seeded_and_restored() -> None:
 
 def test_a_bit_generator_that_a_run_chose_is_gone_after_it() -> None:
     before = mtrand.get_bit_generator()
-    with seeded_by(1):
+    with seed_run(1):
         mtrand.set_bit_generator(np.random.PCG64(3))
     assert mtrand.get_bit_generator() is before
 
@@ -188,7 +188,7 @@ def test_threads_that_were_there_before_have_real_randomness() -> None:
         go_on.clear()
         thread = threading.Thread(target=work)
         thread.start()
-        with seeded_by(1):
+        with seed_run(1):
             go_on.set()
             thread.join()
     assert drawn[0] != drawn[1]
@@ -203,7 +203,7 @@ def test_a_module_that_draws_when_imported_takes_nothing_from_the_run(
     monkeypatch.syspath_prepend(tmp_path)
 
     def run(seed: int) -> tuple[object, object]:
-        with seeded_by(seed):
+        with seed_run(seed):
             arm = importlib.import_module("hri_arm")
             return arm.ID, (random.random(), os.urandom(4))
 
@@ -220,10 +220,10 @@ def test_a_module_that_draws_when_imported_takes_nothing_from_the_run(
 def test_numpy_may_be_imported_by_a_run() -> None:
     code = (
         "import sys\n"
-        "from pytest_hricdv.runtime.random_numbers import seeded_by\n"
+        "from pytest_hricdv.runtime.random_numbers import seed_run\n"
         "assert 'numpy' not in sys.modules\n"
         "def run():\n"
-        "    with seeded_by(1):\n"
+        "    with seed_run(1):\n"
         "        import numpy\n"
         "        return numpy.random.rand(), numpy.random.default_rng().random()\n"
         "first = run()\n"
@@ -274,7 +274,7 @@ def test_finders_that_ask_all_others_still_find(tmp_path: Path, monkeypatch: pyt
     drawn = []
     for _ in range(2):
         monkeypatch.delitem(sys.modules, "hri_leg", raising=False)
-        with seeded_by(1):
+        with seed_run(1):
             drawn.append(importlib.import_module("hri_leg").ID)
     assert drawn[0] == drawn[1]
     monkeypatch.delitem(sys.modules, "hri_leg")
@@ -285,7 +285,7 @@ def test_who_replaces_a_source_too_and_calls_what_stands_for_it_gets_the_runs(mo
     monkeypatch.setattr(os, "urandom", lambda size: inner(size))
     drawn = []
     for _ in range(2):
-        with seeded_by(1):
+        with seed_run(1):
             drawn.append((os.urandom(8), uuid.uuid4()))
     assert drawn[0] == drawn[1]
     assert os.urandom(8) != os.urandom(8), "outside of a run it is real"
@@ -294,22 +294,22 @@ def test_who_replaces_a_source_too_and_calls_what_stands_for_it_gets_the_runs(mo
 
 def test_a_source_that_a_user_has_replaced_stays_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "urandom", lambda size: bytes(size))
-    with seeded_by(1):
+    with seed_run(1):
         assert os.urandom(4) == bytes(4)
 
 
 def test_a_source_that_was_replaced_in_the_first_run_of_a_process_is_the_runs_in_later_ones() -> None:
     code = (
         "import os, random, secrets\n"
-        "from pytest_hricdv.runtime.random_numbers import seeded_by\n"
+        "from pytest_hricdv.runtime.random_numbers import seed_run\n"
         "real = os.urandom, random._urandom\n"
         "os.urandom = random._urandom = bytes\n"
-        "with seeded_by(1):\n"
+        "with seed_run(1):\n"
         "    assert os.urandom(2) == bytes(2)\n"
         "os.urandom, random._urandom = real\n"
         "drawn = []\n"
         "for _ in range(2):\n"
-        "    with seeded_by(1):\n"
+        "    with seed_run(1):\n"
         "        drawn.append((os.urandom(4), secrets.token_hex(), random.SystemRandom().random()))\n"
         "assert drawn[0] == drawn[1], drawn\n"
     )
@@ -330,9 +330,9 @@ def test_what_only_says_that_it_is_a_module_is_passed_over(monkeypatch: pytest.M
     library = _Library()
     assert isinstance(library, ModuleType)
     monkeypatch.setitem(sys.modules, "_openssl.lib", library)
-    with seeded_by(1):
+    with seed_run(1):
         first = os.urandom(4)
-    with seeded_by(1):
+    with seed_run(1):
         assert os.urandom(4) == first
 
 
@@ -345,7 +345,7 @@ def test_names_that_were_looked_for_before_a_fork_are_replaced_in_each_run(
     vars(module)["draw"] = os.urandom
     monkeypatch.setitem(sys.modules, module.__name__, module)
     if is_within:
-        with seeded_by(1):
+        with seed_run(1):
             vars(module)["late"] = ModuleType("late")
             monkeypatch.setitem(sys.modules, "late", vars(module)["late"])
             find_names()
@@ -353,7 +353,7 @@ def test_names_that_were_looked_for_before_a_fork_are_replaced_in_each_run(
         find_names()
     drawn = []
     for _ in range(2):
-        with seeded_by(1):
+        with seed_run(1):
             drawn.append((module.draw(4), os.urandom(4)))
     assert drawn[0] == drawn[1]
     assert module.draw is os.urandom

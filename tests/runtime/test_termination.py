@@ -10,7 +10,7 @@ import pytest
 from pytest_hricdv.runtime import Kernel, NodeError
 from pytest_hricdv.runtime.node_error import KernelError
 from pytest_hricdv.runtime.termination import refusal, word_of
-from pytest_hricdv.runtime.virtual.outside import guarded
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 
 class Busy(unittest.SkipTest):
@@ -74,12 +74,15 @@ def test_the_refusal_says_where_and_what_to_do() -> None:
 def test_a_run_does_not_end_the_process() -> None:
     kernel = Kernel()
     kernel.spawn("robot", lambda: os._exit(0))
-    with guarded(kernel), pytest.raises(NodeError, match=r"os\._exit\(0\) at .*test_termination\.py:\d+: it would end"):
+    with (
+        guard_run(kernel),
+        pytest.raises(NodeError, match=r"os\._exit\(0\) at .*test_termination\.py:\d+: it would end"),
+    ):
         kernel.run(1.0)
 
 
 def test_nor_does_its_world() -> None:
-    with guarded(Kernel()), pytest.raises(KernelError, match=r"os\._exit\(3\)"):
+    with guard_run(Kernel()), pytest.raises(KernelError, match=r"os\._exit\(3\)"):
         os._exit(3)
 
 
@@ -93,6 +96,6 @@ def test_a_process_that_a_node_has_forked_ends_as_it_likes() -> None:
         ended.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 
     kernel.spawn("robot", node)
-    with guarded(kernel):
+    with guard_run(kernel):
         kernel.run(1.0)
     assert ended == [7]

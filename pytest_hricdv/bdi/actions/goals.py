@@ -9,7 +9,7 @@ from pytest_hricdv.bdi.actions.registry import MANY, Invocation, internal_action
 from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.failures import drop_goal, fail_goal
 from pytest_hricdv.bdi.agent.intentions import TICKS_PER_MS, Event, IntendedMeans, Intention
-from pytest_hricdv.bdi.language.syntax import AchievementGoal, Statement, Trigger
+from pytest_hricdv.bdi.language.syntax import AchievementGoal, PlanTrigger, Statement
 from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import ListTerm, Number, PlanTerm, String, Structure, Term
 from pytest_hricdv.bdi.logic.substitution import Bindings
@@ -72,7 +72,7 @@ def _settle(invocation: Invocation, succeeded: bool) -> bool:
 
 
 @internal_action("succeed_goal", 1, inspects=True)
-def _succeed_goal(invocation: Invocation) -> Outcome:
+def _achieve_goal(invocation: Invocation) -> Outcome:
     return _settle(invocation, True)
 
 
@@ -175,7 +175,7 @@ def _resume(invocation: Invocation) -> Outcome:
         agent.suspended.remove(intention)
         agent.run.progress += 1
         means = intention.top
-        at_suspend = not means.finished and str(means.statement).startswith(".suspend")
+        at_suspend = not means.is_finished and str(means.statement).startswith(".suspend")
         if at_suspend:
             agent.go_on(intention)
         else:
@@ -184,7 +184,7 @@ def _resume(invocation: Invocation) -> Outcome:
 
 
 @internal_action("suspended", 2, inspects=True)
-def _suspended(invocation: Invocation) -> Outcome:
+def _find_suspended_goal(invocation: Invocation) -> Outcome:
     """The second argument is the reason, in the words of Jason 1.4.2: ``suspended``, or what it also waits for."""
     goal = invocation.literal(0)
     agent = invocation.agent
@@ -216,7 +216,9 @@ def _current_intention(invocation: Invocation) -> Outcome:
 
 def _means_term(agent: AgentState, means: IntendedMeans) -> Structure:
     plan = means.plan
-    event = PlanTerm(replace(plan, label="_plan", trigger=Trigger(means.sign, means.literal), context=None, body=()))
+    event = PlanTerm(
+        replace(plan, label="_plan", trigger=PlanTrigger(means.sign, means.literal), context=None, body=())
+    )
     # The names of variables are texts: as variables they would be those of the plan that asks.
     values = sorted((str(name), agent.value(value, means.unifier)) for name, value in means.unifier.items())
     maps = tuple(Structure("map", (String(name), value)) for name, value in values)
@@ -232,7 +234,7 @@ def _rest(agent: AgentState, means: IntendedMeans) -> Term:
 
 
 @internal_action("done", 0, 1, inspects=True)
-def _done(invocation: Invocation) -> Outcome:
+def _finish_own_goal(invocation: Invocation) -> Outcome:
     """End a goal of the intention that this is a statement of, as if it had been achieved; without one, its own."""
     agent, intention = invocation.agent, invocation.own_intention()
     goal = invocation.literal(0) if invocation.args else intention.top.literal

@@ -10,13 +10,13 @@ from pytest_hricdv.bdi.agent.agent_state import Outcome
 from pytest_hricdv.bdi.language.errors import BdiError, EvaluationError
 from pytest_hricdv.bdi.language.limits import limit_answers, spend
 from pytest_hricdv.bdi.language.parser import parse_plan, parse_trigger
-from pytest_hricdv.bdi.language.syntax import Plan, Rule, Trigger
+from pytest_hricdv.bdi.language.syntax import Plan, PlanTrigger, Rule
 from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     ListTerm,
     Number,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     String,
     Structure,
     Term,
@@ -80,7 +80,7 @@ def _abolish(invocation: Invocation) -> Outcome:
     """Remove every belief that matches, with all its sources; each removal is an event. A variable matches all."""
     agent = invocation.agent
     pattern = invocation.value(0)
-    if isinstance(pattern, (Variable, AnnotatedVariable, Qualified)):
+    if isinstance(pattern, (Variable, AnnotatedVariable, QualifiedLiteral)):
         entries = [entry for key in list(agent.beliefs.buckets) for entry in agent.beliefs.candidates(key)]
     else:
         entries = list(agent.beliefs.candidates(invocation.literal(0).key))
@@ -231,7 +231,7 @@ def _relevant_plans(invocation: Invocation) -> Outcome:
     )
 
 
-def _is_for(plan: Plan, trigger: Trigger) -> bool:
+def _is_for(plan: Plan, trigger: PlanTrigger) -> bool:
     return plan.trigger.sign == trigger.sign and unify(plan.trigger.literal, trigger.literal, {}, [])
 
 

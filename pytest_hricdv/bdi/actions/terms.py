@@ -177,7 +177,7 @@ def _several_random(invocation: Invocation, most: int) -> Iterator[object]:
 
 
 @internal_action("substring", 2, 4)
-def _substring(invocation: Invocation) -> Iterator[object]:
+def _find_text(invocation: Invocation) -> Iterator[object]:
     """Where the first argument is in the second; if either is free, what is between two places of the other.
 
     The fourth argument is the place of the last character where the text is looked for, and the one after it otherwise.

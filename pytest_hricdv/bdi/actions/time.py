@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.agent.agent_state import AgentState, Outcome
 from pytest_hricdv.bdi.agent.intentions import IntendedMeans, PendingWait
 from pytest_hricdv.bdi.language.errors import EvaluationError
 from pytest_hricdv.bdi.language.parser import parse_trigger
-from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, Trigger
+from pytest_hricdv.bdi.language.syntax import GOAL_STATE, InternalActionCall, Plan, PlanTrigger
 from pytest_hricdv.bdi.language.terms import (
     Arithmetic,
     Call,
@@ -82,7 +82,7 @@ def _at(invocation: Invocation) -> Outcome:
         return _cause(agent, trigger)
     # An intention of its own: it waits at its first statement, and its second one is the event, then due at once.
     later = InternalActionCall(Call(".at", (String("now"), event), place), place)
-    plan = Plan("_at", Trigger("+", _AT), None, (later, later), place, builtin=True)
+    plan = Plan("_at", PlanTrigger("+", _AT), None, (later, later), place, builtin=True)
     intention = agent.new_intention()
     intention.stack.append(IntendedMeans(plan, "+", _AT, {}))
     deadline = run.deadline(delay_ms)
@@ -91,7 +91,7 @@ def _at(invocation: Invocation) -> Outcome:
     return True
 
 
-def _cause(agent: AgentState, trigger: Trigger) -> bool:
+def _cause(agent: AgentState, trigger: PlanTrigger) -> bool:
     literal = trigger.literal
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{trigger} is not an event", WRONG)
@@ -115,7 +115,7 @@ def _event(invocation: Invocation, index: int) -> String | PlanTerm:
     return value
 
 
-def _trigger(invocation: Invocation, value: String | PlanTerm) -> Trigger:
+def _trigger(invocation: Invocation, value: String | PlanTerm) -> PlanTrigger:
     if isinstance(value, String):
         return invocation.read(value.value, parse_trigger)
     if not isinstance(value.plan, Plan):

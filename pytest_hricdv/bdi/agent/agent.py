@@ -107,7 +107,7 @@ class Agent(AgentState):
         if atomic is None or not atomic.stack or atomic in self.intentions or not others:
             return
         plan = atomic.top.plan
-        place = plan.location if atomic.top.finished else atomic.top.statement.location
+        place = plan.location if atomic.top.is_finished else atomic.top.statement.location
         self.run.warn(
             f"{self.name}: {place}: the run ended while the atomic intention waited here, in plan @{plan.label}; until "
             f"it goes on, the agent does nothing else, and {others} of its events and intentions are left"

@@ -375,7 +375,7 @@ class AgentState:
         """What the agent is doing, for error messages."""
         if self.current is not None and self.current.stack:
             means = self.current.top
-            place = means.plan.location if means.finished else means.statement.location
+            place = means.plan.location if means.is_finished else means.statement.location
             return f"in plan @{means.plan.label} ({place})"
         if self.considered is not None:
             return f"in the context of plan @{self.considered.label} ({self.considered.location})"

@@ -30,7 +30,7 @@ def fail(agent: AgentState, intention: Intention, error: str, message: str, extr
         extra: annotations for the failure event.
     """
     means = intention.stack[-1]
-    statement = None if means.finished else means.statement
+    statement = None if means.is_finished else means.statement
     place = means.plan.location if statement is None else statement.location
     annots: tuple[Structure, ...] = (
         Structure("error", (Structure(error),)),
@@ -66,7 +66,7 @@ def _error_message(error: str, message: str, means: IntendedMeans) -> str:
 
 def _code(agent: AgentState, means: IntendedMeans) -> Term:
     """What a plan was about to do, as a term where it is one, else as text."""
-    statement = None if means.finished else means.statement
+    statement = None if means.is_finished else means.statement
     if isinstance(statement, InternalActionCall):
         # Not as a call, which would be evaluated as a function.
         done: object = Structure(statement.call.name, statement.call.args)  # type: ignore[arg-type]

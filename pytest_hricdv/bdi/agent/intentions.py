@@ -10,7 +10,7 @@ from typing import Protocol
 
 from pytest_hricdv.bdi.agent.directory import Directory
 from pytest_hricdv.bdi.language.errors import Location
-from pytest_hricdv.bdi.language.syntax import Body, ExternalAction, For, Formula, Plan, Statement, Trigger, While
+from pytest_hricdv.bdi.language.syntax import Body, ExternalAction, For, Formula, Plan, PlanTrigger, Statement, While
 from pytest_hricdv.bdi.language.terms import Number, Structure, Term, Variable
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import Trail, undo, unify
@@ -64,7 +64,7 @@ class IntendedMeans:
         return means
 
     @property
-    def finished(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether the plan has no statement left."""
         return self.pc >= len(self.body)
 
@@ -160,7 +160,7 @@ class PendingWait:
     """When it began, in ticks of the virtual clock."""
     deadline: float | None = None
     """When it stops waiting, in ticks."""
-    trigger: Trigger | None = None
+    trigger: PlanTrigger | None = None
     condition: Formula | None = None
     elapsed: Term | None = None
     """What to unify the time waited with, in ms; without it, a deadline reached while waiting for something is a

@@ -15,9 +15,9 @@ from pytest_hricdv.bdi.language.syntax import (
     Not,
     Or,
     Plan,
-    Trigger,
+    PlanTrigger,
 )
-from pytest_hricdv.bdi.language.terms import Key, Qualified, Structure, Variable, is_evaluable, is_ground
+from pytest_hricdv.bdi.language.terms import Key, QualifiedLiteral, Structure, Variable, is_evaluable, is_ground
 from pytest_hricdv.bdi.logic.conditions import Condition, condition_of
 from pytest_hricdv.bdi.logic.substitution import Bindings
 from pytest_hricdv.bdi.logic.unify import unify
@@ -105,13 +105,13 @@ class PlanOptions(dict[Key, tuple[Option, ...]]):
         return options
 
 
-def _may_match(trigger: Trigger, event: EventKey) -> bool:
+def _may_match(trigger: PlanTrigger, event: EventKey) -> bool:
     """Whether a trigger may match events with this key; a bare variable stands for literals without a name space."""
     literal, (_, functor, arity) = trigger.literal, event[1]
     if isinstance(literal, Structure):
         return trigger.key == event
     space, name = split(functor)
-    if not isinstance(literal, Qualified):
+    if not isinstance(literal, QualifiedLiteral):
         return space == DEFAULT
     if literal.space != Structure(space) and (isinstance(literal.space, Structure) or space.startswith(LOCAL)):
         return False
@@ -124,7 +124,7 @@ def _option(plan: Plan) -> Option:
     return plan, match, None if plan.context is None else condition_of(plan.context)
 
 
-def _match(trigger: Trigger) -> Match:
+def _match(trigger: PlanTrigger) -> Match:
     wanted = trigger.literal
 
     # Which way to match is decided once, when the plan is first relevant, not for each event.

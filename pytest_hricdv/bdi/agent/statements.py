@@ -30,7 +30,7 @@ from pytest_hricdv.bdi.language.syntax_tree import variables_of
 from pytest_hricdv.bdi.language.terms import (
     SOURCE_SELF,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Variable,
 )
@@ -56,7 +56,7 @@ def _test(agent: AgentState, intention: Intention, means: IntendedMeans, stateme
         means.unifier = solution
         agent.go_on(intention)
         return
-    if isinstance(formula, Qualified) and not isinstance(agent.value(formula, means.unifier), Structure):
+    if isinstance(formula, QualifiedLiteral) and not isinstance(agent.value(formula, means.unifier), Structure):
         fail(agent, intention, "test_goal_failed", f"test goal {statement} failed")
         return
     if isinstance(formula, GoalTerm):
@@ -209,7 +209,7 @@ def literal_of(agent: AgentState, term: GoalTerm | PlanTerm, bindings: Bindings)
     literal = agent.value(term, bindings)
     if isinstance(literal, Variable):
         raise EvaluationError(f"variable {literal} has no value here", "body_var_without_value")
-    if isinstance(literal, Qualified):
+    if isinstance(literal, QualifiedLiteral):
         raise EvaluationError(f"name space {literal.space} has no value here", "body_var_without_value")
     if not isinstance(literal, Structure):
         raise EvaluationError(f"{term} is not a literal but {literal}")

@@ -28,7 +28,7 @@ from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Call,
     ListTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Term,
     Variable,
@@ -63,7 +63,7 @@ def without_space(literal: Structure) -> tuple[Structure, Structure]:
     return Structure(space), Structure(name, literal.args, literal.annots, literal.negated, literal.annots_tail)
 
 
-def in_space(space: Term, literal: Term, written: Qualified) -> Term:
+def in_space(space: Term, literal: Term, written: QualifiedLiteral) -> Term:
     """A literal in a name space; what has one, or is no literal, as it is.
 
     Args:
@@ -77,11 +77,11 @@ def in_space(space: Term, literal: Term, written: Qualified) -> Term:
     if not isinstance(literal, (Structure, Variable, AnnotatedVariable)):
         return literal
     if isinstance(space, Variable):
-        return Qualified(space, literal)
+        return QualifiedLiteral(space, literal)
     if not isinstance(space, Structure) or not is_name(space):
         raise EvaluationError(f"{space} is no name of a name space, in {written}")
     if not isinstance(literal, Structure):
-        return Qualified(space, literal)
+        return QualifiedLiteral(space, literal)
     if space.functor == DEFAULT or split(literal.functor)[0] != DEFAULT:
         return literal
     functor = f"{space.functor}::{literal.functor}"
@@ -150,11 +150,11 @@ def resolve(part: Any, scope: _Scope, qualify: bool) -> Any:
         return _literal(part, scope, qualify)
     if isinstance(part, (Variable, AnnotatedVariable)):
         return _variable(part, scope, qualify)
-    if isinstance(part, Qualified):
+    if isinstance(part, QualifiedLiteral):
         space, literal = part.space, resolve(part.literal, scope, False)
         if isinstance(space, Structure):
             space = Structure(scope.functor(f"{space.functor}::", 0, True).removesuffix("::") or DEFAULT)
-        return Qualified(space, literal)
+        return QualifiedLiteral(space, literal)
     if isinstance(part, ListTerm):
         return ListTerm(resolve(part.items, scope, False), resolve(part.tail, scope, False))
     if isinstance(part, ExternalAction) and isinstance(part.action, Variable):
@@ -185,4 +185,4 @@ def _variable(variable: Variable | AnnotatedVariable, scope: _Scope, qualify: bo
         variable = AnnotatedVariable(variable.variable, annots, variable.annots_tail, variable.negated)
     if not qualify or scope.space == DEFAULT:
         return variable
-    return Qualified(Structure(scope.names.get(scope.space, scope.space)), variable)
+    return QualifiedLiteral(Structure(scope.names.get(scope.space, scope.space)), variable)

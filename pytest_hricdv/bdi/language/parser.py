@@ -18,7 +18,7 @@ from pytest_hricdv._base.grammar import lark_parser
 from pytest_hricdv._base.input_file import EncodingError, MalformedError
 from pytest_hricdv.bdi.language import name_spaces
 from pytest_hricdv.bdi.language.errors import BdiError, BdiSyntaxError, Location
-from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, Program, Rule, Trigger
+from pytest_hricdv.bdi.language.syntax import Include, InitialGoal, Plan, PlanTrigger, Program, Rule
 from pytest_hricdv.bdi.language.terms import Structure, Term
 
 if TYPE_CHECKING:
@@ -237,9 +237,9 @@ def parse_literal(text: str) -> Structure:
     return literal
 
 
-def parse_trigger(text: str) -> Trigger:
+def parse_trigger(text: str) -> PlanTrigger:
     """Parse a triggering event such as ``+done(X)``. Raises BdiSyntaxError: the text is not a triggering event."""
-    trigger: Trigger = _parse(text, "<event>", "one_trigger")
+    trigger: PlanTrigger = _parse(text, "<event>", "one_trigger")
     return trigger
 
 

@@ -19,8 +19,8 @@ from pytest_hricdv.bdi.language.syntax import (
     InternalActionCall,
     Not,
     Plan,
+    PlanTrigger,
     TestGoal,
-    Trigger,
 )
 from pytest_hricdv.bdi.language.terms import Call, Number, Structure, Variable, source
 
@@ -79,18 +79,18 @@ def expand_pattern(directive: Structure, inside: PlanPattern, at: Location) -> P
 def _declarative(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``dg(g)``: g is achieved once it is believed, and each plan for it ends with a test of it."""
     goal = _argument(directive, 0)
-    achieved = _plan(Trigger("+!", goal), goal, (), at)
+    achieved = _plan(PlanTrigger("+!", goal), goal, (), at)
     plans = [
         replace(plan, body=(*plan.body, TestGoal(goal, at))) if _is_for_goal(plan) else plan for plan in inside.plans
     ]
-    ends = _plan(Trigger("+", goal), None, (_call(".succeed_goal", goal, at),), at)
+    ends = _plan(PlanTrigger("+", goal), None, (_call(".succeed_goal", goal, at),), at)
     return PlanPattern((achieved, *plans, ends), inside.beliefs)
 
 
 def _with_backtracking(directive: Structure, inside: PlanPattern, at: Location) -> PlanPattern:
     """``bdg(g)``: as dg; after a failure, g is tried again."""
     goal = _argument(directive, 0)
-    again = _plan(Trigger("-!", goal), None, _pursue(goal, at), at)
+    again = _plan(PlanTrigger("-!", goal), None, _pursue(goal, at), at)
     return _and(_declarative(directive, inside, at), again)
 
 
@@ -107,7 +107,7 @@ def _exclusive(directive: Structure, inside: PlanPattern, at: Location) -> PlanP
         plans.append(plan)
     expanded = _with_backtracking(directive, PlanPattern(tuple(plans), inside.beliefs), at)
     forget = _call(".abolish", Structure("p__f", (Variable("_Number"), goal)), at)
-    ends = Trigger("+", goal)
+    ends = PlanTrigger("+", goal)
     return replace(
         expanded,
         plans=tuple(
@@ -120,7 +120,7 @@ def _exclusive(directive: Structure, inside: PlanPattern, at: Location) -> PlanP
 def _blind(directive: Structure, inside: PlanPattern, at: Location, inner: int = 1) -> PlanPattern:
     """``bc(g)``: blind commitment, g is pursued until it is achieved; ``bc(g, dg)`` is made of another pattern."""
     goal = _argument(directive, 0)
-    return _and(_inner(directive, inside, at, inner), _plan(Trigger("+!", goal), None, _pursue(goal, at), at))
+    return _and(_inner(directive, inside, at, inner), _plan(PlanTrigger("+!", goal), None, _pursue(goal, at), at))
 
 
 def _inner(directive: Structure, inside: PlanPattern, at: Location, index: int) -> PlanPattern:
@@ -154,7 +154,7 @@ def _maintenance(directive: Structure, inside: PlanPattern, at: Location) -> Pla
     """``mg(g)``: g, which is perceived at first, is achieved again whenever it ends."""
     goal = _argument(directive, 0)
     expanded = _inner(directive, inside, at, 1)
-    again = _plan(Trigger("-", goal), None, _pursue(goal, at), at)
+    again = _plan(PlanTrigger("-", goal), None, _pursue(goal, at), at)
     perceived = goal.with_annotations((*goal.annots, source("percept")))
     return PlanPattern((*expanded.plans, again), (*expanded.beliefs, perceived))
 
@@ -167,11 +167,11 @@ def _in_sequence(directive: Structure, inside: PlanPattern, at: Location) -> Pla
     adopt = AchievementGoal(waiting, False, at)
     update = [BeliefUpdate(sign, literal, at) for sign, literal in (("+", pursued), ("-", pursued), ("-", other))]
     plans = (
-        _plan(Trigger("+", event), And((Not(any_pursued), context)), (adopt,), at),
-        _plan(Trigger("+", event), And((any_pursued, context)), (BeliefUpdate("+", waiting, at),), at),
-        _plan(Trigger("+!", waiting), None, (update[0], AchievementGoal(goal, False, at), update[1]), at),
-        _plan(Trigger("-!", waiting), None, (update[1],), at),
-        _plan(Trigger("-", any_pursued), other, (update[2], AchievementGoal(other, False, at)), at),
+        _plan(PlanTrigger("+", event), And((Not(any_pursued), context)), (adopt,), at),
+        _plan(PlanTrigger("+", event), And((any_pursued, context)), (BeliefUpdate("+", waiting, at),), at),
+        _plan(PlanTrigger("+!", waiting), None, (update[0], AchievementGoal(goal, False, at), update[1]), at),
+        _plan(PlanTrigger("-!", waiting), None, (update[1],), at),
+        _plan(PlanTrigger("-", any_pursued), other, (update[2], AchievementGoal(other, False, at)), at),
     )
     return PlanPattern((*inside.plans, *plans), inside.beliefs)
 
@@ -199,15 +199,15 @@ def _argument(directive: Structure, index: int) -> Structure:
 def _give_up(pattern: PlanPattern, directive: Structure, at: Location) -> PlanPattern:
     """The pattern, with the goal given up once the second argument is believed: then it is not tried again either."""
     goal, hopeless = _argument(directive, 0), _argument(directive, 1)
-    again = _plan(Trigger("-!", goal), None, _pursue(goal, at), at)
+    again = _plan(PlanTrigger("-!", goal), None, _pursue(goal, at), at)
     plans = (replace(plan, context=Not(hopeless)) if plan == again else plan for plan in pattern.plans)
-    fails = _plan(Trigger("+", hopeless), None, (_call(".fail_goal", goal, at),), at)
+    fails = _plan(PlanTrigger("+", hopeless), None, (_call(".fail_goal", goal, at),), at)
     return PlanPattern((*plans, fails), pattern.beliefs)
 
 
 def _no_longer_motivated(directive: Structure, index: int, at: Location) -> Plan:
     ends = (_call(".succeed_goal", _argument(directive, 0), at),)
-    return _plan(Trigger("-", _argument(directive, index)), None, ends, at)
+    return _plan(PlanTrigger("-", _argument(directive, index)), None, ends, at)
 
 
 def _is_for_goal(plan: Plan) -> bool:
@@ -222,5 +222,5 @@ def _call(name: str, literal: Structure, at: Location) -> InternalActionCall:
     return InternalActionCall(Call(name, (literal,), at), at)
 
 
-def _plan(trigger: Trigger, context: Formula | None, body: Body, at: Location) -> Plan:
+def _plan(trigger: PlanTrigger, context: Formula | None, body: Body, at: Location) -> Plan:
     return Plan(_AUTOMATIC, trigger, context, body, at)

@@ -10,7 +10,7 @@ from pytest_hricdv.bdi.language.terms import (
     Call,
     Key,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Term,
     Variable,
@@ -61,8 +61,8 @@ class Comparison:
         return f"({self.left} {self.operator} {self.right})"
 
 
-Formula = Structure | Variable | AnnotatedVariable | Qualified | Call | And | Or | Not | Comparison
-GoalTerm = Structure | Variable | AnnotatedVariable | Qualified
+Formula = Structure | Variable | AnnotatedVariable | QualifiedLiteral | Call | And | Or | Not | Comparison
+GoalTerm = Structure | Variable | AnnotatedVariable | QualifiedLiteral
 """What can be achieved, tested or believed: a literal, or a variable that stands for one."""
 
 
@@ -238,7 +238,7 @@ def with_state(goal: Structure, state: str) -> Structure:
 
 
 @dataclass(frozen=True, slots=True)
-class Trigger:
+class PlanTrigger:
     """A triggering event; ``sign`` is one of :data:`SIGNS`."""
 
     sign: str
@@ -261,7 +261,7 @@ class Plan:
     """
 
     label: str
-    trigger: Trigger
+    trigger: PlanTrigger
     context: Formula | None
     body: Body
     location: Location = field(compare=False)

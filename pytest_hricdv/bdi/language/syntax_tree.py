@@ -15,7 +15,7 @@ from pytest_hricdv.bdi.language.terms import (
     FormulaTerm,
     ListTerm,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Term,
     Variable,
@@ -23,7 +23,7 @@ from pytest_hricdv.bdi.language.terms import (
 
 Valuation = Callable[[Term], Term]
 """Gives the value of a term under some bindings."""
-_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, Qualified, PlanTerm, FormulaTerm)
+_VALUED = (Variable, Structure, ListTerm, Arithmetic, AnnotatedVariable, QualifiedLiteral, PlanTerm, FormulaTerm)
 
 
 def with_values(term: PlanTerm, value: Valuation) -> PlanTerm:
@@ -117,7 +117,7 @@ def child_fields(node: object) -> tuple[str, ...]:
 
 _CHILDREN: dict[type, tuple[str, ...]] = {
     Structure: ("args", "annots", "annots_tail"),
-    Qualified: ("space", "literal"),
+    QualifiedLiteral: ("space", "literal"),
     AnnotatedVariable: ("variable", "annots", "annots_tail"),
     Call: ("args",),
     ListTerm: ("items", "tail"),
@@ -138,7 +138,7 @@ _CHILDREN: dict[type, tuple[str, ...]] = {
     syntax.While: ("condition", "body"),
     syntax.For: ("condition", "body"),
     syntax.ForkStatement: ("branches",),
-    syntax.Trigger: ("literal",),
+    syntax.PlanTrigger: ("literal",),
     syntax.Plan: ("trigger", "context", "body"),
     syntax.Rule: ("head", "body"),
     syntax.Program: ("beliefs", "goals", "plans"),

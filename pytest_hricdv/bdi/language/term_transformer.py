@@ -22,7 +22,7 @@ from pytest_hricdv.bdi.language.terms import (
     ListTerm,
     Number,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     String,
     Structure,
     Term,
@@ -153,7 +153,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
     def plan_term(self, meta: Meta, items: Children) -> Term:
         return PlanTerm(items[0])
 
-    def literal(self, meta: Meta, items: Children) -> Structure | Qualified:
+    def literal(self, meta: Meta, items: Children) -> Structure | QualifiedLiteral:
         space, negation, functor, arguments, annotations = items
         args = tuple(self._argument(meta, argument) for argument in arguments or ())
         annots, tail = annotations or ((), None)
@@ -170,7 +170,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         qualifier = self._space(space)
         name = functor if qualifier is None or isinstance(qualifier, Variable) else f"{qualifier.functor}::{functor}"
         literal = Structure(str(name), args, (), negation is not None).with_annotations(annots, tail)
-        return Qualified(qualifier, literal) if isinstance(qualifier, Variable) else literal
+        return QualifiedLiteral(qualifier, literal) if isinstance(qualifier, Variable) else literal
 
     def _space(self, token: str | None) -> Structure | Variable | None:
         """The name space before a literal, as written: without a name, it is that of the source."""
@@ -194,7 +194,7 @@ class TermTransformer(Transformer_NonRecursive):  # type: ignore[type-arg]
         if negation is not None or annotations is not None:
             variable = AnnotatedVariable(Variable(name), annots, tail, negation is not None)
         qualifier = self._space(space)
-        return variable if qualifier is None else Qualified(qualifier, variable)
+        return variable if qualifier is None else QualifiedLiteral(qualifier, variable)
 
     def _new_name(self) -> str:
         self._anonymous += 1

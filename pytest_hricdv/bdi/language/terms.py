@@ -304,7 +304,7 @@ class AnnotatedVariable:
 
 
 @dataclass(frozen=True, slots=True)
-class Qualified:
+class QualifiedLiteral:
     """A literal of a name space that is a variable, ``NS::p(X)``, or a variable for a literal of one, ``ns::G``.
 
     Literals of a name space that is a name are structures with the functor ``ns::p``.
@@ -348,7 +348,7 @@ Term = (
     | Arithmetic
     | Call
     | AnnotatedVariable
-    | Qualified
+    | QualifiedLiteral
     | PlanTerm
     | FormulaTerm
     | CollectionTerm

@@ -16,7 +16,7 @@ from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Call,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Term,
     Variable,
@@ -39,9 +39,9 @@ class AgentSpeakTransformer(TermTransformer):
         self._without_conditions()
         return self._term(meta, items[0])
 
-    def one_trigger(self, meta: Meta, items: Children) -> syntax.Trigger:
+    def one_trigger(self, meta: Meta, items: Children) -> syntax.PlanTrigger:
         self._without_conditions()
-        trigger: syntax.Trigger = items[0]
+        trigger: syntax.PlanTrigger = items[0]
         return trigger
 
     def one_plan(self, meta: Meta, items: Children) -> syntax.Plan:
@@ -143,15 +143,15 @@ class AgentSpeakTransformer(TermTransformer):
         annots, tail = items[0]
         return Structure(_NO_NAME).with_annotations(annots, tail)
 
-    def trigger(self, meta: Meta, items: Children) -> syntax.Trigger:
+    def trigger(self, meta: Meta, items: Children) -> syntax.PlanTrigger:
         sign = str(items[0]) + ("" if items[1] is None else str(items[1]))
         if sign == syntax.GOAL_STATE:
             self._see_whether_it_may_come(meta, items[2])
-        return syntax.Trigger(sign, items[2])
+        return syntax.PlanTrigger(sign, items[2])
 
     def _see_whether_it_may_come(self, meta: Meta, goal: syntax.GoalTerm) -> None:
         """Warn of a plan for the event of a goal's state that never comes."""
-        literal = goal.literal if isinstance(goal, Qualified) else goal
+        literal = goal.literal if isinstance(goal, QualifiedLiteral) else goal
         annots = () if isinstance(literal, Variable) else literal.annots
         states = [annot.args[0] for annot in annots if isinstance(annot, Structure) and annot.key == syntax.STATE]
         for state in states:

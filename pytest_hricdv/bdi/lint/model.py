@@ -120,14 +120,14 @@ class System:
         mentions = [*agent.tests, *agent.deletions]
         declared = {name for name, file in self.percepts if file in (None, agent.file)}
         for mention in mentions:
-            literal, sources = mention.literal, annotated_sources(mention.literal)
+            literal, sources = mention.literal, sources_in(mention.literal)
             if literal.functor in declared or PERCEPT in sources:
                 additions.append(Addition(literal.key, PERCEPT, mention.location))
             if not self.closed:
                 additions += [Addition(literal.key, source, mention.location) for source in sources - {SELF, PERCEPT}]
         return additions
 
-    def requested_goals(self, agent: AgentModel) -> list[Mention]:
+    def goals_sent_to(self, agent: AgentModel) -> list[Mention]:
         """The goals that are sent to an agent by name or by broadcast."""
         return [
             goal
@@ -172,7 +172,7 @@ def _beliefs_told(message: SentMessage, source: str | None) -> list[Addition]:
     ]
 
 
-def annotated_sources(literal: Structure) -> frozenset[str | None]:
+def sources_in(literal: Structure) -> frozenset[str | None]:
     """The sources in a literal's annotations; None for a variable."""
     named: set[str | None] = set()
     for annot in literal.annots:

@@ -21,7 +21,7 @@ from pytest_hricdv.bdi.language.terms import (
     Term,
     Variable,
 )
-from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, SentMessage, annotated_sources
+from pytest_hricdv.bdi.lint.model import SELF, Addition, AgentModel, Mention, SentMessage, sources_in
 
 _HIDDEN = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/|\"[^\"\\]*(?:\\.[^\"\\]*)*\"")
 
@@ -95,7 +95,7 @@ _ANONYMOUS = re.compile(r"(?<!\w)_+[A-Za-z]\w*")
 _CLAUSE_END = re.compile(r"\.(?=\s|$)")
 
 
-def repeated_anonymous(file: str) -> Iterator[tuple[Location, str]]:
+def repeats_of_anonymous(file: str) -> Iterator[tuple[Location, str]]:
     """The names of the form ``_name`` that are written again in a clause of a source, at their second place."""
     code, start = _code_of(file), 0
     for end in (*(match.end() for match in _CLAUSE_END.finditer(code)), len(code)):
@@ -196,7 +196,7 @@ def _has_source_annotation(literal: Term) -> bool:
 
 
 def _add(literal: Structure, place: Location, during_run: bool) -> list[Addition]:
-    return [Addition(literal.key, source, place, during_run) for source in annotated_sources(literal) or {SELF}]
+    return [Addition(literal.key, source, place, during_run) for source in sources_in(literal) or {SELF}]
 
 
 def _formula(model: AgentModel, formula: object, place: Location, skip: str, plan: syntax.Plan | None) -> None:

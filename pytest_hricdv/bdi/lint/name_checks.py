@@ -13,9 +13,9 @@ from pytest_hricdv.bdi.lint.model import (
     Mention,
     Problem,
     System,
-    annotated_sources,
     check,
     predicate_text,
+    sources_in,
 )
 from pytest_hricdv.bdi.lint.model_builder import declaration_of
 from pytest_hricdv.bdi.logic.substitution import rename_apart
@@ -52,7 +52,7 @@ def unknown_beliefs(system: System, agent: AgentModel) -> Iterator[tuple[Mention
         if not any(addition.may_match(key) for addition in held):
             yield mention, None
             continue
-        for source in sorted(filter(None, annotated_sources(mention.literal))):
+        for source in sorted(filter(None, sources_in(mention.literal))):
             if not any(addition.may_match(key, source) for addition in held):
                 yield mention, source
 
@@ -83,7 +83,7 @@ def find_unmatched_deletions(system: System) -> Iterator[Problem]:
         for mention in agent.deletions:
             key = mention.literal.key
             matching = [addition for addition in held if addition.may_match(key)]
-            named = annotated_sources(mention.literal) or frozenset({SELF})
+            named = sources_in(mention.literal) or frozenset({SELF})
             if not matching:
                 yield mention.location, f"{predicate_text(key)} is never added to the beliefs of {agent.name}"
             elif None not in named and not any(a.may_match(key, source) for a in matching for source in named):
@@ -146,7 +146,7 @@ def find_goals_without_plan(system: System) -> Iterator[Problem]:
 
 def goals_without_plan(system: System, agent: AgentModel) -> Iterator[tuple[Mention, bool]]:
     """The goals without a plan, and whether there are plans for goals of that name and arity."""
-    for mention in (*agent.goals, *system.requested_goals(agent)):
+    for mention in (*agent.goals, *system.goals_sent_to(agent)):
         if not has_plan(system, agent, mention):
             yield mention, any(plan.trigger.key == ("+!", mention.literal.key) for plan in agent.plans)
 

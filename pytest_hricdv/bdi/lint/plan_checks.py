@@ -112,7 +112,7 @@ def find_endless_spins(system: System) -> Iterator[Problem]:
     for agent in system.agents:
         if agent.actions & GOAL_ENDING or _receives_unachieve(system, agent):
             continue
-        changing = _ChangingConditions(system, agent)
+        changing = _Changes(system, agent)
         for index, plan in enumerate(agent.plans):
             if _only_pursues_itself(plan) and not changing.may_end(agent.plans[:index], plan):
                 yield plan.location, f"nothing can end the pursuit of {plan.trigger}"
@@ -149,7 +149,7 @@ def _loops(body: syntax.Body) -> Iterator[syntax.While]:
             yield from _loops(getattr(statement, block, ()))
 
 
-class _ChangingConditions:
+class _Changes:
     """Decides which conditions of an agent may change during a run."""
 
     def __init__(self, system: System, agent: AgentModel) -> None:

@@ -9,7 +9,7 @@ from pytest_hricdv.bdi.language.errors import Location
 from pytest_hricdv.bdi.language.syntax_tree import children, variables_of
 from pytest_hricdv.bdi.language.terms import Arithmetic, Call, Number, Variable
 from pytest_hricdv.bdi.lint.model import Problem, System, check
-from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, files_of, location_of, repeated_anonymous
+from pytest_hricdv.bdi.lint.model_builder import FORMULA_ARGUMENTS, files_of, location_of, repeats_of_anonymous
 
 
 @check(
@@ -33,7 +33,7 @@ def find_unbound_comparisons(system: System) -> Iterator[Problem]:
 def find_repeated_anonymous(system: System) -> Iterator[Problem]:
     """Names that begin with ``_`` and are written twice in a plan or rule: each is another variable."""
     for file in dict.fromkeys(file for agent in system.agents for file in files_of(agent)):
-        yield from repeated_anonymous(file)
+        yield from repeats_of_anonymous(file)
 
 
 def _plan(plan: syntax.Plan) -> Iterator[Problem]:

@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.language.terms import (
     AnnotatedVariable,
     Call,
     FormulaTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Term,
     Variable,
@@ -258,7 +258,7 @@ def _alternatives(
     if isinstance(goal, (Variable, AnnotatedVariable)):
         yield from _by_any_belief(agent, goal, rest, env, trail)
         return
-    if isinstance(goal, Qualified):
+    if isinstance(goal, QualifiedLiteral):
         yield from _in_any_space(agent, goal, rest, env, trail)
         return
     if isinstance(goal, Call):
@@ -286,7 +286,7 @@ def _alternatives(
 def _meaning(agent: Reasoner, goal: Formula, env: Bindings) -> Formula | FormulaTerm:
     """What a variable in the place of a condition stands for: what was handed over, or itself if it has no value."""
     value = substitute(goal, env, agent.function)  # type: ignore[arg-type]
-    if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable, Qualified)):
+    if not isinstance(value, (Structure, Call, FormulaTerm, Variable, AnnotatedVariable, QualifiedLiteral)):
         raise EvaluationError(f"{goal} is not a literal but {value}")
     return value
 
@@ -320,7 +320,7 @@ def _by_any_belief(
             undo(env, trail, mark)
 
 
-def _in_any_space(agent: Reasoner, goal: Qualified, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
+def _in_any_space(agent: Reasoner, goal: QualifiedLiteral, rest: Goals, env: Bindings, trail: Trail) -> Iterator[Goals]:
     """A literal whose name space is not known asks for those of all, that without a name first."""
     mark = len(trail)
     for key in sorted(agent.beliefs.buckets, key=lambda key: "::" in key[1]):

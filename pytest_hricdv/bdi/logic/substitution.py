@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.language.terms import (
     ListTerm,
     Number,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     String,
     Structure,
     Term,
@@ -80,7 +80,7 @@ def substitute(term: Term, bindings: Bindings, functions: Functions) -> Term:
         return functions(term, bindings)
     if isinstance(term, AnnotatedVariable):
         return _substitute_annotated(term, bindings, functions)
-    if isinstance(term, Qualified):
+    if isinstance(term, QualifiedLiteral):
         space, literal = (substitute(part, bindings, functions) for part in (term.space, term.literal))
         return in_space(space, literal, term)
     if isinstance(term, FormulaTerm):
@@ -153,7 +153,7 @@ def substitute_only(term: Term, bindings: Bindings) -> Term:
         annots = tuple(substitute_only(annot, bindings) for annot in term.annots)
         variable = value if isinstance(value, Variable) else term.variable
         return AnnotatedVariable(variable, annots, term.annots_tail, term.negated)
-    if isinstance(term, Qualified):
+    if isinstance(term, QualifiedLiteral):
         space, literal = (substitute_only(part, bindings) for part in (term.space, term.literal))
         return in_space(space, literal, term)
     if isinstance(term, Call):
@@ -204,7 +204,7 @@ def _free_variables(term: Term) -> list[Variable]:
             pending.extend((part.tail, *reversed(part.items)))
         elif isinstance(part, Arithmetic):
             pending.extend(reversed(part.operands))
-        elif isinstance(part, Qualified):
+        elif isinstance(part, QualifiedLiteral):
             pending.extend((part.literal, part.space))
         elif isinstance(part, AnnotatedVariable):
             pending.extend((part.annots_tail, *reversed(part.annots), part.variable))

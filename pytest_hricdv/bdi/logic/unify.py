@@ -17,7 +17,7 @@ from pytest_hricdv.bdi.language.terms import (
     ListTerm,
     Number,
     PlanTerm,
-    Qualified,
+    QualifiedLiteral,
     Structure,
     Term,
     Variable,
@@ -56,9 +56,9 @@ def unify(pattern: Term, target: Term, bindings: Bindings, trail: Trail) -> bool
     if isinstance(pattern, AnnotatedVariable):
         return _unify_annotated(pattern, target, bindings, trail)
     if kind is not other:
-        if kind is Qualified:
+        if kind is QualifiedLiteral:
             return _unify_qualified(pattern, target, bindings, trail)  # type: ignore[arg-type]
-        if other is Qualified:
+        if other is QualifiedLiteral:
             return _unify_qualified(target, pattern, bindings, trail)  # type: ignore[arg-type]
         return isinstance(target, AnnotatedVariable) and _unify_annotated(target, pattern, bindings, trail)
     if isinstance(pattern, Structure) and isinstance(target, Structure):
@@ -142,7 +142,7 @@ def _unify_annotated(pattern: AnnotatedVariable, target: Term, bindings: Binding
     return unify(value, _without_sign(pattern, target), bindings, trail)
 
 
-def _unify_qualified(pattern: Qualified, target: Term, bindings: Bindings, trail: Trail) -> bool:
+def _unify_qualified(pattern: QualifiedLiteral, target: Term, bindings: Bindings, trail: Trail) -> bool:
     """Make a literal of a name space equal to one whose name space is known; a local one is seen by its name only."""
     if not isinstance(target, Structure):
         return False
@@ -197,7 +197,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     right = substitute(comparison.right, bindings, functions)
     operator = comparison.operator
     if operator == "=":
-        return unify(_valued(left), _valued(right), bindings, trail)
+        return unify(_require_value(left), _require_value(right), bindings, trail)
     if operator in ("==", "\\=="):
         equal = left.matches(right) if isinstance(left, CollectionTerm) else left == right
         return equal == (operator == "==")
@@ -215,7 +215,7 @@ def compare(comparison: Comparison, bindings: Bindings, trail: Trail, functions:
     return not above if operator == "<=" else not below
 
 
-def _valued(term: Term) -> Term:
+def _require_value(term: Term) -> Term:
     # An expression without value is no term: `X = Y + 1` must not bind X to the expression.
     if isinstance(term, Arithmetic):
         raise EvaluationError(f"{term} has no value: a variable in it is not bound")
@@ -237,7 +237,7 @@ def _univ(left: Term, right: Term, bindings: Bindings, trail: Trail, functions: 
         if isinstance(functor, Structure) and isinstance(args, ListTerm) and isinstance(annots, ListTerm):
             built: Term = Structure(functor.functor, args.items, (), functor.negated).with_annotations(annots.items)
             if has_space:
-                built = substitute(Qualified(right.items[0], built), bindings, functions)  # type: ignore[arg-type]
+                built = substitute(QualifiedLiteral(right.items[0], built), bindings, functions)  # type: ignore[arg-type]
             return unify(left, built, bindings, trail)
     raise EvaluationError(f"neither side of {left} =.. {right} is known")
 

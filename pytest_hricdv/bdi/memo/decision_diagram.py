@@ -168,7 +168,7 @@ class ExhaustiveExploration:
             nodes = self._visit(start)
             if nodes is None:
                 return None
-            later = self._asked_later(nodes)
+            later = self._queries_from(nodes)
             if all(self._later.get(node) == asked for node, asked in later.items()):
                 break
             # Runs that a later query distinguishes have been treated as equal: visit them again.
@@ -223,14 +223,14 @@ class ExhaustiveExploration:
             assert isinstance(segment, Segment)
             lines, bits = self._content(segment)
             chosen = frozenset(atom for atom, answer in answers.items() if answer)
-            for (after, later_bits), more in self._following(segment, {**decided, **answers}).items():
+            for (after, later_bits), more in self._runs_after(segment, {**decided, **answers}).items():
                 content, atoms = (lines + after, bits | later_bits), chosen | more
                 # Of the sets that lead to a run, one of the smallest: it is shown to people.
                 if content not in runs or len(atoms) < len(runs[content]):
                     runs[content] = atoms
         return runs
 
-    def _following(self, segment: Segment, decided: Mapping[str, bool]) -> Runs:
+    def _runs_after(self, segment: Segment, decided: Mapping[str, bool]) -> Runs:
         if segment.then is None:
             return {((), 0): frozenset()}
         return self._runs(segment.then, self._relevant(segment.then, decided))
@@ -260,7 +260,7 @@ class ExhaustiveExploration:
                 return frozenset(atom for atom, answer in {**decided, **answers}.items() if answer)
         return None
 
-    def _asked_later(self, nodes: Sequence[StateNode]) -> dict[StateNode, frozenset[str]]:
+    def _queries_from(self, nodes: Sequence[StateNode]) -> dict[StateNode, frozenset[str]]:
         """The atoms that can be queried from each node on: a least fixed point."""
         edges = {node: [(set(answers), edge) for answers, edge in self._edges(node, {})] for node in nodes}
         later = {node: frozenset(atom for answers, _ in edges[node] for atom in answers) for node in nodes}

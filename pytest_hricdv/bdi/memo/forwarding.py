@@ -1,4 +1,4 @@
-"""Forwarding of percepts: which agents forward theirs to which others, and what a run depends on of these."""
+"""ForwardingRule of percepts: which agents forward theirs to which others, and what a run depends on of these."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pytest_hricdv.bdi.run.environment import percept_of
 from pytest_hricdv.bdi.run.system import AgentTemplate
 
 
-class Forwarding:
+class ForwardingRule:
     """How an agent forwards the percepts ``f(b)``: all it does with them is to tell others ``b``.
 
     Args:
@@ -57,7 +57,7 @@ class _Atoms(dict[str | Structure, str]):
         return "" if about.functor in self._special else about.functor
 
 
-def forwarding_of(name: str, key: Key, templates: Sequence[AgentTemplate]) -> Forwarding | None:
+def find_forwarding(name: str, key: Key, templates: Sequence[AgentTemplate]) -> ForwardingRule | None:
     """How an agent forwards the percepts of a predicate; None if it does anything else with them.
 
     Args:
@@ -69,7 +69,7 @@ def forwarding_of(name: str, key: Key, templates: Sequence[AgentTemplate]) -> Fo
     agent = agents.get(name)
     if agent is None or key[2] != 1 or any(held == key for held, _ in agent.beliefs):
         return None
-    forwarded = _forwarded(agent.library, key)
+    forwarded = _find_receivers(agent.library, key)
     if forwarded is None or name in forwarded[0]:
         return None
     receivers, special = forwarded
@@ -78,7 +78,7 @@ def forwarding_of(name: str, key: Key, templates: Sequence[AgentTemplate]) -> Fo
         if meaning is None:
             return None
         special |= meaning
-    return Forwarding(name, key, frozenset(receivers), frozenset(special))
+    return ForwardingRule(name, key, frozenset(receivers), frozenset(special))
 
 
 def _meaningful_atoms(receiver: AgentTemplate) -> set[str] | None:
@@ -92,7 +92,7 @@ def _meaningful_atoms(receiver: AgentTemplate) -> set[str] | None:
     return believed | {trigger.literal.functor for trigger in triggers if isinstance(trigger.literal, Structure)}
 
 
-def _forwarded(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | None:
+def _find_receivers(library: PlanLibrary, key: Key) -> tuple[set[str], set[str]] | None:
     """The receivers of percepts of a key, and the atoms that the program mentions; None if anything else is done."""
     plans = [plan for plan in library.plans if not plan.builtin]
     if not all(isinstance(plan.trigger.literal, Structure) for plan in plans):
@@ -150,7 +150,7 @@ class Dependencies:
         arrived: whether they have been forwarded already.
     """
 
-    def __init__(self, forwarding: Forwarding, atoms: frozenset[str], arrived: bool) -> None:
+    def __init__(self, forwarding: ForwardingRule, atoms: frozenset[str], arrived: bool) -> None:
         self.forwarding = forwarding
         self.atoms = atoms
         self.certain = True
@@ -163,7 +163,7 @@ class Dependencies:
         """The atoms queried in the current segment, in order, and whether they are among those forwarded."""
 
     @property
-    def forwarded(self) -> bool:
+    def is_done(self) -> bool:
         """Whether the steering agent has done its part."""
         return not self.missing and self.looks == 1
 

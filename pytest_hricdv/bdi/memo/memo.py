@@ -18,7 +18,7 @@ from pytest_hricdv.bdi.memo.decision_diagram import (
     add,
     follow,
 )
-from pytest_hricdv.bdi.memo.forwarding import Dependencies, Forwarding, forwarding_of
+from pytest_hricdv.bdi.memo.forwarding import Dependencies, ForwardingRule, find_forwarding
 from pytest_hricdv.bdi.memo.recording import RecordingRun
 from pytest_hricdv.bdi.run.environment import Environment, Perceived, percept_of
 from pytest_hricdv.bdi.run.system import MAX_ROUNDS, MultiAgentSystem, Result
@@ -43,7 +43,7 @@ class Memo:
 
     def __init__(self, system: MultiAgentSystem) -> None:
         self.system = system
-        self._forwarding: dict[tuple[str, Key], Forwarding | None] = {}
+        self._forwarding: dict[tuple[str, Key], ForwardingRule | None] = {}
         """How agents forward atoms, by their name and the predicate of their percepts."""
         self._roots: dict[tuple[str, Key, int, int], StateNode] = {}
         """Where runs begin, by the steering agent, its percepts' predicate, the number of atoms and the seed."""
@@ -68,7 +68,7 @@ class Memo:
         if max_rounds < 0 or type(environment) is not Environment:
             return self.system.run(max_rounds=max_rounds, seed=seed, percepts=percepts)
         self.system.show(percepts)
-        perceived = environment.perceived
+        perceived = environment.percepts_now
         key = (seed, max_rounds, *perceived)
         remembered = self._remembered.get(key)
         if remembered is None:
@@ -126,7 +126,7 @@ class Memo:
             self.system.check_agent(agent)
             environment = Environment()
             environment.show(agent, percepts[:count])
-            case = self._case(environment.perceived)
+            case = self._case(environment.percepts_now)
             segments = None if case is None else self._segments(*case, environment, seed, max_rounds)
             if case is None or segments is None or _rounds(segments) >= max_rounds:
                 return None
@@ -153,7 +153,7 @@ class Memo:
 
     def obstacle(self, agent: str, functor: str, atoms: Iterable[str]) -> str:
         """Why runs may not be separable into segments, in a clause that names agents and atoms (see `explore_all`)."""
-        forwarding = forwarding_of(agent, percept_of(f"{functor}(b)").key, self.system.templates)
+        forwarding = find_forwarding(agent, percept_of(f"{functor}(b)").key, self.system.templates)
         if forwarding is None:
             return (
                 f"agent {agent!r} does other things with its percepts {functor}(B) than to tell B to named agents in a "
@@ -171,7 +171,7 @@ class Memo:
     # --- segments
 
     def _segments(
-        self, forwarding: Forwarding, atoms: Set[str], environment: Environment, seed: int, max_rounds: int
+        self, forwarding: ForwardingRule, atoms: Set[str], environment: Environment, seed: int, max_rounds: int
     ) -> Segments | None:
         """The segments of a run, whatever rounds they take; those not known yet are executed.
 
@@ -199,12 +199,12 @@ class Memo:
                 return None
             reached = segment.then
 
-    def _root(self, forwarding: Forwarding, atoms: int, seed: int) -> StateNode:
+    def _root(self, forwarding: ForwardingRule, atoms: int, seed: int) -> StateNode:
         """Where a run with so many atoms begins."""
         return self._roots.setdefault((forwarding.steering, forwarding.key, atoms, seed), StateNode())
 
     def _at(
-        self, node: StateNode, forwarding: Forwarding, atoms: frozenset[str], environment: Environment, seed: int
+        self, node: StateNode, forwarding: ForwardingRule, atoms: frozenset[str], environment: Environment, seed: int
     ) -> RecordingRun:
         """A run that is at a node."""
         dependencies = Dependencies(forwarding, atoms, arrived=node.states is not None)
@@ -226,14 +226,14 @@ class Memo:
         add(node, run.dependencies.answers, segment)
         return segment
 
-    def _case(self, perceived: tuple[Any, ...]) -> tuple[Forwarding, Set[str]] | None:
+    def _case(self, perceived: tuple[Any, ...]) -> tuple[ForwardingRule, Set[str]] | None:
         """How atoms are forwarded, and the atoms; None if the percepts are not of this kind."""
         if not perceived:
             return None
         agent, count, *percepts = perceived
         which = agent, percept_of(percepts[0]).key
         if which not in self._forwarding:
-            self._forwarding[which] = forwarding_of(*which, self.system.templates)
+            self._forwarding[which] = find_forwarding(*which, self.system.templates)
         forwarding = self._forwarding[which]
         if forwarding is None or count != len(percepts):
             return None

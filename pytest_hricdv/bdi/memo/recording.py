@@ -65,10 +65,10 @@ class RecordingRun(SystemRun):
         """An upper bound of the rounds since the last progress."""
         self._seen_progress = 0
         self._states: tuple[AgentSnapshot, ...] = ()
-        forwarding, actions = dependencies.forwarding, _RecordedActions(dependencies)
+        forwarding, actions = dependencies.forwarding, _ActionRecorder(dependencies)
         for place, template in enumerate(templates):
             receives, steers = template.name in forwarding.receivers, template.name == forwarding.steering
-            kind = _Receiver if receives else _SteeringAgent if steers else _RecordedAgent
+            kind = _Receiver if receives else _SteererRecorder if steers else _AgentRecorder
             agent = template.agent(self, kind)
             agent.actions = actions
             self.agents[template.name] = agent
@@ -125,7 +125,7 @@ class RecordingRun(SystemRun):
         if ended == _CUT:
             self._quiet = _QUIET_BEFORE
             return self._segment(ticks, ""), self._states
-        certain = self.dependencies.certain and self.dependencies.forwarded
+        certain = self.dependencies.certain and self.dependencies.is_done
         if ended in ("idle", "spin") and certain and self.rounds < max_rounds:
             return self._segment(ticks, ended), None
         return None
@@ -151,7 +151,7 @@ class RecordingRun(SystemRun):
 
     def _may_cut(self) -> bool:
         """Whether a receiver has just begun with something, or is about to: then it is most often in a known state."""
-        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.dependencies.forwarded:
+        if self._quiet > _QUIET_BEFORE or self.rounds < _SHORTEST or not self.dependencies.is_done:
             return False
         last = None
         for agent in self.agents.values():
@@ -183,7 +183,7 @@ class RecordingRun(SystemRun):
         return segment
 
 
-class _RecordedActions(StandardActions):
+class _ActionRecorder(StandardActions):
     """The internal actions in a recorded run: what other runs must not rely on is noted."""
 
     def __init__(self, dependencies: Dependencies) -> None:
@@ -205,7 +205,7 @@ class _RecordedActions(StandardActions):
             self._dependencies.certain = False
 
 
-class _RecordedAgent(Agent):
+class _AgentRecorder(Agent):
     """An agent in a recorded run: what other runs must not rely on is noted."""
 
     run: RecordingRun
@@ -217,7 +217,7 @@ class _RecordedAgent(Agent):
         super().receive(message)
 
 
-class _SteeringAgent(_RecordedAgent):
+class _SteererRecorder(_AgentRecorder):
     """The agent that forwards its percepts."""
 
     def perceive(self) -> None:
@@ -226,7 +226,7 @@ class _SteeringAgent(_RecordedAgent):
         self.beliefs = SteeringBeliefs(self.beliefs, self.run.dependencies)
 
 
-class _Receiver(_RecordedAgent):
+class _Receiver(_AgentRecorder):
     """An agent to which atoms are forwarded."""
 
     beliefs: ReceiverBeliefs

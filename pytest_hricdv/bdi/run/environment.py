@@ -136,7 +136,7 @@ class Environment:
         return percepts
 
     @property
-    def perceived(self) -> Perceived:
+    def percepts_now(self) -> Perceived:
         """What agents perceive now, for those that perceive anything."""
         perceived: list[str | int | Structure] = []
         for agent, percepts in self._percepts.items():

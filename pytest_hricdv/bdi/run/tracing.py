@@ -105,7 +105,7 @@ def _line(step: Step, width: int) -> str:
     return f"{step.number:>4}  round {step.round:<4} {step.agent:<{width}}  {step}{cause}"
 
 
-class Noting(SystemRun):
+class StepNotes(SystemRun):
     """What notes the steps of a run of any kind; it takes what that kind takes."""
 
     def __init__(self, *arguments: Any) -> None:
@@ -154,7 +154,7 @@ class Noting(SystemRun):
         super().deliver(receiver, message)
 
 
-class TracedRun(Noting, JitteredRun):
+class TracedRun(StepNotes, JitteredRun):
     """A run whose steps are noted; it takes what a run with jitter takes."""
 
 
@@ -164,7 +164,7 @@ class TracedAgent(Agent):
     def __init__(
         self,
         name: str,
-        run: Noting,
+        run: StepNotes,
         actions: ActionTable,
         beliefs: BeliefBase,
         library: PlanLibrary,

@@ -23,7 +23,7 @@ from pytest_hricdv.extra.closing.missing_conditions import (
 )
 from pytest_hricdv.extra.closing.outcome_model import PRIOR_TRIES, Candidate, OutcomeModel, fitted
 from pytest_hricdv.extra.closing.strategy import CHOICES, favoured
-from pytest_hricdv.generate.rng import pick, shuffled, weighted
+from pytest_hricdv.generate.rng import pick, pick_weighted, shuffle
 
 TriedTogether = dict[frozenset[str], list[tuple[MissingCondition, ...]]]
 """Disturbances that were tried together -> the conditions that were missing then, each time."""
@@ -77,7 +77,7 @@ class CombinationSynthesis:
             favoured(rng, self._effects.chances(condition, commands))
             for condition in missing_conditions(deviation.effect, wanted)
         }
-        kept = shuffled(rng, [*deviation.combination])[: MAX_INTERVENTIONS - len(added)]
+        kept = shuffle(rng, [*deviation.combination])[: MAX_INTERVENTIONS - len(added)]
         combination = fitted(tuple({*kept, *added}), commands)
         if not combination:
             return None
@@ -119,10 +119,10 @@ class CombinationSynthesis:
         if nominal is None or not changes:
             return None
         together = self._tried_together(nominal, nominal)
-        drawn = [self._masking((), weighted(rng, changes), together, commands, rng) for _ in range(CHOICES)]
+        drawn = [self._masking((), pick_weighted(rng, changes), together, commands, rng) for _ in range(CHOICES)]
         by_names = {_names(combination): combination for combination in drawn if len(combination) > 1}
         rare = {combination: 1.0 / (1 + len(together.get(names, ()))) for names, combination in by_names.items()}
-        return weighted(rng, rare) if rare else None
+        return pick_weighted(rng, rare) if rare else None
 
     def beside(self, planned: Bin, outcome: Outcome, commands: int, rng: Random) -> Combination | None:
         """What is known to lead to an outcome, and an intervention that changes it where it is nominal.
@@ -143,7 +143,7 @@ class CombinationSynthesis:
         }
         if not changes or len(candidate.combination) >= MAX_INTERVENTIONS:
             return None
-        change = weighted(rng, changes)._replace(conditions=())
+        change = pick_weighted(rng, changes)._replace(conditions=())
         together = self._tried_together(nominal, wanted)
         return self._masking(candidate.combination, change, together, commands, rng)
 

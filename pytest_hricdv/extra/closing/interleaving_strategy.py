@@ -21,10 +21,10 @@ from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.strategy import Proposal
-from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, act_of, actor_of, actors_of
 from pytest_hricdv.generate.chosen_values import RUN
-from pytest_hricdv.generate.rng import pick, weighted
+from pytest_hricdv.generate.rng import pick, pick_weighted
 from pytest_hricdv.generate.sampler import Sampler
 
 AIMED = 0.5
@@ -186,7 +186,7 @@ class InterleavingStrategy:
         }
         if not weights:
             return None
-        point = weighted(rng, weights)
+        point = pick_weighted(rng, weights)
         wanted = [key for key in self._tests_of if _names(point[2:], *key)]
         if not wanted:
             return None
@@ -205,7 +205,7 @@ class InterleavingStrategy:
         number, meeting = pick(rng, [choice for choice in choices if met[choice[1]] == fewest])
         return number, self._order(number).meetings[meeting]
 
-    def _draft(self, number: int, order: Sequence[int], wait_s: float | None) -> Draft:
+    def _draft(self, number: int, order: Sequence[int], wait_s: float | None) -> AbstractDraft:
         last = max(len(order) - 1, 1)
         values = {action: {TURN: round(place / last, 6)} for place, action in enumerate(order)}
         if wait_s is not None:

@@ -21,8 +21,8 @@ from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.records import ClosingEnd
 from pytest_hricdv.extra.closing.strategy import Proposal, Strategy
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
-from pytest_hricdv.generate.rng import make_rng, weighted
+from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
+from pytest_hricdv.generate.rng import make_rng, pick_weighted
 from pytest_hricdv.online.chooser import Weight
 
 DISCOUNT = 0.9
@@ -76,8 +76,8 @@ class Bandit:
         """
         shares = dict.fromkeys(names, 0)
         for _ in range(count if names and kinds else 0):
-            kind = weighted(rng, kinds)
-            shares[weighted(rng, {name: self.weight(name, kind) for name in names})] += 1
+            kind = pick_weighted(rng, kinds)
+            shares[pick_weighted(rng, {name: self.weight(name, kind) for name in names})] += 1
         return shares
 
     def learn(self, rewards: Iterable[Reward]) -> None:
@@ -162,7 +162,7 @@ class Loop:
     let_through: Callable[[], AbstractContextManager[None]] = nullcontext
     faults: list[str] = field(default_factory=list)
     """What went wrong in the loop itself, each in a sentence: it goes on without the way that it went wrong in."""
-    _drafts: list[Draft] = field(default_factory=list)
+    _drafts: list[AbstractDraft] = field(default_factory=list)
     _left_out: set[str] = field(default_factory=set)
 
     def run(self) -> ClosingEnd:
@@ -264,7 +264,7 @@ class Loop:
             raise LoopError(self.archive.entries[0].observation.error)
         return entries
 
-    def _identified(self, drafts: list[Draft]) -> list[AbstractTest]:
+    def _identified(self, drafts: list[AbstractDraft]) -> list[AbstractTest]:
         """The tests of new drafts: equal ones are numbered among all so far, so each has its own seed."""
         self._drafts += drafts
         return [*identify(NAME, self.seed, self._drafts)[len(self._drafts) - len(drafts) :]]

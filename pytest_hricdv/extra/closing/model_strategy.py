@@ -16,7 +16,7 @@ from pytest_hricdv.extra.closing.interactions import UNDISTURBED, Combination, O
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.extra.closing.selection import Option, Selection
 from pytest_hricdv.extra.closing.strategy import Proposal
-from pytest_hricdv.generate.rng import pick, shuffled
+from pytest_hricdv.generate.rng import pick, shuffle
 
 MIN_CHANCE = 0.02
 """A bin is not aimed at with a smaller chance than this. Chosen (0.01: -0.9 +- 0.8, 0.04: -2.0 +- 2.9; see the
@@ -122,7 +122,7 @@ class FallbackStrategy:
                 records.setdefault(entry.test.lines, []).append(entry.observation.record_sha256)
         runs = [records.get(test.lines, []) for test in self._pool.tests]
         varying = [number for number, hashes in enumerate(runs) if len(hashes) == 1 or len(set(hashes)) > 1]
-        chosen = sorted(shuffled(rng, varying), key=lambda number: len(runs[number]))[:count]
+        chosen = sorted(shuffle(rng, varying), key=lambda number: len(runs[number]))[:count]
         return [Proposal(self._pool.draft(number), REPEATED) for number in chosen]
 
 
@@ -134,4 +134,4 @@ def untried(pool: Pool, archive: Archive, way: str, count: int, rng: Random) -> 
     """
     tried = {entry.test.lines for entry in archive.entries}
     numbers = [number for number, test in enumerate(pool.tests) if test.lines not in tried]
-    return [Proposal(pool.draft(number), way) for number in shuffled(rng, numbers)[:count]]
+    return [Proposal(pool.draft(number), way) for number in shuffle(rng, numbers)[:count]]

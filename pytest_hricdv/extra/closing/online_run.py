@@ -70,7 +70,7 @@ class OnlineRun:
         """The test that the run became, with the plans that the agents have executed, if these count."""
         people, test, plans = self.watcher, result.test, {}
         if isinstance(people, OnlinePeople):
-            test = people.enacted(test, result.sim_s)
+            test = people.as_test(test, result.sim_s)
             plans = {role.agent.name: people.plans(role.agent.name) for role in self._roles}
         else:
             plans = {self._roles[0].agent.name: people.plans}

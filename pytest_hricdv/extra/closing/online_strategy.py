@@ -17,7 +17,7 @@ from pytest_hricdv.extra.closing.archive import Archive
 from pytest_hricdv.extra.closing.choice_statistics import ChoiceStatistics
 from pytest_hricdv.extra.closing.interactions import Planned
 from pytest_hricdv.extra.closing.strategy import Proposal
-from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.beliefs import START
 from pytest_hricdv.generate.rng import pick
 from pytest_hricdv.online.chooser import ANY_INTERACTION, ANY_STATE, DISTURBANCE, GOAL, NONE, Choice, Weight
@@ -86,7 +86,7 @@ class OnlineStrategy:
         commands = max(sum(lengths) / len(lengths), 1.0)
         surprises = {about: min(pick(rng, SURPRISES) / commands, LIKELIEST) for about in self._rare}
         weights = (weight for place in self._places(targets) for weight in self._weights(archive, *place, surprises))
-        return Proposal(Draft(NAME, (), (), name=self._title), NAME, targets, tuple(weights))
+        return Proposal(AbstractDraft(NAME, (), (), name=self._title), NAME, targets, tuple(weights))
 
     def _places(self, targets: Sequence[Point]) -> Iterator[tuple[str, int, str, Sequence[Point]]]:
         """States, interactions, what is decided there, and the targets then: before the first one, its target."""

@@ -14,12 +14,12 @@ from pytest_hricdv.extra.closing.interactions import (
     disturbed,
     starts_of,
 )
-from pytest_hricdv.generate.abstract import Draft, Plans
+from pytest_hricdv.generate.abstract import AbstractDraft, Plans
 from pytest_hricdv.generate.actors import NO_ORDER, After, actor_of
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.model import Exploration, ExploredRun
-from pytest_hricdv.generate.rng import random_index, weighted
+from pytest_hricdv.generate.rng import pick_weighted, random_index
 
 SMOOTHING = 0.7
 """The weight of the elite's beliefs; the rest is even, so that no belief is ruled out early. 0.7 is a usual value of
@@ -102,7 +102,7 @@ class Pool:
             wanted: dict[str, float] = {belief: shares.get(belief, 0.0) for belief in group}
             wanted[""] = max(0.0, 1.0 - sum(wanted.values())) if group != self._space.start else 0.0
             even = (1.0 - SMOOTHING) / len(wanted)
-            chosen.append(weighted(rng, {belief: SMOOTHING * share + even for belief, share in wanted.items()}))
+            chosen.append(pick_weighted(rng, {belief: SMOOTHING * share + even for belief, share in wanted.items()}))
         return tuple(belief for belief in chosen if belief)
 
     def of_beliefs(self, beliefs: Sequence[str]) -> int:
@@ -132,7 +132,7 @@ class Pool:
 
     def draft(
         self, number: int, product: str = "", combinations: Sequence[Combination] = (), run_values: RunValues = ()
-    ) -> Draft:
+    ) -> AbstractDraft:
         """A test of the pool, as it is or disturbed.
 
         Args:
@@ -149,7 +149,7 @@ class Pool:
             values[RUN] = dict(run_values)
         beliefs = self.exploration.belief_set(test.beliefs)
         after = with_disturbances(self._order(beliefs), lines)
-        return Draft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values, after=after)
+        return AbstractDraft(self._space.target(beliefs), beliefs, lines, self._plans(test), values=values, after=after)
 
     def starts(self, number: int, product: str) -> tuple[int, ...]:
         """Where the interactions of a test begin; a test without any is one interaction as a whole."""

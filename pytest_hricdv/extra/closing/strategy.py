@@ -9,8 +9,8 @@ from typing import Protocol, TypeVar
 
 from pytest_hricdv.coverage.closure import Point
 from pytest_hricdv.extra.closing.archive import Archive
-from pytest_hricdv.generate.abstract import Draft
-from pytest_hricdv.generate.rng import weighted
+from pytest_hricdv.generate.abstract import AbstractDraft
+from pytest_hricdv.generate.rng import pick_weighted
 from pytest_hricdv.online.chooser import Weight
 
 T = TypeVar("T")
@@ -32,7 +32,7 @@ class Proposal:
         weights: where the person decides during the run: of what is chosen. The test is then what it became.
     """
 
-    draft: Draft
+    draft: AbstractDraft
     way: str
     targets: tuple[Point, ...] = ()
     weights: tuple[Weight, ...] | None = None
@@ -56,4 +56,4 @@ class Strategy(Protocol):
 def favoured(rng: Random, worth: Mapping[T, float]) -> T:
     """One of the best, drawn in favour of the better ones; of equal ones, those that come first are among the best."""
     best = sorted(worth, key=lambda choice: -worth[choice])[:CHOICES]
-    return weighted(rng, {choice: worth[choice] ** PRESSURE for choice in best})
+    return pick_weighted(rng, {choice: worth[choice] ** PRESSURE for choice in best})

@@ -18,7 +18,7 @@ from pytest_hricdv.experiments.evolution_strategy import FIRST_WIDTH, PATIENCE, 
 from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
-from pytest_hricdv.generate.abstract import Draft
+from pytest_hricdv.generate.abstract import AbstractDraft
 from pytest_hricdv.generate.concrete import ConcreteTest, Concretization, concretize, values_of
 
 NAME = "violations"
@@ -97,13 +97,15 @@ class ViolationStrategy:
             self._drawn[entry.number] = concretize(entry.test, self._space)
         return self._drawn[entry.number]
 
-    def _varied(self, start: Entry, width: float, rng: Random) -> Draft | None:
+    def _varied(self, start: Entry, width: float, rng: Random) -> AbstractDraft | None:
         test, before = start.test, self._concrete(start)
         after = mutate(before, self._space, width, rng)
         if after == before:
             return None
         values = values_of(after)
-        return Draft(test.target, test.beliefs, test.lines, test.plans, values=values, seed=test.seed, after=test.after)
+        return AbstractDraft(
+            test.target, test.beliefs, test.lines, test.plans, values=values, seed=test.seed, after=test.after
+        )
 
     def _aims(self, archive: Archive, violating: Mapping[str, Container[int]]) -> Iterator[Aim]:
         violated = {point[1] for point in archive.hit_by if point[0] == NEW}

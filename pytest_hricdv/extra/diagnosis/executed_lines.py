@@ -24,7 +24,7 @@ from pytest_hricdv.execution.case import CaseResult, RunSettings, execute
 from pytest_hricdv.execution.forked import ForkError, InFork, fork
 from pytest_hricdv.extra.diagnosis.records import ExecutedLines, Neighbour
 from pytest_hricdv.extra.diagnosis.runs import in_fork
-from pytest_hricdv.extra.diagnosis.trace import Tracer, TraceStep
+from pytest_hricdv.extra.diagnosis.trace import Step, Tracer
 from pytest_hricdv.generate.concrete import ConcreteTest
 from pytest_hricdv.results.timeline import timeline
 from pytest_hricdv.session.replaying import TestRerunner, named
@@ -52,7 +52,7 @@ class _Burst:
     lines: tuple[tuple[str, int], ...]
 
 
-def executed_lines(steps: Iterable[TraceStep], violation_s: float | None) -> ExecutedLines:
+def executed_lines(steps: Iterable[Step], violation_s: float | None) -> ExecutedLines:
     """What is kept of the steps of a run.
 
     Args:
@@ -77,7 +77,7 @@ def executed_lines(steps: Iterable[TraceStep], violation_s: float | None) -> Exe
     )
 
 
-def _bursts(steps: Iterable[TraceStep]) -> Iterator[_Burst]:
+def _bursts(steps: Iterable[Step]) -> Iterator[_Burst]:
     for (time_s, node), group in groupby(steps, key=lambda step: (step.time_s, step.node)):
         lines = [(step.file, step.line) for step in group]
         yield _Burst(time_s, node, tuple(lines[-MAX_LINES:]))

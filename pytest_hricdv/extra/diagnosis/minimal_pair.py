@@ -128,7 +128,7 @@ class NeighborSearch:
             return f"{variation.words}{unchecked}"
         (variation, result), fails = self._threshold(passing)
         sampler = sampler_of(self.test, self.space, variation.spot)
-        shown = str if sampler is None else sampler.shown
+        shown = str if sampler is None else sampler.format
         place, name = variation.spot
         owner = "the run" if place is None else self.test.actions[place].command
         side = "less" if variation.value < fails else "more"
@@ -164,5 +164,5 @@ class NeighborSearch:
             failing=parting.failing,
             passing=parting.passing,
             differs_at=parting.at,
-            concrete=self.space.shown(variation.test),
+            concrete=self.space.describe(variation.test),
         )

@@ -33,7 +33,7 @@ _RETURNED = -1
 
 
 @dataclass(frozen=True, slots=True)
-class TraceStep:
+class Step:
     """A line that was executed: when (s), by which of the code's nodes (from 0), and which statement of which file."""
 
     time_s: float
@@ -160,11 +160,11 @@ class Tracer:
                 return lines, is_message
         return bisect_right(self._times_s, time_s), False
 
-    def steps(self) -> Iterator[TraceStep]:
+    def steps(self) -> Iterator[Step]:
         """What was executed, in this order."""
         for time_s, node, place in zip(self._times_s, self._nodes, self._places, strict=True):
             if place != _RETURNED:
-                yield TraceStep(time_s, node, *self._all[place])
+                yield Step(time_s, node, *self._all[place])
 
     def until(self, time_s: float, names: Collection[str] | None = None, *, to_end: bool = False) -> ViolationTrace:
         """What was executed up to a violation.

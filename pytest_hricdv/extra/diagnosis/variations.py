@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from pytest_hricdv.extra.diagnosis.runs import RunSummary
-from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, interleaving
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, actor_of, interleave
 from pytest_hricdv.generate.concrete import ConcreteAction, ConcreteTest, Concretization, Parameters, draw_action
 from pytest_hricdv.generate.sampler import Sampler
 
@@ -60,7 +60,7 @@ def values(test: ConcreteTest, space: Concretization) -> Iterator[Variation]:
 
 def without(test: ConcreteTest, name: str) -> ConcreteTest:
     """The test without a disturbance, wherever it comes."""
-    return test.keeping(place for place, action in enumerate(test.actions) if action.disturbance != name)
+    return test.keep(place for place, action in enumerate(test.actions) if action.disturbance != name)
 
 
 def _without_disturbances(test: ConcreteTest) -> Iterator[Variation]:
@@ -77,13 +77,13 @@ def _swap(test: ConcreteTest) -> Iterator[Variation]:
         return
     lines = [action.command for action in test.actions]
     turns = [action.parameters.get(TURN, 0.0) for action in test.actions]
-    order = interleaving(lines, turns, test.after)
+    order = interleave(lines, turns, test.after)
     for place in range(len(order) - 1):
         first, second = order[place], order[place + 1]
         swapped = (*order[:place], second, first, *order[place + 2 :])
         keys = {number: rank / len(order) for rank, number in enumerate(swapped)}
         changed = [keys.get(number, turn) for number, turn in enumerate(turns, 1)]
-        if interleaving(lines, changed, test.after) != swapped:  # one actor's order, or a cause before its effect
+        if interleave(lines, changed, test.after) != swapped:  # one actor's order, or a cause before its effect
             continue
         actions = (
             replace(action, parameters={**action.parameters, TURN: key}) if TURN in action.parameters else action
@@ -133,7 +133,7 @@ def with_value(test: ConcreteTest, space: Concretization, spot: Spot, value: flo
     """The test with another value of a parameter."""
     place, name = spot
     sampler = sampler_of(test, space, spot)
-    shown = sampler.shown if sampler is not None else str
+    shown = sampler.format if sampler is not None else str
     owner = "the run" if place is None else test.actions[place].command
     words = f"with {name} of {owner} {shown(value)} instead of {shown(value_of(test, spot))}"
     if place is None:
@@ -164,7 +164,7 @@ def _without_actions(test: ConcreteTest) -> Iterator[Variation]:
         if action.disturbance is None:
             kept = (other for other in range(len(test.actions)) if other != place)
             words = f"without the action {place + 1}, {action.command}"
-            yield Variation("action", words, test.keeping(kept))
+            yield Variation("action", words, test.keep(kept))
 
 
 def _with_action(test: ConcreteTest, place: int, action: ConcreteAction) -> ConcreteTest:

@@ -21,7 +21,7 @@ from pytest_hricdv.coverage.code_map import CodeMap
 from pytest_hricdv.extra.mutation.names import Names
 from pytest_hricdv.extra.mutation.robot_operators import ROBOT, Change, Changes
 from pytest_hricdv.extra.mutation.source import Source
-from pytest_hricdv.generate.rng import digest, make_rng, shuffled
+from pytest_hricdv.generate.rng import digest, make_rng, shuffle
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ def all_mutants(code: CodeMap) -> tuple[Mutant, ...]:
 
 
 def sample(mutants: Sequence[Mutant], seed: int, most: int | None) -> list[Mutant]:
-    """Mutants in the order in which they are tried: shuffled, so that the first ones stand for all; at most so many."""
-    return shuffled(make_rng("mutants", seed), mutants)[:most]
+    """Mutants in the order in which they are tried: shuffle, so that the first ones stand for all; at most so many."""
+    return shuffle(make_rng("mutants", seed), mutants)[:most]
 
 
 def _of_file(source: Source, names: Names, numbers: dict[int, int]) -> Iterator[Mutant]:

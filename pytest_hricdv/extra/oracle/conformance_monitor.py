@@ -7,7 +7,7 @@ from functools import partial
 
 from pytest_hricdv.bdi import BdiError
 from pytest_hricdv.coupling.event_pattern import Bindings, EventPattern
-from pytest_hricdv.coupling.events import Events, Occurrence
+from pytest_hricdv.coupling.events import EventOccurrence, Events
 from pytest_hricdv.coupling.percept_mapping import CouplingError
 from pytest_hricdv.declarations.model_oracle import MODEL, ModelOracleError
 from pytest_hricdv.extra.oracle.oracle import Oracle
@@ -77,7 +77,7 @@ class ConformanceMonitor:
     def _end(self) -> bool:
         return self._product.deviation is not None or self._error is not None or self._left_s is not None
 
-    def _observe(self, occurrences: Iterable[Occurrence]) -> None:
+    def _observe(self, occurrences: Iterable[EventOccurrence]) -> None:
         for occurrence in occurrences:
             if self._end:
                 continue
@@ -111,7 +111,7 @@ class ConformanceMonitor:
         except BdiError as error:
             self._error = error
 
-    def _observed_event(self, occurrence: Occurrence) -> ObservedEvent:
+    def _observed_event(self, occurrence: EventOccurrence) -> ObservedEvent:
         heard: list[ModelPercept] = []
         does: dict[int, Bindings] = {}
         fails: dict[int, Bindings] = {}

@@ -124,7 +124,7 @@ def _failures(
     for number, does in enumerate(declaration.actions):
         if does.fails:
             owner = f"{does.owner}, fails"
-            yield number, parse_event(owner, names.failing(owner, does.act), does.fails, vocabulary)
+            yield number, parse_event(owner, names.literal_of_failure(owner, does.act), does.fails, vocabulary)
 
 
 def window_text(first_s: float, last_s: float) -> str:

@@ -67,7 +67,7 @@ class Ros2Tools:
         overlay = Ros2Overlay(Ros2(), ())
         run.middleware, kernel.virtual = overlay, overlay.virtual
         try:
-            with overlay.modules.installed():
+            with overlay.modules.install():
                 run.ros2(Launch(file, arguments=arguments, executables={"*": note}))
                 run.go(LIMIT_S)
         except Exception as error:

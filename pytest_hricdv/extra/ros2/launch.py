@@ -14,7 +14,7 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import LaunchError, Ros2Error, RosNode
 from pytest_hricdv.extra.ros2.packages import console_scripts, find_executable, is_binary
-from pytest_hricdv.runtime.source_location import raised_at
+from pytest_hricdv.runtime.source_location import error_line
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -151,7 +151,7 @@ _OF_MESSAGES = ("_msgs", "_interfaces", "_srvs")
 
 def _import_error_text(error: ImportError) -> str:
     """Which import failed, where, and what to do."""
-    where = raised_at(error)
+    where = error_line(error)
     if isinstance(error, ModuleNotFoundError) and error.name:
         missing = f"{where} imports {error.name!r}, which is not installed"
         files = "; of messages, the folder of their interface files is enough: Ros2(interfaces=(...,))"

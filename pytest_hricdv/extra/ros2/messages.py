@@ -23,7 +23,7 @@ from typing import Any
 from pytest_hricdv._base.suggestion import nearest
 from pytest_hricdv.declarations.ros2 import Ros2Error
 from pytest_hricdv.runtime.json_value import Value
-from pytest_hricdv.runtime.source_location import raised_at
+from pytest_hricdv.runtime.source_location import error_line
 
 
 @dataclass(frozen=True)
@@ -322,7 +322,7 @@ def import_type(name: str, folder: str) -> Any:
     except ModuleNotFoundError as error:
         if error.name not in (package, f"{package}.{folder}"):
             raise Ros2Error(
-                f"ros2: type {name!r}: {package} cannot be imported: {raised_at(error)} imports {error.name!r}, "
+                f"ros2: type {name!r}: {package} cannot be imported: {error_line(error)} imports {error.name!r}, "
                 "which is not installed; install it"
             ) from error
         raise Ros2Error(

@@ -92,7 +92,7 @@ def virtual_rclpy(*packages: str) -> Iterator[None]:
     replace_extension()
     modules = VirtualModules(["rclpy", *packages])
     modules.imported.append(adapt_rclpy)
-    with modules.installed():
+    with modules.install():
         yield
 
 

@@ -196,7 +196,7 @@ class Process:
         return self._raise_signal
 
     def _raise_signal(self) -> None:
-        number, node = self._signal, self._kernel.running()
+        number, node = self._signal, self._kernel.own_node()
         if number is None or (number != signal.SIGKILL and node is not self._nodes[0]):
             return
         self.was_interrupted = number

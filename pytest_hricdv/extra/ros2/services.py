@@ -214,7 +214,7 @@ class Client(_ServiceEndpoint):
     def send_request(self, request: Any) -> int:
         """Ask; returns the number of the request. Without a server the request is lost, as in a middleware."""
         self._sent += 1
-        self.asked_by = self.kernel.running()
+        self.asked_by = self.kernel.own_node()
         if not self.servers():
             # Of the caller: that is where a reader looks for the reason.
             self.lost[self._sent] = LostRequest(self.kernel.now_s, place_of(sys._getframe(1)))

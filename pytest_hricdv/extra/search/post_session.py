@@ -120,7 +120,7 @@ class Shrinker:
             id=None if made is None else made.abstract.id,
             replay=replay,
             abstract=tuple(action.command for action in shrunk.test.actions),
-            concrete=tuple(self.case.ranges.shown(shrunk.test)),
+            concrete=tuple(self.case.ranges.describe(shrunk.test)),
             actions_before=len(self.case.concrete.actions),
             runs=shrunk.runs,
             wall_s=round(shrunk.wall_s, 3),

@@ -20,7 +20,7 @@ from pytest_hricdv.extra.suggestion.recordings import RecordingError, Recordings
 from pytest_hricdv.extra.suggestion.records import SUGGESTIONS, Suggestion, SuggestionEnd, SuggestionResult
 from pytest_hricdv.extra.suggestion.stored_run import StoredRun
 from pytest_hricdv.generate.concrete import ConcreteTest
-from pytest_hricdv.generate.rng import make_rng, shuffled
+from pytest_hricdv.generate.rng import make_rng, shuffle
 from pytest_hricdv.registry import offers
 from pytest_hricdv.report.formatting import plural
 from pytest_hricdv.results.model import Report, TestResult
@@ -58,7 +58,7 @@ def suggest(session: FeatureSession, report: Report, settings: SuggestionOptions
             "larger suite, as --hri-suite=rl, or fix what fails"
         )
         return report
-    drawn = shuffled(make_rng("suggest", session.options.seed), tests)[:MAX_TESTS]
+    drawn = shuffle(make_rng("suggest", session.options.seed), tests)[:MAX_TESTS]
     try:
         return SUGGESTIONS.put(report, Suggester(session, settings, drawn).suggest())
     except RecordingError as error:

@@ -45,7 +45,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Event:
+class TraceEvent:
     """One message of a channel: when (ns of virtual time), and its content as JSON has it."""
 
     channel: Channel
@@ -87,13 +87,13 @@ class McapTrace:
             **{f"verdict of {name}": judged.verdict for name, judged in sorted(test.requirements.items())},
         }
 
-    def events(self) -> list[Event]:
+    def events(self) -> list[TraceEvent]:
         """All of them in the order of time; those of one instant in the order of this module."""
         parts = (self._scene(), self._signals(), self._messages(), self._acts(), self._violations(), self._end())
         # A stable sort, so that those of one instant keep the order of the parts.
         return sorted(chain.from_iterable(parts), key=lambda event: event.time_ns)
 
-    def _messages(self) -> Iterator[Event]:
+    def _messages(self) -> Iterator[TraceEvent]:
         described = schemas.of_messages(self.testbench)
         for message in self.record.messages:
             if message.is_disturbance:
@@ -101,7 +101,7 @@ class McapTrace:
                 yield _log(message.time_s, schemas.WARNING, "disturbance", text)
                 channel = Channel("/hricdv/disturbances", schemas.DISTURBANCE, (("sender", message.sender),))
                 content = {"event": message.topic, "fields": dict(message.fields)}
-                yield Event(channel, ns(message.time_s), content)
+                yield TraceEvent(channel, ns(message.time_s), content)
                 continue
             schema = described.get(message.topic) or schemas.of_fields(
                 f"{self.testbench.name}.{message.topic}", message.fields
@@ -109,21 +109,21 @@ class McapTrace:
             type_name = getattr(message.source, "type", None)  # of a message of ROS 2
             ros = (("ros_type", str(type_name)),) if type_name else ()
             channel = Channel(f"/{message.topic}", schema, (("sender", message.sender), *ros))
-            yield Event(channel, ns(message.time_s), dict(message.fields))
+            yield TraceEvent(channel, ns(message.time_s), dict(message.fields))
 
-    def _signals(self) -> Iterator[Event]:
+    def _signals(self) -> Iterator[TraceEvent]:
         declared, units = self.testbench.signal_types, self.testbench.units
         for name, (times, values) in self.record.signals.items():
             kind = bool if declared.get(name) is bool else float
             channel = Channel(f"/signals/{name}", schemas.of_signal(name, kind, units.get(name, "")))
             for time_s, value in zip(times, values, strict=True):
-                yield Event(channel, ns(time_s), {"value": kind(value)})
+                yield TraceEvent(channel, ns(time_s), {"value": kind(value)})
         for name, (times, texts) in self.record.texts.items():
             channel = Channel(f"/signals/{name}", schemas.of_signal(name, str, ""))
             for time_s, text in zip(times, texts, strict=True):
-                yield Event(channel, ns(time_s), {"value": text})
+                yield TraceEvent(channel, ns(time_s), {"value": text})
 
-    def _acts(self) -> Iterator[Event]:
+    def _acts(self) -> Iterator[TraceEvent]:
         for time_s, number in self.test.begun:
             action = self.test.concrete.actions[number]
             who = actor_of(action.command) or "test"
@@ -131,19 +131,19 @@ class McapTrace:
         for time_s, line in self.test.bystander_events:
             yield _log(time_s, schemas.INFO, actor_of(line), act_of(line))
 
-    def _violations(self) -> Iterator[Event]:
+    def _violations(self) -> Iterator[TraceEvent]:
         channel = Channel("/hricdv/violations", schemas.VIOLATION)
         for name, judged in self.test.requirements.items():
             for violation in judged.violations:
-                yield Event(channel, ns(violation.time_s), {"requirement": name, **to_builtins(violation)})
+                yield TraceEvent(channel, ns(violation.time_s), {"requirement": name, **to_builtins(violation)})
                 yield _log(violation.time_s, schemas.ERROR, name, f"violated: {_words(violation.values)}".rstrip(": "))
 
-    def _end(self) -> Iterator[Event]:
+    def _end(self) -> Iterator[TraceEvent]:
         verdicts = {name: judged.verdict for name, judged in self.test.requirements.items()}
         content = {"ended": self.test.end_reason, "outcomes": list(self.test.outcomes), "verdicts": verdicts}
-        yield Event(Channel("/hricdv/end", schemas.END), ns(self.test.sim_s), content)
+        yield TraceEvent(Channel("/hricdv/end", schemas.END), ns(self.test.sim_s), content)
 
-    def _scene(self) -> Iterator[Event]:
+    def _scene(self) -> Iterator[TraceEvent]:
         channel = Channel("/hricdv/scene", schemas.SCENE_UPDATE)
         for change in self.scene:
             stamp = _stamp(change.time_us * NS_PER_US)
@@ -151,7 +151,7 @@ class McapTrace:
                 "deletions": [{"timestamp": stamp, "type": 0, "id": name} for name in change.gone],
                 "entities": [_entity(body, stamp) for body in change.moved],
             }
-            yield Event(channel, change.time_us * NS_PER_US, content)
+            yield TraceEvent(channel, change.time_us * NS_PER_US, content)
 
 
 def write(path: Path, trace: McapTrace) -> None:
@@ -188,9 +188,9 @@ def _stamp(time_ns: int) -> dict[str, int]:
     return {"sec": time_ns // 1_000_000_000, "nsec": time_ns % 1_000_000_000}
 
 
-def _log(time_s: float, level: int, name: str, text: str) -> Event:
+def _log(time_s: float, level: int, name: str, text: str) -> TraceEvent:
     content = {"timestamp": _stamp(ns(time_s)), "level": level, "message": text, "name": name, "file": "", "line": 0}
-    return Event(Channel("/hricdv/log", schemas.LOG), ns(time_s), content)
+    return TraceEvent(Channel("/hricdv/log", schemas.LOG), ns(time_s), content)
 
 
 def _words(values: Mapping[str, object]) -> str:

@@ -1,4 +1,4 @@
-"""What a pattern is: a function from conditions and numbers to a formula; its arguments are checked by their types."""
+"""What a pattern is: a function from conditions and numbers to a formula; its arguments are call by their types."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def pattern(function: Callable[P, Formula]) -> Callable[P, Formula]:
     signature = inspect.signature(function, eval_str=True)
 
     @functools.wraps(function)
-    def checked(*args: P.args, **kwargs: P.kwargs) -> Formula:
+    def call(*args: P.args, **kwargs: P.kwargs) -> Formula:
         for name, value in signature.bind(*args, **kwargs).arguments.items():
             _check(name, value, argument_types(signature.parameters[name]))
         return function(*args, **kwargs)
 
-    return checked
+    return call
 
 
 def argument_types(parameter: inspect.Parameter) -> tuple[type, ...]:

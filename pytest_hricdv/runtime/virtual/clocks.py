@@ -125,7 +125,7 @@ class VirtualDate(real_datetime.date, metaclass=_LikeDate):
         return _moment("date.today", None).date()
 
 
-def _named(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+def _with_name(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     function.__name__ = name
     return function
 
@@ -169,8 +169,8 @@ def _real(name: str) -> Callable[..., uuid.UUID]:
 
 
 _TIME = {"sleep": sleep}
-_TIME |= {name: _named(name, _clock(name)) for name in _CLOCKS if hasattr(real_time, name)}
-_TIME |= {f"{name}_ns": _named(f"{name}_ns", _clock_ns(name)) for name in _CLOCKS if hasattr(real_time, name)}
+_TIME |= {name: _with_name(name, _clock(name)) for name in _CLOCKS if hasattr(real_time, name)}
+_TIME |= {f"{name}_ns": _with_name(f"{name}_ns", _clock_ns(name)) for name in _CLOCKS if hasattr(real_time, name)}
 
 _IDENTIFIERS = {"uuid1": uuid1, "uuid4": uuid4, "uuid6": uuid6, "uuid7": uuid7}
 

@@ -25,12 +25,12 @@ def copy(name: str, imports: Mapping[str, ModuleType]) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
 
-    def importing(
+    def import_module(
         wanted: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
     ) -> Any:
         return imports.get(wanted) or builtins.__import__(wanted, globals, locals, fromlist or (), level)
 
     made = importlib.util.module_from_spec(spec)
-    vars(made)["__builtins__"] = {**vars(builtins), "__import__": importing}
+    vars(made)["__builtins__"] = {**vars(builtins), "__import__": import_module}
     spec.loader.exec_module(made)
     return made

@@ -24,11 +24,11 @@ from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.blocking_calls import ASYNCIO, HAS_TERMINALS
 from pytest_hricdv.runtime.kernel import US_PER_S, current_node
 from pytest_hricdv.runtime.node_error import KernelError
-from pytest_hricdv.runtime.source_location import raised_at
+from pytest_hricdv.runtime.source_location import error_line
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
-from pytest_hricdv.runtime.virtual.locks import Waiting
-from pytest_hricdv.runtime.virtual.real_time import waiting_node
+from pytest_hricdv.runtime.virtual.locks import WaitQueue
+from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 from pytest_hricdv.runtime.virtual.thread_pool import Future, ThreadPoolExecutor
 
 if HAS_TERMINALS:
@@ -56,16 +56,16 @@ class _Selector(selectors.SelectSelector):
 
     def __init__(self) -> None:
         super().__init__()
-        self._waiting = Waiting(ASYNCIO, _WHAT)
+        self._waiting = WaitQueue(ASYNCIO, _WHAT)
 
     def select(self, timeout: float | None = None) -> list[Any]:
         terminal = self._terminal()
         if (timeout is not None and timeout <= 0) or (terminal is not None and terminal.is_readable):
-            waiting_node(ASYNCIO, _WHAT).kernel.count_poll()
+            node_to_wait(ASYNCIO, _WHAT).kernel.count_poll()
         elif terminal is None:
             self._waiting.wait(timeout)
         else:
-            with terminal.heard_by(self.wake):
+            with terminal.notify(self.wake):
                 self._waiting.wait(timeout)
         is_ready = terminal is not None and terminal.is_readable
         return [(self.get_map()[terminal.fd], selectors.EVENT_READ)] if terminal is not None and is_ready else []
@@ -119,7 +119,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
 
     def run_forever(self) -> None:
         """As of asyncio's loops."""
-        node = waiting_node(ASYNCIO, _WHAT)
+        node = node_to_wait(ASYNCIO, _WHAT)
         node.leaving.append(_leave)
         try:
             super().run_forever()
@@ -154,7 +154,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
         error, node = context.get("exception"), current_node()
         if node is not None and isinstance(error, Exception) and "handle" in context:
             node.kernel.lost_errors.append(
-                f"a callback of asyncio raised {error_text(error)} at {raised_at(error)}, and the event loop went on: "
+                f"a callback of asyncio raised {error_text(error)} at {error_line(error)}, and the event loop went on: "
                 "catch it there, or let the loop's exception handler end the program"
             )
         super().default_exception_handler(context)
@@ -183,7 +183,7 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
             error = task.exception()  # asyncio says nothing more of it
             if node is not None and error is not None:
                 node.kernel.lost_errors.append(
-                    f"{_name(task)} raised {error_text(error)} at {raised_at(error)}, and "
+                    f"{_name(task)} raised {error_text(error)} at {error_line(error)}, and "
                     "nothing awaited it: await the task, or use asyncio.TaskGroup"
                 )
 
@@ -257,7 +257,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     """As of asyncio."""
     if current_node() is None:
         return _NEW_EVENT_LOOP()
-    waiting_node(ASYNCIO, _WHAT)
+    node_to_wait(ASYNCIO, _WHAT)
     return VirtualEventLoop()
 
 
@@ -281,7 +281,7 @@ def get_event_loop() -> asyncio.AbstractEventLoop:
     return loop
 
 
-class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse
+class VirtualRunner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one that there is to reuse
     """As of asyncio. Ctrl+C ends the session, as ever, instead of the coroutine."""
 
     def __init__(self, *, debug: bool | None = None, loop_factory: Callable[[], Any] | None = None) -> None:
@@ -291,7 +291,7 @@ class Runner(asyncio.Runner):  # type: ignore[misc]  # final, and still the one 
         """As of asyncio."""
         if current_node() is None:
             return super().run(coro, context=context)
-        with _closing_if_refused(coro):
+        with _close_if_refused(coro):
             loop = self.get_loop()
         return loop.run_until_complete(loop.create_task(coro, context=context))
 
@@ -300,12 +300,12 @@ def run(main: Coroutine[Any, Any, Any], *, debug: bool | None = None, loop_facto
     """As of asyncio."""
     if asyncio._get_running_loop() is not None:
         raise RuntimeError("asyncio.run() cannot be called from a running event loop")
-    with _closing_if_refused(main), Runner(debug=debug, loop_factory=loop_factory) as runner:
+    with _close_if_refused(main), VirtualRunner(debug=debug, loop_factory=loop_factory) as runner:
         return runner.run(main)
 
 
 @contextmanager
-def _closing_if_refused(coro: Coroutine[Any, Any, Any]) -> Iterator[None]:
+def _close_if_refused(coro: Coroutine[Any, Any, Any]) -> Iterator[None]:
     """Nobody will await a coroutine whose loop is refused: without this Python would warn of it, at any later time."""
     try:
         yield
@@ -334,7 +334,7 @@ def run_coroutine_threadsafe(coro: Any, loop: Any) -> concurrent.futures.Future[
 
 _NAMES: dict[str, Any] = {
     "run": run,
-    "Runner": Runner,
+    "Runner": VirtualRunner,
     "new_event_loop": new_event_loop,
     "get_event_loop": get_event_loop,
     "set_event_loop": set_event_loop,

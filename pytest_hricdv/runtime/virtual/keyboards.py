@@ -45,17 +45,17 @@ class RefusingModule(ModuleType):
         return dir(self.__real)
 
     def __getattr__(self, name: str) -> Any:
-        return refusing(getattr(self.__real, name))
+        return refuse_in_nodes(getattr(self.__real, name))
 
 
-def refusing(value: Any) -> Any:
+def refuse_in_nodes(value: Any) -> Any:
     """What stands for a member of such a library: its modules, functions and classes refuse, in nodes."""
     if isinstance(value, ModuleType):
         return RefusingModule(value) if is_keyboard(value) else value
     if not callable(value) or (isinstance(value, type) and issubclass(value, BaseException)):
         return value
     if isinstance(value, type):
-        return type(value.__name__, (value,), {"__new__": _refusing_new(value), "__module__": value.__module__})
+        return type(value.__name__, (value,), {"__new__": _new_that_refuses(value), "__module__": value.__module__})
 
     @wraps(value)
     def call(*arguments: Any, **keywords: Any) -> Any:
@@ -65,7 +65,7 @@ def refusing(value: Any) -> Any:
     return call
 
 
-def _refusing_new(kind: type) -> Any:
+def _new_that_refuses(kind: type) -> Any:
     def new(cls: type, *arguments: Any, **keywords: Any) -> Any:
         _refuse(f"{kind.__module__}.{kind.__name__}")
         make: Any = kind.__new__

@@ -14,12 +14,12 @@ from greenlet import getcurrent, greenlet
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.virtual.clocks import monotonic
-from pytest_hricdv.runtime.virtual.real_time import waiting_node
+from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
 
-class Waiting:
+class WaitQueue:
     """The nodes that wait for one thing, in the order in which they came.
 
     Args:
@@ -38,7 +38,7 @@ class Waiting:
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Block the running node until it is woken, at most `timeout_s`; whether it was woken."""
-        node = waiting_node(self._kind, self._name)
+        node = node_to_wait(self._kind, self._name)
         self.nodes.append(node)
         try:
             return node.kernel.block(timeout_s)
@@ -66,7 +66,7 @@ class Lock:
 
     def __init__(self) -> None:
         self._locked = False
-        self._waiting = Waiting(THREADING, "Lock.acquire")
+        self._waiting = WaitQueue(THREADING, "Lock.acquire")
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         """Take it, if need be after waiting for `timeout` (s; -1: as long as it takes); whether it was taken."""
@@ -159,7 +159,7 @@ class Condition:
 
     def __init__(self, lock: Lock | RLock | None = None) -> None:
         self._lock = RLock() if lock is None else lock
-        self._waiting = Waiting(THREADING, "Condition.wait")
+        self._waiting = WaitQueue(THREADING, "Condition.wait")
         self.acquire, self.release = self._lock.acquire, self._lock.release
 
     def __enter__(self) -> bool:
@@ -206,7 +206,7 @@ class Event:
 
     def __init__(self) -> None:
         self._is_set = False
-        self._waiting = Waiting(THREADING, "Event.wait")
+        self._waiting = WaitQueue(THREADING, "Event.wait")
 
     def is_set(self) -> bool:
         """Whether it is set."""
@@ -234,7 +234,7 @@ class Semaphore:
         if value < 0:
             raise ValueError("semaphore initial value must be >= 0")
         self._value = value
-        self._waiting = Waiting(THREADING, "Semaphore.acquire")
+        self._waiting = WaitQueue(THREADING, "Semaphore.acquire")
 
     def acquire(self, blocking: bool = True, timeout: float | None = None) -> bool:
         """Take one, if need be after waiting for `timeout` (s); whether one was taken."""

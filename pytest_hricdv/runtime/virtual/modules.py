@@ -17,7 +17,7 @@ from functools import partial
 from types import FunctionType, ModuleType
 from typing import Any
 
-from pytest_hricdv.runtime.virtual.keyboards import is_keyboard, refusing
+from pytest_hricdv.runtime.virtual.keyboards import is_keyboard, refuse_in_nodes
 
 _PROVIDERS = {
     "time": "clocks",
@@ -100,11 +100,11 @@ class VirtualModules:
         return self._packages
 
     @contextmanager
-    def installed(self) -> Iterator[None]:
+    def install(self) -> Iterator[None]:
         """The modules under test see them; also those that are imported in the meantime."""
         real_import = builtins.__import__
         self._replace()
-        builtins.__import__ = self._importing(real_import, len(sys.modules))
+        builtins.__import__ = self._make_import(real_import, len(sys.modules))
         try:
             yield
         finally:
@@ -113,8 +113,8 @@ class VirtualModules:
                 undo()
             self._undo.clear()
 
-    def _importing(self, real_import: Callable[..., Any], loaded: int) -> Callable[..., Any]:
-        def importing(
+    def _make_import(self, real_import: Callable[..., Any], loaded: int) -> Callable[..., Any]:
+        def import_module(
             name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
         ) -> Any:
             nonlocal loaded
@@ -126,12 +126,12 @@ class VirtualModules:
                 for notify in self.imported:
                     notify()
             if by_code and level == 0 and name in _PROVIDERS:
-                return _imported(name, module, bool(fromlist))
+                return _import_result(name, module, bool(fromlist))
             if by_code and level == 0 and is_keyboard(module):
-                return refusing(module)
+                return refuse_in_nodes(module)
             return module
 
-        return importing
+        return import_module
 
     def _is_of_code(self, module: object) -> bool:
         return isinstance(module, str) and any(
@@ -149,7 +149,7 @@ class VirtualModules:
         for name, value in list(names.items()):
             if isinstance(value, type) and value.__module__ == module:
                 self._replace_in_class(value)
-            other = refusing(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
+            other = refuse_in_nodes(value) if is_keyboard(value) else _REPLACEMENTS.of(value)
             if other is not value:
                 names[name] = other
                 self._undo.append(partial(names.__setitem__, name, value))
@@ -179,7 +179,7 @@ class VirtualModules:
             cell.cell_contents = other
 
 
-def _imported(name: str, module: ModuleType, has_names: bool) -> ModuleType:
+def _import_result(name: str, module: ModuleType, has_names: bool) -> ModuleType:
     """What an import statement gets: of `import a.b` without names it is `a`, in which `b` is the stand-in."""
     other = _stand_in(name)
     if has_names or "." not in name:

@@ -78,7 +78,7 @@ class _Guard:
             )
         _SLEEP(duration_s)
 
-    def waiting(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
+    def call_or_refuse(self, name: str, real: Callable[..., Any], *args: Any, **keywords: Any) -> Any:
         """As one of `_REFUSED`, outside of nodes, and where it is not to wait."""
         is_poll = real is _REFUSED.get("signal.sigtimedwait") and args[1:] == (0,)
         if self._is_node() and not is_poll:
@@ -118,14 +118,14 @@ class _Guard:
         if not (is_node or is_timer):
             return real(selector, timeout)
         ready = real(selector, 0)
-        if not ready and is_node and self._waited_for_terminal(selector, timeout):
+        if not ready and is_node and self._wait_for_terminal(selector, timeout):
             return real(selector, 0)
         if not ready:
             self._refuse("the event loop of asyncio" if loops else f"selectors.{type(selector).__name__}.select")
         return ready
 
     @staticmethod
-    def _waited_for_terminal(selector: Any, timeout: float | None) -> bool:
+    def _wait_for_terminal(selector: Any, timeout: float | None) -> bool:
         """Wait for the terminal of the running node, in virtual time, if the selector has nothing else."""
         node = current_node()
         terminal = terminal_of(node) if node is not None and HAS_TERMINALS else None
@@ -155,7 +155,7 @@ class _Guard:
 
 
 @contextmanager
-def guarded(kernel: Kernel) -> Iterator[None]:
+def guard_run(kernel: Kernel) -> Iterator[None]:
     """While a run goes on, waiting in real time is refused in its nodes, whatever module they are in."""
     guard, undo = _Guard(kernel), list[Callable[[], object]]()
 
@@ -178,13 +178,13 @@ def guarded(kernel: Kernel) -> Iterator[None]:
     def leave(status: int) -> NoReturn:
         guard.exit(status)
 
-    others = {id(_SLEEP): sleep} | {id(real): _refusing(guard, name, real) for name, real in _REFUSED.items()}
+    others = {id(_SLEEP): sleep} | {id(real): _make_refusal(guard, name, real) for name, real in _REFUSED.items()}
     if HAS_TERMINALS and terminal_calls.is_of_session(sys.stdin):
         terminal_calls.STDIN.outside = sys.stdin
         put(sys, "stdin", terminal_calls.STDIN)
     try:
         put(os, "_exit", leave)
-        for module in _waiting():
+        for module in _modules_that_wait():
             for name, value in [*vars(module).items()]:
                 if id(value) in others:
                     put(module, name, others[id(value)])
@@ -195,7 +195,7 @@ def guarded(kernel: Kernel) -> Iterator[None]:
         put(threading.Thread, "start", start)
         put(subprocess.Popen, "wait", wait)
         for kind in _SELECTORS:
-            put(kind, "select", _selecting(guard, kind.select))
+            put(kind, "select", _make_select(guard, kind.select))
         for module in filter(None, map(sys.modules.get, ("asyncio", "asyncio.events"))):
             _let_loops_be_virtual(module, put)
         yield
@@ -207,7 +207,7 @@ def guarded(kernel: Kernel) -> Iterator[None]:
                 terminal.hang_up()
 
 
-def _selecting(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
+def _make_select(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
     @wraps(real)
     def select(selector: Any, timeout: float | None = None) -> list[Any]:
         return guard.select(real, selector, timeout)
@@ -215,12 +215,12 @@ def _selecting(guard: _Guard, real: Callable[..., list[Any]]) -> Callable[..., l
     return select
 
 
-def _refusing(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
+def _make_refusal(guard: _Guard, name: str, real: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(real)
-    def refusing(*args: Any, **keywords: Any) -> Any:
-        return guard.waiting(name, real, *args, **keywords)
+    def call_or_refuse(*args: Any, **keywords: Any) -> Any:
+        return guard.call_or_refuse(name, real, *args, **keywords)
 
-    return refusing
+    return call_or_refuse
 
 
 def _let_loops_be_virtual(module: ModuleType, put: Callable[[Any, str, object], None]) -> None:
@@ -252,7 +252,7 @@ _READING: list[tuple[ModuleType, str]] = []
 """Where modules have what reads a terminal: it has more names than what waits, and is looked for once only."""
 
 
-def _waiting() -> list[ModuleType]:
+def _modules_that_wait() -> list[ModuleType]:
     """The modules that have what waits under any name. Each module is looked at once: they import at their head."""
     for name in sys.modules.keys() - _SCANNED:
         module = sys.modules[name]

@@ -38,7 +38,7 @@ def check(node: Node, kind: str, name: str) -> None:
     )
 
 
-def waiting_node(kind: str, name: str) -> Node:
+def node_to_wait(kind: str, name: str) -> Node:
     """The running node, which is about to wait.
 
     Raises:

@@ -54,7 +54,7 @@ _DECISECOND_S = 0.1
 """The unit of `VTIME`."""
 
 
-def _cooked() -> list[Any]:
+def _default_attributes() -> list[Any]:
     """What a new terminal on Linux has."""
     characters: list[Any] = [b"\x00"] * 32
     for index, value in (
@@ -91,7 +91,7 @@ class Terminal:
         self.name = name
         self._kernel = kernel
         self._record = record
-        self.attributes = _cooked()
+        self.attributes = _default_attributes()
         self._ready: deque[bytes] = deque()
         """What can be read: lines, or else pieces of any length. An empty one is the end of the input."""
         self._line = bytearray()
@@ -216,7 +216,7 @@ class Terminal:
             listener()
 
     @contextmanager
-    def heard_by(self, listener: Callable[[], None]) -> Iterator[None]:
+    def notify(self, listener: Callable[[], None]) -> Iterator[None]:
         """In the block, a function is called when something can be read."""
         self._listeners.append(listener)
         try:
@@ -267,9 +267,9 @@ class Terminal:
                 return b""
         else:
             self.wait_readable(None)
-        return self._taken(size)
+        return self._take(size)
 
-    def _taken(self, size: int) -> bytes:
+    def _take(self, size: int) -> bytes:
         taken = b""
         while self._ready and len(taken) < size:
             piece = self._ready.popleft()

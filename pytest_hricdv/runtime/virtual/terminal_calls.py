@@ -106,7 +106,7 @@ STDIN = NodeStdin()
 """One for the process: code that was imported in one run has it in the next one, too."""
 
 
-def _meant(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | None:
+def _find_terminal(file: Any, refuses: bool = True) -> tuple[Node, Terminal] | None:
     """The running node and its terminal, where a file or a descriptor is that of its terminal; None for others."""
     node = current_node()
     if node is None:
@@ -130,7 +130,7 @@ def _of_terminal(real: Callable[..., Any], virtual: Callable[..., Any]) -> Calla
     def call(file: Any = None, *arguments: Any, **keywords: Any) -> Any:
         if file is None:
             return real(*arguments, **keywords)  # os.get_terminal_size(): of the output
-        meant = _meant(file, refuses)
+        meant = _find_terminal(file, refuses)
         if meant is None and not refuses and current_node() is not None and file == 0:
             return False
         return real(file, *arguments, **keywords) if meant is None else virtual(meant[1], *arguments, **keywords)
@@ -189,7 +189,7 @@ def _select(read: Iterable[Any], write: Iterable[Any], other: Iterable[Any], tim
     files = ([*read], [*write], [*other])
     if current_node() is None:
         return _REAL_SELECT(*files, timeout)
-    terminals = [meant for file in files[0] if (meant := _meant(file)) is not None]
+    terminals = [meant for file in files[0] if (meant := _find_terminal(file)) is not None]
     if not terminals:
         return _REAL_SELECT(*files, timeout)
     node, terminal = terminals[0]
@@ -210,7 +210,7 @@ class _Poll:
         self._wanted: dict[int, int] = {}
 
     def register(self, file: Any, events: int = select.POLLIN | select.POLLPRI | select.POLLOUT) -> None:
-        meant = _meant(file)
+        meant = _find_terminal(file)
         if meant is None:
             self._real.register(file, events)
             return
@@ -220,7 +220,7 @@ class _Poll:
     modify = register
 
     def unregister(self, file: Any) -> None:
-        meant = _meant(file)
+        meant = _find_terminal(file)
         if meant is None:
             self._real.unregister(file)
         else:
@@ -234,7 +234,7 @@ class _Poll:
         return [(self._terminal.fd, select.POLLIN)] if ready and self._wanted[self._terminal.fd] & select.POLLIN else []
 
 
-def _polling(real: Callable[[], Any]) -> Callable[[], Any]:
+def _make_poll(real: Callable[[], Any]) -> Callable[[], Any]:
     @wraps(real)
     def poll() -> Any:
         node = current_node()
@@ -243,7 +243,7 @@ def _polling(real: Callable[[], Any]) -> Callable[[], Any]:
     return poll
 
 
-def _asking(real: Callable[..., str]) -> Callable[..., str]:
+def _make_ask(real: Callable[..., str]) -> Callable[..., str]:
     @wraps(real)
     def ask(prompt: str = "Password: ", *arguments: Any, **keywords: Any) -> str:
         node = current_node()
@@ -258,7 +258,7 @@ def _asking(real: Callable[..., str]) -> Callable[..., str]:
     return ask
 
 
-def _nothing(terminal: Terminal, *_: Any) -> None:
+def _do_nothing(terminal: Terminal, *_: Any) -> None:
     """What concerns the output of a terminal."""
 
 
@@ -266,9 +266,9 @@ _VIRTUAL: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
     (termios, "tcgetattr", _tcgetattr),
     (termios, "tcsetattr", _tcsetattr),
     (termios, "tcflush", _tcflush),
-    (termios, "tcdrain", _nothing),
-    (termios, "tcflow", _nothing),
-    (termios, "tcsendbreak", _nothing),
+    (termios, "tcdrain", _do_nothing),
+    (termios, "tcflow", _do_nothing),
+    (termios, "tcsendbreak", _do_nothing),
     (termios, "tcgetwinsize", lambda terminal: (SIZE.lines, SIZE.columns)),
     (fcntl, "fcntl", _fcntl),
     (fcntl, "ioctl", _ioctl),
@@ -286,9 +286,9 @@ REPLACED: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     if (real := getattr(module, name, None)) is not None
 }
 REPLACED["select.select"] = (_REAL_SELECT, _select)
-REPLACED["getpass.getpass"] = (getpass.getpass, _asking(getpass.getpass))
+REPLACED["getpass.getpass"] = (getpass.getpass, _make_ask(getpass.getpass))
 if hasattr(select, "poll"):
-    REPLACED["select.poll"] = (select.poll, _polling(select.poll))
+    REPLACED["select.poll"] = (select.poll, _make_poll(select.poll))
 
 
 def is_of_session(stream: Any) -> bool:

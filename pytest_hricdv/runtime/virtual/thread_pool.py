@@ -10,7 +10,7 @@ from typing import Any
 
 from pytest_hricdv._base.error_text import error_text
 from pytest_hricdv.runtime.kernel import current_node
-from pytest_hricdv.runtime.source_location import raised_at
+from pytest_hricdv.runtime.source_location import error_line
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import stand_in
@@ -37,13 +37,13 @@ class Future(real_futures.Future[Any]):
         self._is_taken = True
         return super().exception(timeout)
 
-    def lost_error(self) -> str:
+    def describe_unclaimed(self) -> str:
         """At the end of the run: a sentence about an error that nobody asked for; empty where there is none."""
         error: BaseException | None = self._exception  # without waiting for it
         if self._is_taken or error is None:
             return ""
         return (
-            f"a call in a ThreadPoolExecutor raised {error_text(error)} at {raised_at(error)}, and nothing asked its "
+            f"a call in a ThreadPoolExecutor raised {error_text(error)} at {error_line(error)}, and nothing asked its "
             "future: call result() or exception()"
         )
 
@@ -100,7 +100,7 @@ class ThreadPoolExecutor(real_futures.Executor):
                 except Exception as error:
                     node = current_node()
                     if node is not None:
-                        node.kernel.unclaimed.append(future.lost_error)
+                        node.kernel.unclaimed.append(future.describe_unclaimed)
                     future.set_exception(error)
                 else:
                     future.set_result(result)

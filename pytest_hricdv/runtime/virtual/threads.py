@@ -18,7 +18,7 @@ from pytest_hricdv.runtime.kernel import Node, current_node
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import copy, stand_in
-from pytest_hricdv.runtime.virtual.real_time import waiting_node
+from pytest_hricdv.runtime.virtual.real_time import node_to_wait
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -87,13 +87,13 @@ class Thread:
         self._target = target
         self._args = tuple(args)
         self._kwargs = dict(kwargs or {})
-        self.name = str(name) if name is not None else self._numbered()
+        self.name = str(name) if name is not None else self._make_name()
         self.daemon = bool(current_thread().daemon if daemon is None else daemon)
         self.ident: int | None = None
         self._node: Node | None = None
         self._over = locks.Event()
 
-    def _numbered(self) -> str:
+    def _make_name(self) -> str:
         threads = _threads()
         number = threads.number() if threads is not None else 0
         target = getattr(self._target, "__name__", "")
@@ -112,7 +112,7 @@ class Thread:
         """Begin to run at this instant, after the nodes that are due already."""
         if self.ident is not None:
             raise RuntimeError("threads can only be started once")
-        parent = waiting_node(THREADING, "Thread.start")
+        parent = node_to_wait(THREADING, "Thread.start")
         threads = _threads()
         assert threads is not None
         body = parent.wrap_thread(self._run, self.daemon)
@@ -229,7 +229,7 @@ _NAMES = {
 }
 
 
-def _threading() -> ModuleType:
+def _make_threading() -> ModuleType:
     made = stand_in(threading, _NAMES)
     made.__dict__["local"] = copy("_threading_local", {"threading": made}).local
     return made
@@ -244,7 +244,7 @@ def _queue(threads: ModuleType) -> ModuleType:
     return made
 
 
-_THREADING = _threading()
+_THREADING = _make_threading()
 _QUEUE = _queue(_THREADING)
 
 MODULES = (_THREADING, _QUEUE)

@@ -12,7 +12,7 @@ from pytest_hricdv.extra.closing.interleaving_strategy import InterleavingStrate
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.pool import Pool
 from pytest_hricdv.generate.abstract import AbstractTest
-from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, actor_of, interleaving
+from pytest_hricdv.generate.actors import TURN, TURN_WAIT_S, After, TurnWait, actor_of, interleave
 from pytest_hricdv.generate.beliefs import BeliefSpace
 from pytest_hricdv.generate.chosen_values import RUN
 from pytest_hricdv.generate.model import Exploration, ExploredRun
@@ -54,7 +54,7 @@ def test_turns_make_them_meet(after: After, seed: int) -> None:
             assert chosen in extensions(after)
             assert meeting in met(chosen)
             turns = [chosen.index(number) / 4 for number in range(1, 6)]
-            assert interleaving(LINES, turns, after) == chosen
+            assert interleave(LINES, turns, after) == chosen
 
 
 def test_who_is_to_wait_does_until_the_next_action_of_the_other_one_has_begun() -> None:
@@ -86,9 +86,7 @@ def wished(proposed: InterleavingStrategy, archive: Archive, count: int) -> list
         lines = proposal.draft.lines
         turns = [values[number][TURN] for number in range(1, len(lines) + 1)]
         assert values.get(RUN) in ([{TURN_WAIT_S: 5.0}, {TURN_WAIT_S: 10.0}] if proposal.targets else [None])
-        found.append(
-            tuple(meetings_of(lines[number - 1] for number in interleaving(lines, turns, proposal.draft.after)))
-        )
+        found.append(tuple(meetings_of(lines[number - 1] for number in interleave(lines, turns, proposal.draft.after))))
     return found
 
 

@@ -15,7 +15,7 @@ from pytest_hricdv.extra.closing.loop import GENERATION, Loop, LoopError, Online
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.suite import smallest_suite
-from pytest_hricdv.generate.abstract import AbstractTest, Draft
+from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.rng import pick
 
 COMMANDS = ("ask", "take", "wait", "leave")
@@ -33,7 +33,7 @@ class AnyTwo:
         return [self._proposal((pick(rng, COMMANDS), pick(rng, COMMANDS))) for _ in range(count)]
 
     def _proposal(self, lines: tuple[str, str]) -> Proposal:
-        return Proposal(Draft("two", (), lines), self.name, (("said", *lines),))
+        return Proposal(AbstractDraft("two", (), lines), self.name, (("said", *lines),))
 
 
 class Nothing:

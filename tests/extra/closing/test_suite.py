@@ -8,7 +8,7 @@ from pytest_hricdv.extra.closing.archive import Archive, Entry
 from pytest_hricdv.extra.closing.loop import OnlineWeights
 from pytest_hricdv.extra.closing.observation import Observation
 from pytest_hricdv.extra.closing.suite import repeatable_suite, smallest_suite
-from pytest_hricdv.generate.abstract import AbstractTest, Draft, identify
+from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest, identify
 
 POINTS = [("bin", "pose", each) for each in "abcd"]
 Runs = Callable[[Sequence[AbstractTest], OnlineWeights], Iterator[tuple[int, Observation]]]
@@ -17,7 +17,7 @@ Runs = Callable[[Sequence[AbstractTest], OnlineWeights], Iterator[tuple[int, Obs
 def archive_of(*runs: tuple[str, str, float]) -> Archive:
     """Runs, each with its way, the letters of the points that it hits, and its duration (s)."""
     archive = Archive(POINTS)
-    tests = identify("closure", 1, [Draft(hits, (), ("look",)) for _, hits, _ in runs])
+    tests = identify("closure", 1, [AbstractDraft(hits, (), ("look",)) for _, hits, _ in runs])
     for test, (way, hits, sim_s) in zip(tests, runs, strict=True):
         points = tuple(("bin", "pose", each) for each in hits)
         archive.add(Observation(test.to_data(), points, sim_s=sim_s, record_sha256=f"of {test.id}"), way)

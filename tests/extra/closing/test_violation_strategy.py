@@ -17,7 +17,7 @@ from pytest_hricdv.extra.closing.records import ViolationEstimate
 from pytest_hricdv.extra.closing.strategy import Proposal
 from pytest_hricdv.extra.closing.violation_strategy import NAME, ViolationStrategy, vacuous_alternatives
 from pytest_hricdv.extra.closing.violations import KNOWN, NEW
-from pytest_hricdv.generate.abstract import AbstractTest, Draft
+from pytest_hricdv.generate.abstract import AbstractDraft, AbstractTest
 from pytest_hricdv.generate.concrete import Concretization, concretize
 from pytest_hricdv.generate.sampler import Uniform
 
@@ -52,7 +52,7 @@ class Enters:
 
     def propose(self, archive: Archive, count: int, rng: Random) -> list[Proposal]:
         """See `Way`."""
-        return [Proposal(Draft("one", (), self.lines), self.name) for _ in range(count)]
+        return [Proposal(AbstractDraft("one", (), self.lines), self.name) for _ in range(count)]
 
 
 @dataclass

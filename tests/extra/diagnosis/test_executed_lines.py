@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pytest_hricdv.extra.diagnosis.executed_lines import MAX_BURSTS, MAX_LINES, executed_lines
-from pytest_hricdv.extra.diagnosis.trace import TraceStep
+from pytest_hricdv.extra.diagnosis.trace import Step
 
 
-def _steps(*steps: tuple[float, int, str, int]) -> list[TraceStep]:
-    return [TraceStep(*step) for step in steps]
+def _steps(*steps: tuple[float, int, str, int]) -> list[Step]:
+    return [Step(*step) for step in steps]
 
 
 def test_what_a_node_executes_at_one_time_is_a_burst_that_is_written_once() -> None:
@@ -26,7 +26,7 @@ def test_each_node_has_its_own_bursts() -> None:
 
 
 def test_a_long_run_is_cut_to_what_leads_to_the_violation() -> None:
-    steps = [TraceStep(float(second), 0, "a.py", second % 7 + 1) for second in range(3 * MAX_BURSTS)]
+    steps = [Step(float(second), 0, "a.py", second % 7 + 1) for second in range(3 * MAX_BURSTS)]
     lines = executed_lines(steps, 9000.0)
     assert lines.until_s == 9010.0
     assert lines.from_s == 9010.0 - MAX_BURSTS + 1
@@ -37,7 +37,7 @@ def test_a_long_run_is_cut_to_what_leads_to_the_violation() -> None:
 
 
 def test_of_a_long_burst_its_last_lines_are_kept() -> None:
-    lines = executed_lines([TraceStep(0.0, 0, "a.py", number) for number in range(1, 1000)], None)
+    lines = executed_lines([Step(0.0, 0, "a.py", number) for number in range(1, 1000)], None)
     assert lines.bursts == (f"0:{1000 - MAX_LINES} " + " ".join(map(str, range(1001 - MAX_LINES, 1000))),)
 
 

@@ -119,7 +119,7 @@ def ran(*nodes: Launch | RosNode, limit_s: float = 10.0) -> tuple[list[tuple[flo
     run = Run(test, kernel, Bus(kernel, (), recorder), recorder, lambda body: body, MonitorSet(()))
     middleware = run.middleware = system.Ros2Overlay(Ros2(), ("cell",))
     kernel.virtual = middleware.virtual
-    with middleware.modules.installed():
+    with middleware.modules.install():
         run.ros2(*nodes)
         run.go(limit_s)
     messages = [(message.time_s, message.topic, dict(message.fields)) for message in recorder.messages]

@@ -80,7 +80,7 @@ def test_nothing_can_be_made_in_a_context_that_is_shut_down(
 @pytest.fixture
 def virtual() -> Iterator[None]:
     """`threading` of this module in virtual time."""
-    with VirtualModules([__name__]).installed():
+    with VirtualModules([__name__]).install():
         yield
 
 

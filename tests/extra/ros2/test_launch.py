@@ -205,7 +205,7 @@ def _log_of_two(module: Any, variables: ModuleVariables) -> list[Any]:
     kernel = Kernel()
     kernel.virtual = frozenset({"threading"})
     log: list[Any] = []
-    with VirtualModules(["one_context"]).installed():
+    with VirtualModules(["one_context"]).install():
         for name in ("left", "right"):
             body = Process(kernel, variables, [name]).wrap(partial(module.init, log, kernel.sleep))
             kernel.spawn(name, body)

@@ -12,7 +12,7 @@ import pytest
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.node_error import NodeError
 from pytest_hricdv.runtime.virtual import VirtualModules
-from pytest_hricdv.runtime.virtual.outside import guarded
+from pytest_hricdv.runtime.virtual.outside import guard_run
 
 PYNPUT = """
 class Key:
@@ -54,7 +54,7 @@ def run(folder: Path, source: str, *, is_imported_before: bool) -> ModuleType:
     kernel = Kernel()
     if is_imported_before:
         __import__("key_node")
-    with VirtualModules(["key_node"]).installed(), guarded(kernel):
+    with VirtualModules(["key_node"]).install(), guard_run(kernel):
         module = __import__("key_node")
         kernel.spawn("teleop", module.main)
         try:
@@ -94,7 +94,7 @@ def test_a_projects_own_module_of_that_name_is_left_alone(packages: Path) -> Non
 
 def test_outside_of_nodes_they_are_the_real_ones(packages: Path) -> None:
     (packages / "key_node.py").write_text(LISTENER)
-    with VirtualModules(["key_node"]).installed():
+    with VirtualModules(["key_node"]).install():
         module = __import__("key_node")
         module.main()
         assert module.SPACE == "space"

@@ -22,7 +22,7 @@ import pytest
 from pytest_hricdv.runtime import Kernel
 from pytest_hricdv.runtime.node_error import KernelError, NodeError
 from pytest_hricdv.runtime.virtual import event_loop
-from pytest_hricdv.runtime.virtual.outside import guarded
+from pytest_hricdv.runtime.virtual.outside import guard_run
 from pytest_hricdv.runtime.virtual.terminal import Terminal, terminal_for
 from tests.runtime.virtual import terminal_program
 
@@ -35,7 +35,7 @@ def run(
     """Run nodes, while somebody does something at their terminal at some times (s); without a terminal for None."""
     kernel = Kernel()
     kernel.virtual = frozenset({"time", "threading", "asyncio"})
-    with guarded(kernel):
+    with guard_run(kernel):
         for body in bodies:
             kernel.spawn(body.__name__, lambda body=body: body(kernel))  # type: ignore[misc]
         if name is not None:
@@ -306,7 +306,7 @@ def test_what_somebody_has_put_there_as_standard_input_is_read(monkeypatch: pyte
 
 def test_outside_of_nodes_everything_is_the_real_one() -> None:
     kernel = Kernel()
-    with guarded(kernel):
+    with guard_run(kernel):
         reading, writing = os.pipe()
         os.write(writing, b"a")
         assert select.select([reading], [], [], 0) == ([reading], [], [])
