@@ -19,8 +19,8 @@ from pytest_hricdv._base.message import quoted
 from pytest_hricdv.monitor.requirement import FormulaSource, RequirementError
 
 MAX_LENGTH = 100_000
-"""Longest formula, in characters (chosen): a hundred times a long one. It is parsed in a second: 10,000 characters take
-0.12 s."""
+"""Longest formula, in characters: a hundred times a long one. It is parsed in a second: 10,000 characters take 0.12
+s."""
 
 MAX_NODES = 10_000
 """Most operators and operands of a formula, with those of the definitions that it uses (chosen): fifteen definitions of

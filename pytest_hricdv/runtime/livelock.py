@@ -19,20 +19,17 @@ from pytest_hricdv.runtime.kernel import Kernel
 from pytest_hricdv.runtime.record import RecordedMessage, Recorder
 
 LOOKS_EACH_S = 10.0
-"""So often somebody looks (s of simulated time; chosen: a hundredth of the time of a run that looks at nothing)."""
+"""Period of the checks (s of simulated time): they take a hundredth of the time of a run."""
 
 NOTHING_NEW_S = 180.0
-"""A run that has had nothing new for so long goes round (s of simulated time; chosen: people and robots of the two
-testbenches here wait up to 150 s)."""
+"""A run is a livelock if nothing was new for this time (s of simulated time): people and robots of the two testbenches
+here wait up to 150 s."""
 
 REPEATS = 5
 """A cycle has been there so often (chosen)."""
 
 _RANGE = 0.1
 """A number is new if it leaves the range of a signal by this share of it (chosen): noise does so less and less."""
-
-_SHOWN = 8
-"""So many messages of a cycle are named."""
 
 _DIGITS = re.compile(r"(?<![A-Za-z_\d])\d+")  # not of names, as `Timeout1`
 
@@ -57,8 +54,8 @@ class Cycle:
     messages: tuple[str, ...]
 
     def __str__(self) -> str:
-        shown = ", ".join(self.messages[:_SHOWN])
-        more = f" and {len(self.messages) - _SHOWN} more" if len(self.messages) > _SHOWN else ""
+        named, others = self.messages[:8], self.messages[8:]
+        shown, more = ", ".join(named), f" and {len(others)} more" if others else ""
         often = f"{self.times} times, every {self.period_s:.3g} s"
         return f"nothing new since {self.since_s:.3f} s, and {often}: {shown}{more}"
 

@@ -16,22 +16,20 @@ from pytest_hricdv.runtime.watchdog import Hang, Watch, WatchState
 US_PER_S = 1_000_000
 
 STUCK_AFTER_S = 8.0
-"""A node hangs if no simulated time passes for this processor time of its thread (s; chosen: it is ended within 10 s).
-Motion planning takes a fourth of it."""
+"""A node hangs if no simulated time passes for this processor time of its thread (s): four times what motion planning
+takes. With the ticks of the watchdog, it is ended within 10 s."""
 
 CRAWLS = 7.5
-"""A second of simulated time may take so many times as long (chosen: a minute of processor time, in which physics that
-is rendered thirty times a second takes ten seconds)."""
+"""A second of simulated time may take this many times `STUCK_AFTER_S`, a minute of processor time: physics that is
+rendered thirty times a second takes ten seconds."""
 
 NODE_WAITS_S = 0.5
 """So long nodes may wait in real time (s; chosen). In virtual time there is nothing to wait for: this is for locks of
 libraries that compute in threads of their own."""
 
 WORLD_WAITS_S = 60.0
-"""So long the world may wait without time passing (s of real time; chosen): for a simulator in another process."""
-
-SET_UP_WAITS_S = 60.0
-"""So long the testbench's `run` may wait outside of nodes (s of real time; chosen): for a simulator that starts."""
+"""How long the world, and the testbench's `run` outside of nodes, may wait without time passing (s of real time;
+chosen): for a simulator in another process."""
 
 __tracebackhide__ = True  # a failing test shows the frames of its author; pytest's --full-trace shows all
 
@@ -112,7 +110,7 @@ class Supervision:
                 second,
                 may_take_s=CRAWLS * self._stuck_after_s,
             )
-        return WatchState(self._kernel.now_us, SET_UP_WAITS_S)
+        return WatchState(self._kernel.now_us, WORLD_WAITS_S)
 
     def _interrupt(self, problem: Hang, frame: FrameType | None) -> None:
         """End what has control. A node that has caught what was raised is left where it is, for ever."""

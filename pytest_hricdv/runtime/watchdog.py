@@ -42,8 +42,8 @@ _IDLE = 0.5
 """A process that neither had nor wanted a processor for this share of a tick waits (chosen)."""
 
 _FORGETS = 0.2
-"""A tick in which nobody waits takes back this share of one that waits (chosen), so that now and then does not add up
-in a long run, and waiting for a sixth of the time does."""
+"""A tick in which nobody waits takes back this share of one that waits: to wait for more than a sixth of the time adds
+up, and to wait now and then in a long run does not."""
 
 _PROMPTS = ("pdb", "bdb", "cmd", "code", "IPython", "ipdb", "pudb", "pydevd", "_pydevd_bundle", "debugpy")
 """Modules in which somebody sits at a debugger, for as long as they like."""

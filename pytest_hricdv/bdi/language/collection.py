@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from pytest_hricdv.bdi.language.limits import CHARACTERS, check_text, spend
 
 READING = 50
-"""Units of work to read a collection of any size (chosen: 20 us for a small one): sets in sets can be read for ever."""
+"""Units of work to read a collection of any size: a small one takes 20 us, and sets in sets can be read for ever."""
 
 
 class CollectionTerm:

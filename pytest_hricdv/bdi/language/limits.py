@@ -19,14 +19,14 @@ MAX_WORK = 10_000_000
 """Units of work of a run (a unit takes one to four microseconds, `pytest -m slow tests/bdi/run/test_limits.py
 --durations=0`, so it ends within a minute)."""
 WORK_PER_CYCLE = 50
-"""Units that a run may take more for each agent and round (chosen: as much as a cycle itself takes)."""
+"""Additional units for each agent and round: about what a cycle itself takes."""
 MAX_SIZE = 1_000_000
 """Terms in a term, each as often as it occurs (100 MB if no two of them are the same object)."""
 MAX_ANSWERS = 1_000_000
 """Answers of a query that are kept at once, as by ``.findall`` (400 MB in a ``for`` loop)."""
 MAX_HELD = 1_000_000
-"""Beliefs of all agents together, also at the beginning, where each takes up to a kilobyte, a gigabyte in all; and the
-same for plans, and for what waits for its turn (both chosen)."""
+"""Beliefs of all agents together, each of which takes up to a kilobyte, a gigabyte in all; likewise for plans, and for
+what waits for its turn."""
 CHARACTERS = 16
 """Characters that count as one term, or one unit of work (10 million units are 160 MB)."""
 ITEMS = 16

@@ -27,8 +27,6 @@ _SECTIONS = frozenset(
 )
 MAX_AGENTS = 10_000
 """Most agents of a project, each copy counted: so many load in a second; `#99999999` would exhaust memory."""
-_MAX_FOLDERS = 100
-"""Most folders of a source path (chosen): each agent's source is searched for in all of them."""
 _AGENT_EXTRAS = frozenset({"agentArchClass", "agentClass", "beliefBaseClass", "at"})
 _SUPPORTED_OPTIONS = {"beliefs", "goals", "verbose"}
 _DEFAULTS_OF_OPTIONS = {"events": "discard", "intBels": "sameFocus", "synchronised": "false", "nrcbp": "1"}
@@ -167,8 +165,8 @@ class _ProjectReader:
         first = self._peek().text
         strings = self._section_strings()
         if section.text == "aslSourcePath":
-            if len(strings) > _MAX_FOLDERS:
-                raise self._error(f"expected at most {_MAX_FOLDERS} folders, found {len(strings)}", section)
+            if len(strings) > 100:  # the source of each agent is searched for in all of them
+                raise self._error(f"expected at most 100 folders, found {len(strings)}", section)
             self._source_paths = [Path(part.replace("\\", "/")) for part in strings]
         elif section.text == "environment":
             self._environment = first

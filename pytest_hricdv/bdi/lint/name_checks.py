@@ -21,9 +21,6 @@ from pytest_hricdv.bdi.lint.model_builder import declaration_of
 from pytest_hricdv.bdi.logic.substitution import rename_apart
 from pytest_hricdv.bdi.logic.unify import unify
 
-SHORTEST = 3
-"""Minimum length of a name (chosen): shorter ones, as ``go`` and ``do``, differ by one letter too often."""
-
 
 @check("unknown-belief", "It never holds: a condition on it always has the same result, and a plan for it never runs.")
 def find_unknown_beliefs(system: System) -> Iterator[Problem]:
@@ -237,7 +234,8 @@ def one_letter_away(name: str, candidates: Iterable[str]) -> str | None:
 
 def differs_by_one_letter(name: str, other: str) -> bool:
     """Whether two names differ by one typing error; numbered names such as leg1 and leg2 do not."""
-    if name == other or min(len(name), len(other)) < SHORTEST or abs(len(name) - len(other)) > 1:
+    # Shorter names, as ``go`` and ``do``, differ by one letter too often.
+    if name == other or min(len(name), len(other)) < 3 or abs(len(name) - len(other)) > 1:
         return False
     start = next((i for i, (a, b) in enumerate(zip(name, other, strict=False)) if a != b), min(len(name), len(other)))
     left, right = name[start:], other[start:]

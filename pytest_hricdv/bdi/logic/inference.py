@@ -28,8 +28,8 @@ from pytest_hricdv.bdi.logic.substitution import Bindings, rename_formula, subst
 from pytest_hricdv.bdi.logic.unify import Trail, compare, match_annotations, stands_for, undo, unify
 
 MAX_CHOICES = 50_000
-"""Open choices of one query (chosen): a recursion over a list has one for each item, and a rule that only calls itself
-reaches this in two seconds."""
+"""Open choices of one query: a recursion over a list has one for each item, and a rule that only calls itself reaches
+this in two seconds."""
 MAX_NESTED_QUERIES = 60
 """Queries within queries: Python's stack of 1,000 frames is exhausted at 325 through ``not``, at 121 through
 ``.findall``."""

@@ -115,10 +115,10 @@ Answers = frozenset[tuple[str, bool]]
 Runs = dict[Content, frozenset[str]]
 """Each run with a set of atoms that leads to it."""
 MAX_NODES = 5_000
-"""Most nodes, each with the answers that matter there, of one exploration (chosen): the table's have 143 at most."""
+"""Most nodes, each with the answers that matter there, of one exploration: 35 times the most of the table's, 143."""
 MAX_RUNS = 50_000
-"""Most runs from one node (chosen): the table's have 13,122 at most, found in a second. All nodes together, whose runs
-are held at the same time, may have eight times as many: the table's have 72,161."""
+"""Most runs from one node: nearly four times the most of the table's, 13,122, which are found in a second. All nodes
+together, whose runs are held at the same time, may have eight times as many: the table's have 72,161."""
 
 
 class TooLargeError(Exception):

@@ -26,8 +26,8 @@ from pytest_hricdv.bdi.run.system_run import SystemRun
 from pytest_hricdv.bdi.run.tracing import Trace, TracedAgent, TracedRun
 
 MAX_ROUNDS = 100_000
-"""Rounds after which a run is stopped by default (chosen): runs of the table end after 177 rounds on average, 368 at
-most; what neither ends nor repeats itself gets here in two seconds."""
+"""Rounds after which a run is stopped by default: runs of the table end after 177 rounds on average, 368 at most; what
+neither ends nor repeats itself gets here in two seconds."""
 _ACTIONS = StandardActions()
 
 

@@ -17,8 +17,8 @@ from pytest_hricdv.monitor.dsl import TruthValue
 from pytest_hricdv.monitor.formula import Formula
 from pytest_hricdv.monitor.patterns.pattern import PatternError, as_event, pattern, require_duration
 
-MOST_IN_SCOPE = 20
-"""Most times in a scope (chosen): the formula has three operators more in each other for each, half of the 128 that
+MAX_IN_SCOPE = 20
+"""Most times in a scope: the formula has three operators more in each other for each, half of the 128 that
 :data:`~pytest_hricdv.monitor.syntax_tree.MAX_BUILT_DEPTH` allows; the other half is for the arguments."""
 
 
@@ -162,8 +162,8 @@ def existence(
         return always(event >> (count(event, 0, math.inf if within_s is None else within_s) <= at_most))
     if within_s is not None:
         raise PatternError("within_s", "expected one of within_s and after")
-    if at_most > MOST_IN_SCOPE:
-        raise PatternError("at_most", f"expected at most {MOST_IN_SCOPE} in a scope, got {at_most}")
+    if at_most > MAX_IN_SCOPE:
+        raise PatternError("at_most", f"expected at most {MAX_IN_SCOPE} in a scope, got {at_most}")
     nth, outside = event, ~as_event(after)
     for _ in range(at_most):
         nth = event & outside & previously(since(outside, nth))

@@ -15,6 +15,7 @@ from typing import Any
 
 from pytest_hricdv.runtime.blocking_calls import THREADING
 from pytest_hricdv.runtime.kernel import Node, current_node
+from pytest_hricdv.runtime.timeouts import PRUNE_AT
 from pytest_hricdv.runtime.virtual import locks
 from pytest_hricdv.runtime.virtual.clocks import monotonic
 from pytest_hricdv.runtime.virtual.copies import copy, stand_in
@@ -24,8 +25,6 @@ __tracebackhide__ = True  # a failing test shows the frames of its author; pytes
 
 
 _THREADS = "threads"
-_PRUNE_AT = 64
-"""With fewer threads, those that are over are not looked for (chosen)."""
 
 
 class _Threads:
@@ -34,7 +33,7 @@ class _Threads:
     def __init__(self, main: Node) -> None:
         self.main = main
         self.made = self.begun = 0
-        self._prune_at = _PRUNE_AT
+        self._prune_at = PRUNE_AT
         first = Thread(name="MainThread", daemon=False)
         self.running: dict[Node, Thread] = {main: first}
         first.began(main, 1)
@@ -45,7 +44,7 @@ class _Threads:
         self.running[node] = thread
         if len(self.running) > self._prune_at:
             self.running = {node: thread for node, thread in self.running.items() if self._stays(node)}
-            self._prune_at = max(_PRUNE_AT, 2 * len(self.running))
+            self._prune_at = max(PRUNE_AT, 2 * len(self.running))
         return self.begun + 1
 
     def _stays(self, node: Node) -> bool:
